@@ -8,7 +8,7 @@ import re
 import secrets
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -43,32 +43,20 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     except OSError:  # there is none yet; any other reason shows when the new one is written
         mode = None
     if mode is not None and not stat.S_ISREG(mode):
-        with _about(path, None):
-            yield Path(path)
+        yield Path(path)
         return
     # In the same folder, as os.replace() works within one file system only; by a name of its own
     # and not target's with a suffix, which may be as long as names can be; hidden from globs.
     new = target.with_name(f".{secrets.token_hex(8)}.tmp")
     try:
-        with _about(path, new):
-            yield new
-            if mode is not None:
-                os.chmod(new, stat.S_IMODE(mode))  # before, so that it never has wider rights
-            os.replace(new, target)
-    except BaseException:  # an interruption, too
-        with suppress(FileNotFoundError):  # the body may not have come to write
-            os.unlink(new)
-        raise
-
-
-@contextmanager
-def _about(path: str | PathLike[str], new: Path | None) -> Iterator[None]:
-    """Let errors of the system name a file, not the new one, whose name tells the user nothing."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno and error.filename in (None, str(new)):  # a full disk comes without a name
-            error.filename = str(path)
+        yield new
+        if mode is not None:
+            os.chmod(new, stat.S_IMODE(mode))  # before, so that it never has wider rights
+        os.replace(new, target)
+    except BaseException as error:  # an interruption, too
+        new.unlink(missing_ok=True)  # the body may not have come to write
+        if isinstance(error, OSError) and error.filename == str(new):
+            error.filename = str(path)  # the other name tells the user nothing
         raise
 
 

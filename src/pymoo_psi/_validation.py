@@ -108,10 +108,7 @@ def instance(name: str, value: object, kind: type[Class], remedy: str = "") -> C
 def mapping(name: str, value: object, what: str, remedy: str = "") -> Mapping[Any, Any]:
     """Return ``value``; it must be a mapping of a kind such as "names to units"."""
     if not isinstance(value, Mapping):
-        message = f"{name} must map {what}, got {_shown(value)}"
-        if remedy:
-            message += f"; {remedy}"
-        raise ArgumentTypeError(message)
+        raise wrong_type(name, f"a mapping from {what}", value, remedy)
     return value
 
 
@@ -180,22 +177,16 @@ def positive_number(name: str, value: object) -> float:
 
 def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
     """Return ``value``; it must be one of ``names``, and the error names the nearest one."""
-    if isinstance(value, str) and value in names:
-        return value
-    rule = "left out, as there is nothing to choose from"
-    if names:
-        rule = f"one of {', '.join(map(repr, sorted(names)))}"
+    rule = f"one of {', '.join(map(repr, sorted(names))) or 'no names'}"
     if not isinstance(value, str):
         raise wrong_type(name, rule, value, remedy)
+    if value in names:
+        return value
     # Without regard to case: F1 differs from f1 in all its letters.
     folded = {option.casefold(): option for option in names}
-    near = difflib.get_close_matches(value.casefold(), folded, n=1)
-    remedies = []
-    if near:
-        remedies.append(f"did you mean {folded[near[0]]!r}?")
-    if remedy:
-        remedies.append(remedy)
-    raise invalid(name, rule, value, "; ".join(remedies))
+    for near in difflib.get_close_matches(value.casefold(), folded, n=1):
+        remedy = f"did you mean {folded[near]!r}? {remedy}".strip()
+    raise invalid(name, rule, value, remedy)
 
 
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
@@ -223,13 +214,10 @@ def require_shape(name: str, array: AnyArray, shape: tuple[int, ...]) -> None:
 def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a float64 array of finite numbers."""
     array = real_array(name, value)
-    bad = ~np.isfinite(array)
-    if not bad.any():
-        return array
-    index = tuple(np.argwhere(bad)[0].tolist())
-    place = ", ".join(map(str, index))
-    received = f"{array[index]} at index {place}" if place else str(array[index])
-    raise invalid(name, "finite", Received(received), remedy)
+    for index in np.argwhere(~np.isfinite(array)).tolist():
+        received = f"{array[tuple(index)]} at index {index}"
+        raise invalid(name, "finite", Received(received), remedy)
+    return array
 
 
 def objective_matrix(name: str, value: Any) -> Array:

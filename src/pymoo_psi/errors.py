@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import shorten
 from typing import Any
 
 
@@ -200,17 +201,8 @@ class WorkerError(PsiError, RuntimeError):
 
 def _in_a_line(design: Any) -> str:
     """Return a design as one line, cut: many variables would bury the reason of an error."""
-    values = _plain(design)
     if isinstance(design, dict):  # of mixed variables
-        values = {name: _plain(value) for name, value in design.items()}
-    line = " ".join(str(values).split())
-    if len(line) > 200:
-        return f"{line[:197]}..."
-    return line
-
-
-def _plain(value: Any) -> Any:
-    """Return values of NumPy as Python's own, which are shown without their types."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return value
+        design = ", ".join(f"{name} = {value}" for name, value in design.items())
+    elif hasattr(design, "tolist"):  # numbers of NumPy, which are shown with all digits
+        design = design.tolist()
+    return shorten(str(design), 200, placeholder="...")

@@ -230,7 +230,11 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
     [
         (0, {}, "n_points must be an integer >= 1, got 0"),
         (8, {"blocksize": 5}, "unknown keyword argument 'blocksize'; did you mean 'block_size'"),
-        (8, {"names": ["time"]}, r"names must map names such as f1 to your own, got \['time'\]"),
+        (
+            8,
+            {"names": ["time"]},
+            r"names must be a mapping from names such as f1 to your own, got \['time'\]",
+        ),
         (8, {"sampling": "lsh"}, r"sampling must be one of 'halton', .* 'lhs', 'lptau', "),
         (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
         (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),

@@ -119,4 +119,4 @@ def test_other_kinds_of_columns():
     numbered = pd.DataFrame(np.eye(2), columns=[5, 0])
     assert rank_of_efficiency(numbered, maximize=[5]).ideal.tolist() == [1.0, 0.0]
     frame.loc[0, "a"] = pd.NA
-    refused(r"F must be finite, got nan at index 0, 0", rank_of_efficiency, frame)
+    refused(r"F must be finite, got nan at index \[0, 0\]", rank_of_efficiency, frame)

@@ -116,7 +116,7 @@ SAME = FRAME.set_axis(["a", "a"], axis=1)
 @pytest.mark.parametrize(
     ("F", "options", "kind", "message"),
     [
-        ([[1.0, np.nan]], {}, ValueError, r"F must be finite, got nan at index 0, 1; leave out"),
+        ([[1.0, np.nan]], {}, ValueError, r"F must be finite, got nan at index \[0, 1\]; leave out"),
         ([["a", "b"]], {}, TypeError, "F must be an array of real numbers, got dtype"),
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "None if it found no feasible design"),

@@ -46,14 +46,14 @@ def read(tmp_path):
 
 
 LIST = "must be of type list"
-SETTINGS = "must map settings to values"
+SETTINGS = "must be a mapping from settings to values"
 FINITE = "must be a finite number, got"
 
 
 @pytest.mark.parametrize(
     ("where", "value", "message"),
     [
-        ("variables", 5, "variables must map names to settings, got 5"),
+        ("variables", 5, "variables must be a mapping from names to settings, got 5"),
         ("variables", {}, "variables must be one or more"),
         ("variables width", 5, rf"variables: width {SETTINGS}, got 5"),
         ("variables width", [1], r"variables: width: .* bounds = \[lower, upper\] or choices, got"),
@@ -73,7 +73,7 @@ FINITE = "must be a finite number, got"
 
         ("outputs mass expression", "1e400*width*height", f"a number of an expression {FINITE} inf"),
         ("requirements slender", "height <= 1e400", f"a number of an expression {FINITE} inf"),
-        ("program", "sh run.sh", "program must map settings to values, got 'sh run.sh'"),
+        ("program", "sh run.sh", "program must be a mapping from settings to values, got 'sh run.sh'"),
         ("program files", [5], r"program: files\[0\] must be of type str, got int"),
         ("program files", "beam.inp", rf"program: files {LIST}, got str"),
         ("program timeout", "x", "program: timeout must be of type int | float, got str"),
@@ -88,9 +88,9 @@ FINITE = "must be a finite number, got"
         ("outputs tip patern", "x", "outputs: tip must be one of .* did you mean 'pattern'"),
         ("objectives minimize", "mass", rf"objectives: minimize {LIST}, got str"),
         ("objectives minimise", ["mass"], "of objectives must be one of .* did you mean 'minimize'"),
-        ("objectives", 5, "objectives must map settings to values, got 5"),
-        ("limits", 5, "limits must map outputs to texts, as '<= 250', got 5"),
-        ("limits", 0, "limits must map outputs to texts, as '<= 250', got 0"),
+        ("objectives", 5, "objectives must be a mapping from settings to values, got 5"),
+        ("limits", 5, "limits must be a mapping from outputs to texts, as '<= 250', got 5"),
+        ("limits", 0, "limits must be a mapping from outputs to texts, as '<= 250', got 0"),
         ("limits stress", 5, "the limit on stress must be such as '<= 250' or .* got 5"),
         ("limits stress", "<= 1e400", f"the limit on stress {FINITE} inf"),
         ("requirements", 5, "requirements must be rules by name, or a list of texts, got 5"),
@@ -116,7 +116,7 @@ def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
         ("[limits]\n[limits]", "at line 2, column 8"),
         ("limits = " + "[" * 5000 + "]" * 5000, "beam.toml: .*(recursion|nested)"),
         ('name = "\\S"', "between '…' it stays as it is"),
-        ("", "outputs must map names to settings, got None"),
+        ("", "outputs must be a mapping from names to settings, got None"),
     ],
 )
 def test_wrong_syntax_is_refused_by_its_line(read, text, message):

@@ -189,7 +189,7 @@ CHUTE = SphereChute()
     ("problem", "options", "kind", "message"),
     [
         (CHUTE, {}, ValueError, "uncertainty or tolerances must be given"),
-        (Linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must map names to distributions"),
+        (Linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),

@@ -149,7 +149,7 @@ def test_given_ranges_of_a_ranking_are_those_of_selectors():
 @pytest.mark.parametrize(
     ("selectors", "kind", "message"),
     [
-        ([SalukvadzeOptimum()], TypeError, "selectors must map names to selectors"),
+        ([SalukvadzeOptimum()], TypeError, "selectors must be a mapping from names to selectors"),
         ({"a": Fixed(3)}, ValueError, r"selectors\['a'\] must be .* indices from 0 to 2, got 3"),
         ({"a": Fixed([-1])}, ValueError, r"indices from 0 to 2, got \[-1\]"),
         ({"a": Fixed([True, False, True])}, ValueError, "indices from 0 to 2, got .*True"),

@@ -68,7 +68,7 @@ Show = Callable[..., None]
 
 
 @dataclass(frozen=True)
-class Task:
+class Plan:
     """What to search.
 
     Attributes:
@@ -126,21 +126,21 @@ def run_solve(options: Options) -> int:
     if getattr(options, "try"):  # a keyword of Python, as "from" is
         return try_program(options.problem, problem, n_points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    task = _task(options, problem, n_points, settings)
+    plan = _plan(options, problem, n_points, settings)
     _import(problem, options, settings)
-    result = _search(options, task)
+    result = _search(options, plan)
     if not result.table.eligible().any():
         _say_infeasible(problem, result, options.out)
         return 1
     _say_best(options, problem, result, out)
     _say_other_runs(settings, len(result.tests))
-    _say_limits(options, formulation, task)
+    _say_limits(options, formulation, plan)
     if formulation.limits and not options.box:
         _say_box(result.table)
     return 0
 
 
-# The task
+# The plan
 
 
 def _require_effect(options: Options, formulation: Formulation) -> None:
@@ -169,8 +169,8 @@ def _default_points(options: Options) -> int:
     return _POINTS[options.algorithm]
 
 
-def _task(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Task:
-    """Return the task, after what can be refused before the search."""
+def _plan(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Plan:
+    """Return the plan, after what can be refused before the search."""
     model = Model(problem, settings)
     require_free_names((*model.layout.columns, *model.formulation.computed))
     runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
@@ -178,7 +178,7 @@ def _task(options: Options, problem: Problem, n_points: int, settings: RunOption
         rule = "used with --algorithm psi if a problem takes many designs at once"
         raise invalid("--cluster", rule, options.algorithm)
     settings = replace(settings, formulation=model.formulation)
-    return Task(problem, n_points, settings, model.formulation, runner)
+    return Plan(problem, n_points, settings, model.formulation, runner)
 
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
@@ -194,12 +194,12 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
 # The search
 
 
-def _search(options: Options, task: Task) -> Result:
+def _search(options: Options, plan: Plan) -> Result:
     """Search; an interrupt says how the search continues."""
     search = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[options.algorithm]
     try:
         with stored_at_termination(), _watched(options), progress_bar(True) as show:
-            return search(task, show)
+            return search(plan, show)
     except KeyboardInterrupt:
         place = f"see {options.study};"
         if options.study is None:
@@ -226,42 +226,42 @@ class _Tally:
 
     Args:
         show: Shows a share of 1 and a note.
-        task: The task.
+        plan: The plan.
 
     Attributes:
         n_evaluated: How many designs were evaluated for them.
     """
 
-    def __init__(self, show: Show, task: Task) -> None:
+    def __init__(self, show: Show, plan: Plan) -> None:
         self.n_evaluated = 0
         self._show = show
-        self._task = task
+        self._plan = plan
         self._statuses: Counter[str] = Counter()
 
     def add(self, tests: TestTable, n_left: int, n_evaluated: int = 0) -> None:
         """Count further tests before some that are left; a column that is not there is refused."""
         self.n_evaluated += n_evaluated
-        self._statuses.update(_under(tests, self._task).status.tolist())
+        self._statuses.update(_under(tests, self._plan).status.tolist())
         note = f"{self._statuses['ok']} feasible, {self._statuses['failed']} failed"
         n_tests = self._statuses.total()
         self._show(n_tests / max(1, n_tests + n_left), note)
 
 
-def _under(tests: TestTable, task: Task) -> TestTable:
-    """Return tests under the formulation of a task, as far as it can be applied."""
+def _under(tests: TestTable, plan: Plan) -> TestTable:
+    """Return tests under the formulation of a plan, as far as it can be applied."""
     # The first tests may all have failed or not been run; their outputs are then unknown.
     has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
     if not has_values.any():
         return tests
-    return tests.under(task.formulation)
+    return tests.under(plan.formulation)
 
 
-def _by_psi(task: Task, show: Show) -> Result:
+def _by_psi(plan: Plan, show: Show) -> Result:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move.
-    block_size = min(65_536, max(64, -(-task.n_points // 32)))
-    options = replace(task.options, block_size=block_size)
-    tally = _Tally(show, task)
+    block_size = min(65_536, max(64, -(-plan.n_points // 32)))
+    options = replace(plan.options, block_size=block_size)
+    tally = _Tally(show, plan)
 
     def tested(run: Run) -> TestTable:
         tables = [run.store.empty]
@@ -271,18 +271,18 @@ def _by_psi(task: Task, show: Show) -> Result:
                 tables.append(block.tests)
         return by_number(tables)
 
-    pieces = Pieces(task.runner)
-    _, tests = repeated_tests(tested, task.problem, task.n_points, options, pieces)
-    return _result(task, tests, tally.n_evaluated)
+    pieces = Pieces(plan.runner)
+    _, tests = repeated_tests(tested, plan.problem, plan.n_points, options, pieces)
+    return _result(plan, tests, tally.n_evaluated)
 
 
-def _by_surrogate(task: Task, show: Show) -> Result:
+def _by_surrogate(plan: Plan, show: Show) -> Result:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
-    options = task.options
+    options = plan.options
     algorithm = SurrogatePSI(
-        task.n_points,
-        formulation=task.formulation,
+        plan.n_points,
+        formulation=plan.formulation,
         sampling=options.sampling,
         study=options.study,
         study_key=options.study_key,
@@ -291,40 +291,40 @@ def _by_surrogate(task: Task, show: Show) -> Result:
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        _Tally(show, task).add(algorithm.table.tested, algorithm.n_left)
+        _Tally(show, plan).add(algorithm.table.tested, algorithm.n_left)
 
-    algorithm = minimize(task.problem, algorithm, seed=options.seed, callback=callback).algorithm
-    return _result(task, algorithm.table.tested, algorithm.evaluator.n_eval)
+    algorithm = minimize(plan.problem, algorithm, seed=options.seed, callback=callback).algorithm
+    return _result(plan, algorithm.table.tested, algorithm.evaluator.n_eval)
 
 
-def _result(task: Task, tests: TestTable, n_evaluated: int) -> Result:
+def _result(plan: Plan, tests: TestTable, n_evaluated: int) -> Result:
     """Return the result of tests all of which are ranked."""
-    under = _under(tests, task)
+    under = _under(tests, plan)
     table = under
-    if getattr(task.problem, "noisy", False):
-        table = _under(averaged_repeats(tests), task)
+    if getattr(plan.problem, "noisy", False):
+        table = _under(averaged_repeats(tests), plan)
     return Result(under, table, n_evaluated)
 
 
-def _by_nsga3(task: Task, show: Show) -> Result:
-    options = task.options
+def _by_nsga3(plan: Plan, show: Show) -> Result:
+    options = plan.options
     with TemporaryDirectory() as folder:
         # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
         # names no study, a temporary one keeps the tests for the table.
         recorded = Recorded(
-            FailureTolerant(with_requirements(task.problem)),
+            FailureTolerant(with_requirements(plan.problem)),
             study=options.study or Path(folder, "tests.db"),
             study_key=options.study_key,
             retry=options.retry,
         )
 
         def callback(algorithm: Any) -> None:
-            show(algorithm.evaluator.n_eval / task.n_points)
+            show(algorithm.evaluator.n_eval / plan.n_points)
 
-        outcome = nsga3(recorded, n_evaluations=task.n_points, seed=options.seed, callback=callback)
+        outcome = nsga3(recorded, n_evaluations=plan.n_points, seed=options.seed, callback=callback)
         table = recorded.table
     tests = table.rows(np.isin(table.numbers, [*recorded.returned]))
-    result = _result(task, tests, recorded.n_evaluated)
+    result = _result(plan, tests, recorded.n_evaluated)
     # pymoo has no F if no design is feasible.
     designs = outcome.pop if outcome.F is None else outcome.opt
     is_returned = np.isin(tests.numbers, designs.get("test_point"))
@@ -408,11 +408,11 @@ def _say_other_runs(settings: RunOptions, n_tests: int) -> None:
         say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
 
 
-def _say_limits(options: Options, formulation: Formulation, task: Task) -> None:
+def _say_limits(options: Options, formulation: Formulation, plan: Plan) -> None:
     """Print which limits apply, if any, and where each is from."""
     limits_of_options = limits_of(formulation.limits)
     texts = []
-    for name, limit in limits_of(task.formulation.limits).items():
+    for name, limit in limits_of(plan.formulation.limits).items():
         source = options.problem
         if name in limits_of_options or is_of_texts(limit):
             source = "option or decision"

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,7 +94,6 @@ class Reference:
     Attributes:
         frame: U, N and the scale.
         points: ``(k, m)`` the reference set, in the scale; empty if no run has a feasible design.
-        n_union: Number of points before thinning.
         optimum: ``(m,)`` objectives, all minimised, of the best known Salukvadze optimum: the point
             nearest to U.
 
@@ -109,14 +108,8 @@ class Reference:
     """
 
     frame: UtopianFrame
-    points: Array
-    n_union: int
+    points: Array = field(repr=False)
     optimum: Array
-
-    def __repr__(self) -> str:
-        """Return the numbers of points and objectives."""
-        k, m = self.points.shape
-        return f"Reference({k} points of {self.n_union}, {m} objectives)"
 
     @classmethod
     def of(cls, fronts: Sequence[Array]) -> Reference:
@@ -126,14 +119,14 @@ class Reference:
             Of the result in the example of :class:`Reference`:
 
             >>> reference = Reference.of([run.F for run in result.runs])
-            >>> reference.n_union == result.reference.n_union
+            >>> np.array_equal(reference.points, result.reference.points)
             True
         """
         # Unique and sorted, so that the order of the runs does not decide which points are kept.
         F = np.unique(np.vstack(fronts), axis=0)
         if len(F) == 0:
             nowhere = np.full(F.shape[1], np.nan)
-            return cls(UtopianFrame(nowhere, nowhere, normalize=True), F, 0, nowhere)
+            return cls(UtopianFrame(nowhere, nowhere, normalize=True), F, nowhere)
         worst = F.max(axis=0)
         F = F[nondominated(F)]
         U = F.min(axis=0)
@@ -145,7 +138,7 @@ class Reference:
         scaled = frame.scaled(F)
         points = scaled[spread_subset(scaled, _REFERENCE_SIZE)]
         nearest = frame.distances(F)[:, 0].argmin()
-        return cls(frame, points, len(F), F[nearest])
+        return cls(frame, points, F[nearest])
 
     def measure(self, F: Array) -> dict[str, float]:
         """Return the quality of the ``(n, m)`` non-dominated objectives of a run.
@@ -310,7 +303,22 @@ class Comparison(Shown):
             >>> bool((tests["p_holm"] >= tests["p"]).all() and (tests["effect"] >= 0.5).all())
             True
         """
-        return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))
+        import pandas as pd
+
+        known_name("indicator", indicator, INDICATORS)
+        rows = []
+        for budget, runs_of_budget in self.measures.groupby("evaluations", sort=True):
+            by_name = dict(iter(runs_of_budget.groupby("algorithm", sort=False)))
+            for better, worse in itertools.combinations(by_name, 2):
+                a = _values(by_name[better], indicator)
+                b = _values(by_name[worse], indicator)
+                effect = effect_size(a, b)
+                if effect < 0.5:
+                    better, worse = worse, better
+                    effect = 1 - effect
+                rows.append((budget, better, worse, effect, p_value(a, b)))
+        frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p"])
+        return frame.assign(p_holm=holm(frame["p"].to_numpy(float)))
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         medians = self.summary()
@@ -522,15 +530,14 @@ def holm(p: Array) -> Array:
         >>> print(holm(np.array([0.01, 0.04, 0.03])))
         [0.03 0.06 0.06]
     """
-    corrected = np.full(len(p), np.nan)
-    tested = np.flatnonzero(~np.isnan(p))
-    order = tested[np.argsort(p[tested], kind="stable")]
+    import pandas as pd
+
+    increasing = pd.Series(p).dropna().sort_values(kind="stable")
     # The smallest of k p values is multiplied by k, the next by k - 1, and so on; none becomes
     # smaller than the one before it.
-    factors = np.arange(len(order), 0, -1)
-    increasing = np.maximum.accumulate(p[order] * factors)
-    corrected[order] = np.minimum(increasing, 1.0)
-    return corrected
+    factors = np.arange(len(increasing), 0, -1)
+    corrected = (increasing * factors).cummax().clip(upper=1.0)
+    return np.asarray(corrected.reindex(range(len(p))), dtype=np.float64)
 
 
 def effect_size(a: Array, b: Array) -> float:
@@ -599,36 +606,6 @@ def _rank_sum_test(a: Array, b: Array) -> float:
     upper_tail = ways[k, observed:].sum()
     share = float(min(lower_tail, upper_tail) / ways[k].sum())
     return min(1.0, 2.0 * share)
-
-
-def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
-    """Compare every pair of algorithms at every budget.
-
-    Args:
-        measures: One row per run: ``algorithm``, ``evaluations``, ``seed`` (missing if the
-            algorithm is deterministic) and the indicator.
-        indicator: One of :data:`INDICATORS`.
-
-    Returns:
-        Columns ``evaluations``, ``better`` and ``worse`` (names, by the effect size), ``effect``
-        (the probability that a run of ``better`` is the better one, 0.5 to 1), ``p``, ``p_holm``.
-    """
-    import pandas as pd
-
-    rows = []
-    for budget, runs_of_budget in measures.groupby("evaluations", sort=True):
-        by_name = dict(iter(runs_of_budget.groupby("algorithm", sort=False)))
-        for one, other in itertools.combinations(by_name, 2):
-            a = _values(by_name[one], indicator)
-            b = _values(by_name[other], indicator)
-            effect = effect_size(a, b)
-            better, worse = one, other
-            if effect < 0.5:
-                better, worse = other, one
-                effect = 1 - effect
-            rows.append((budget, better, worse, effect, p_value(a, b)))
-    frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p"])
-    return frame.assign(p_holm=holm(frame["p"].to_numpy(float)))
 
 
 def _values(runs: pd.DataFrame, indicator: str) -> Array:

@@ -100,7 +100,7 @@ def searches(algorithms: Collection[str] | Entries) -> dict[str, Search]:
     """
     if not isinstance(algorithms, Mapping):
         names = collection("algorithms", algorithms, "names or a mapping")
-        algorithms = {known_name("algorithms", name, SEARCHES): name for name in names}
+        algorithms = dict(zip(names, names, strict=True))
     if not algorithms:
         raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
     return {str(name): _search(name, algorithm) for name, algorithm in algorithms.items()}
