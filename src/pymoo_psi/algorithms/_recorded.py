@@ -122,7 +122,7 @@ class Recorded(WithTable, WrappedProblem):
         self._values: dict[_Key, Values] = {}  # of the first test of each design, by the design
         self._retried: dict[_Key, int] = {}  # the test points to be evaluated again, by the design
         self._test_points: set[int] = set()  # of all tests of the run
-        self._others = self._store.empty  # the tests of other runs that are known
+        self._state: object = None  # of the study when it was last read
         self.returned: set[int] = set()
         self._read()
         self.n_evaluated = 0
@@ -204,21 +204,19 @@ class Recorded(WithTable, WrappedProblem):
         return (point for point in count(1) if point not in self._test_points)
 
     def _read(self) -> None:
-        """Take over stored tests that are not known yet, of this run or others."""
-        others = self._store.others()
-        is_other = others is not self._others
-        if is_other:  # some may have other values than before
-            self._others = others
-            self._values.clear()
-            self._test_points.clear()
-            self._retried.clear()
-        tests, is_retried = self._store.stored(next(self._free()))
-        self._test_points.update(tests.numbers.tolist())
+        """Read the study, unless it is as it was; some tests may have other values than before."""
+        state = self._store.state()
+        if state == self._state:
+            return
+        self._state = state
+        tests, is_retried = self._store.stored()
         retried = tests.rows(is_retried)
-        self._retried.update(zip(design_keys(retried.X), retried.numbers.tolist(), strict=True))
+        self._test_points = {*tests.numbers.tolist()}
+        self._retried = dict(zip(design_keys(retried.X), retried.numbers.tolist(), strict=True))
+        self._values.clear()
         self._learn(tests.rows(~is_retried))
-        if is_other:
-            self._learn(others, others.numbers)
+        others = self._store.others()
+        self._learn(others, others.numbers)
 
     def _learn(self, tests: TestTable, numbers: Numbers | None = None) -> None:
         """Learn the values of tests, unless they are known.
@@ -228,7 +226,6 @@ class Recorded(WithTable, WrappedProblem):
             numbers: ``(n,)`` their numbers in the study, if they are of other runs.
         """
         if numbers is None:
-            self._test_points.update(tests.numbers.tolist())
             numbers = self._store.numbers(tests.numbers)
         columns = numbers.tolist(), design_keys(tests.X), self._model.values(tests)
         for number, key, values in zip(*columns, strict=True):
@@ -252,6 +249,8 @@ class Recorded(WithTable, WrappedProblem):
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         block = run.block(len(points))
         self._learn(block.tests)
+        self._test_points.update(block.numbers.tolist())
+        self._state = self._store.state()
         self.n_evaluated += block.n_called
         if len(block.tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")

@@ -345,8 +345,8 @@ class Run:
             self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)
             points = points.at(~is_unmet)
         if self._repeats is not None and len(points):
-            points = self._repeats.new(points)
-            self._answer_repeats(self._repeats)
+            points, answers = self._repeats.new(points)
+            self._answer_repeats(answers)
         if len(points):
             self.executor.submit(points)
 
@@ -367,12 +367,10 @@ class Run:
         self.source.tell(block.tests)
         self._ready.append(block)
         if self._repeats is not None:
-            self._repeats.learn(block.tests)
-            self._answer_repeats(self._repeats)
+            self._answer_repeats(self._repeats.learn(block.tests))
 
-    def _answer_repeats(self, repeats: Repeats) -> None:
-        """Answer the points whose designs have a result."""
-        answers = repeats.take_answers()
+    def _answer_repeats(self, answers: dict[int, Values]) -> None:
+        """Answer points by the values that their designs have."""
         rows = np.searchsorted(self._points.numbers, [*answers])
         self._answer(self._points.at(rows), [*answers.values()])
 
@@ -434,40 +432,35 @@ class Repeats:
         self._model = model
         self._values: dict[tuple[str, ...], Values] = {}  # of each design with a result
         self._waiting: dict[tuple[str, ...], list[int]] = {}  # points, by design
-        self._answers: dict[int, Values] = {}  # the values of points that need not wait
         self.learn(tests)
 
     def restart(self) -> None:
         """Let no design be evaluated, and no point wait."""
         self._waiting.clear()
 
-    def learn(self, tests: TestTable) -> None:
-        """Learn the results of tests, for which points may wait."""
+    def learn(self, tests: TestTable) -> dict[int, Values]:
+        """Learn the results of tests; return those of the points that waited, by number."""
+        answers: dict[int, Values] = {}
         for key, values in zip(design_keys(tests.X), self._model.values(tests), strict=True):
             self._values.setdefault(key, values)
-            for number in self._waiting.pop(key, ()):
-                self._answers[number] = values
+            answers |= dict.fromkeys(self._waiting.pop(key, ()), values)
+        return answers
 
-    def new(self, points: Points) -> Points:
-        """Return the points to evaluate; the others have a result, or wait for one."""
+    def new(self, points: Points) -> tuple[Points, dict[int, Values]]:
+        """Return the points to evaluate, and known results of others; the rest waits."""
         rows = []
+        answers = {}
         keys = design_keys(points.matrix(self._model.space))
         for row, key in enumerate(keys):
             number = int(points.numbers[row])
             if key in self._values:
-                self._answers[number] = self._values[key]
+                answers[number] = self._values[key]
             elif key in self._waiting:
                 self._waiting[key].append(number)
             else:
                 self._waiting[key] = []
                 rows.append(row)
-        return points.at(rows)
-
-    def take_answers(self) -> dict[int, Values]:
-        """Take the values of points that need not wait any more, by their numbers."""
-        answers = self._answers
-        self._answers = {}
-        return answers
+        return points.at(rows), answers
 
 
 def run_of_sequence(

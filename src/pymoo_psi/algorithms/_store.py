@@ -146,9 +146,6 @@ class StudyStore(Store):
         super().__init__(table)
         self._model = model
         self._retry = options.retry
-        self._others = table  # the tests of other runs when they were last read
-        # the numbers of these tests and of changes to the study at that time
-        self._state_of_others = (0, 0)
         # how many requests were read; None before the first look
         self._n_requests: int | None = None
         self._next_look = 0.0  # the time at which requests are read again
@@ -235,18 +232,15 @@ class StudyStore(Store):
         """Return the tests of other runs of the same model, without those to be retried."""
         if not self.has_other_runs:
             return self.empty
-        with self.study.reading() as database:
-            n_tests = database.n_tests()
-            n_tests.pop(self.run, None)
-            state = sum(n_tests.values()), database.facts.n_changes
-            if state == self._state_of_others:
-                return self._others
-            columns = database.tests()
+        columns = self.study.contents()[1]
         is_of_other = columns["run"] != self.run
         tests = self.table({name: cells[is_of_other] for name, cells in columns.items()}, "test")
-        self._state_of_others = state
-        self._others = tests.rows(~self._is_retried(tests))
-        return self._others
+        return tests.rows(~self._is_retried(tests))
+
+    def state(self) -> object:
+        """Return what differs when tests were added, changed or withdrawn."""
+        with self.study.reading() as database:
+            return database.n_tests(), database.facts.n_changes
 
     def table(self, columns: Columns, number: str) -> TestTable:
         """Return the table of columns of the study; ``number`` is the column that numbers them."""

@@ -343,30 +343,30 @@ class Database:
 
         Stored columns that the new head lacks become outputs.
         """
-        renaming = Renaming.between(self.facts.head, head)
+        stored = self.facts.head
+        renaming = Renaming.between(stored, head)
+        present = [renaming.new_names.get(name, name) for name in columns_of_head(stored)]
+        head = with_outputs(head, present)
+        if head == stored:
+            return
+        columns: Columns = {}
         if renaming:
             provenance = _read(self.db, _PROVENANCE, "tests ORDER BY test")
-            columns = self.tests() | _by_name(_PROVENANCE, provenance)
-            self.facts.head = renaming.of_head(self.facts.head)
+            columns = renaming.of_columns(self.tests() | _by_name(_PROVENANCE, provenance))
             self.db.execute("DROP TABLE tests")
             self.db.execute(_TESTS)
-            self._add_columns(())
-            self.insert(renaming.of_columns(columns))
-        if self._change_head(with_outputs(head, columns_of_head(self.facts.head))):
-            self.facts.is_complete = False
+            present = []
+        self.facts.head = head
+        self.facts.is_complete = False
+        self._add_columns(present)
+        if renaming:
+            self.insert(columns)
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
-        self._change_head(with_outputs(self.facts.head, columns))
-
-    def _change_head(self, head: Head) -> bool:
-        """Change the head, if another is given, and add its columns; say whether it changed."""
-        present = self.facts.head
-        if head == present:
-            return False
-        self.facts.head = head
-        self._add_columns(columns_of_head(present))
-        return True
+        present = columns_of_head(self.facts.head)
+        self.facts.head = with_outputs(self.facts.head, columns)
+        self._add_columns(present)
 
     def _add_columns(self, present: Collection[str]) -> None:
         """Add the columns of the head that are not present."""

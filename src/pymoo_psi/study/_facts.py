@@ -384,10 +384,3 @@ class Renaming:
                 cells = -cells
             renamed[self.new_names.get(name, name)] = cells
         return renamed
-
-    def of_head(self, head: Head) -> Values:
-        """Return the stored head with the new names."""
-        renamed = dict(head)
-        for group in ("objectives", "inequalities", "equalities"):
-            renamed[group] = [self.new_names.get(name, name) for name in head[group]]
-        return renamed
