@@ -247,19 +247,14 @@ class StudyStore(Store):
         layout = self.empty.layout
         unknown = np.full(len(columns["test"]), np.nan)
         columns = dict.fromkeys(self._model.default_limits, unknown) | columns
-        promised = kinds_of_columns(layout)
-        # Tests of another run may have outputs that this one does not know yet.
-        outputs = []
-        for name in columns:
-            if name not in promised and name not in _NUMBERS:
-                outputs.append(name)
-        layout = replace(layout, outputs=(*layout.outputs, *outputs))
-        head = head_of(TestTable.empty(layout))
-        needed = (*self.empty.layout.objectives, *limits_of(self._model.formulation.limits))
-        remarks = lacking(columns, needed)
         # Those that a test was made under may be others.
-        columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}
-        tests = StoredTests(head, columns, remarks, is_derived=True)
+        columns |= self._model.requirement_columns(columns) | {POINT: columns[number]}
+        # Tests of another run may have outputs that this one does not know yet.
+        promised = (*kinds_of_columns(layout), *_NUMBERS)
+        outputs = [name for name in columns if name not in promised]
+        head = head_of(TestTable.empty(replace(layout, outputs=(*layout.outputs, *outputs))))
+        needed = (*layout.objectives, *limits_of(self._model.formulation.limits))
+        tests = StoredTests(head, columns, lacking(columns, needed), is_derived=True)
         return tests.table(self.study.path)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
@@ -324,11 +319,10 @@ class StudyStore(Store):
         steering = self.study.facts().steering
         requests = []
         for request in steering[self._n_requests or 0 :]:
-            is_over = self._n_requests is None and request["action"] not in LASTING
             answer = request["answer"]
             if request["run"] not in (0, self.run) or answer.endswith(_OVER):
                 continue
-            if is_over:
+            if self._n_requests is None and request["action"] not in LASTING:
                 self.answer(request | {"answer": answer + _OVER})
             else:
                 requests.append(request)

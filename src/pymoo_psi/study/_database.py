@@ -298,9 +298,10 @@ class Database:
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
         source = "proposals WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
+        number = self.facts.run(run).number
         proposals = []
         with intact(self._path):
-            rows = _checked_rows(self.db, source, (run, first, last))
+            rows = _checked_rows(self.db, source, (number, first, last))
             for _, test_point, proposed_in, origin, content in rows:
                 proposals.append(Proposal(test_point, proposed_in, origin, json.loads(content)))
         return proposals

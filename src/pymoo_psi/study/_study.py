@@ -238,29 +238,22 @@ class Study:
         with self.reading() as database:
             return database.facts
 
-    def contents(
-        self, first: int = 1, count: int = LAST, *, run: int | None = None
-    ) -> tuple[Facts, Columns]:
+    def contents(self, first: int = 1, count: int = LAST) -> tuple[Facts, Columns]:
         """Return the facts and stored tests, both of the same moment.
 
         Args:
-            first: The number of the first test; of a run, its first test point.
-            count: How many numbers, or test points, from there on.
-            run: The run whose tests are returned; ``None`` for all tests.
+            first: The number of the first test.
+            count: How many numbers from there on.
 
         Returns:
             The facts, and the columns of the tests in the order of their numbers: those of
-            :meth:`append`, and the integers ``test``, the number, and ``run``. Of a run, they are
-            in the order of its test points, which ``test_point`` has.
+            :meth:`append`, and the integers ``test``, the number, and ``run``.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
-        last = min(first + count - 1, LAST)
         with self.reading() as database:
-            if run is None:
-                return database.facts, database.tests(first, last)
-            return database.facts, database.tests_of_run(run, first, last)
+            return database.facts, database.tests(first, first + count - 1)
 
     def proposals(self, run: int = 1) -> list[Proposal]:
         """Return the proposals of a run, by test point.
