@@ -6,7 +6,6 @@ import pytest
 from pymoo.optimize import minimize
 
 from pymoo_psi import Identification, SurrogatePSI, investigate
-from pymoo_psi.plots import plot_identification
 from tests.refusals import refused
 
 T = np.linspace(0, 12, 120)
@@ -45,22 +44,6 @@ def test_noisy_series_of_two_experiments_give_the_parameters_back():
     best = dict(zip(table.layout.variables, table.best().X[0], strict=True))
     assert best["frequency"] == pytest.approx(TRUE["frequency"], rel=0.01)
     assert best["damping"] == pytest.approx(TRUE["damping"], rel=0.05)
-
-
-def test_curves_of_the_best_designs_lie_over_the_measurements():
-    model, limits = problem(), {"decay": 0.5}
-    table = investigate(model, 64).under(limits=limits)
-    figure = plot_identification(model, table, best=2)
-    assert [ax.get_title() for ax in figure.axes] == ["decay", "step"]
-    ranking = table.feasible_ranking()
-    for ax, (name, data) in zip(figure.axes, model.experiments.items(), strict=True):
-        measured, *curves = ax.lines
-        np.testing.assert_array_equal(measured.get_ydata(), data[name])
-        assert len(curves) == 2
-        for curve, row in zip(curves, ranking.rows[ranking.by_place], strict=False):
-            design = dict(zip(BOX, table.X[row], strict=True))
-            np.testing.assert_array_equal(curve.get_ydata(), model.series(design, name)[name])
-            assert curve.get_label() == table.names[row]
 
 
 def test_adequacy_is_what_its_name_says():

@@ -9,7 +9,6 @@ Test tables, under the limits of their formulation:
     :func:`plot_objectives`: the objectives in pairs.
     :func:`plot_sensitivities`: the share of a column's variance that each variable explains.
     :func:`plot_sections`: objectives while one variable of a design changes, from surrogates.
-    :func:`plot_identification`: the best designs' curves over measured series.
 
 Rankings:
     :func:`plot_ranking`: parallel coordinates, by place.

@@ -1,6 +1,5 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._figures import plot_identification as plot_identification
 from ._figures import plot_indicators as plot_indicators
 from ._figures import plot_objectives as plot_objectives
 from ._figures import plot_ranking as plot_ranking

@@ -23,11 +23,9 @@ from pymoo_psi._validation import (
     Array,
     Names,
     Received,
-    Rows,
     counted,
     finite_array,
     instance,
-    integer,
     invalid,
     known_name,
 )
@@ -58,7 +56,6 @@ from pymoo_psi.table import Histogram, Layout, TestTable, histogram
 
 if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
-    from pymoo_psi.problems import Identification
 
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
@@ -459,79 +456,6 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
         ax.plot(values, expected, color=BLUE)
     ax.axvline(design, color="black", linewidth=0.8, linestyle="--")
     return options
-
-
-# Fits to measurements
-
-
-def plot_identification(
-    problem: Identification,
-    table: TestTable,
-    *,
-    best: int = 3,
-    title: str = "",
-) -> Drawing:
-    """Return the curves of the best designs over the measurements, one panel per measured column.
-
-    Args:
-        problem: The model and its experiments.
-        table: Its tests.
-        best: Number of designs to draw, those nearest to the ideal point.
-        title: Subject of the tests, with which the caption begins.
-
-    Raises:
-        ArgumentTypeError: ``problem`` is not an :class:`~pymoo_psi.Identification`, or ``table``
-            not a test table.
-        ArgumentValueError: ``best`` is below 1, or no design is feasible.
-
-    Example:
-        >>> import numpy as np, pandas as pd
-        >>> from pymoo_psi import Identification, investigate
-        >>> t = np.linspace(0, 5, 30)
-        >>> measured = {"cooling": pd.DataFrame({"t": t, "T": np.exp(-t / 2)})}
-        >>> def decay(parameters, data):
-        ...     return np.exp(-parameters["rate"] * data["t"])
-        >>> problem = Identification(decay, measured, {"rate": (0, 1)})
-        >>> (ax,) = plot_identification(problem, investigate(problem, 15)).axes
-        >>> ax.get_title(), ax.get_xlabel(), ax.get_ylabel()
-        ('cooling', 't', 'T')
-    """
-    from pymoo_psi.problems import Identification
-
-    instance("problem", problem, Identification)
-    integer("best", best, minimum=1)
-    ranking = require_table(table).feasible_ranking()
-    chosen = ranking.rows[ranking.by_place[:best]]
-    pairs = []
-    for name, data in problem.experiments.items():
-        for column in data.columns[1:]:
-            pairs.append((name, column))
-    with panels(len(pairs), min(len(pairs), _PANELS)) as (figure, axes):
-        for ax, (name, column) in zip(axes, pairs, strict=True):
-            _draw_fits(ax, problem, table, chosen, name, column)
-        legend_of(figure, axes, best + 1)
-        figure.describe(title, "Measured values, and the curves of the best designs.")
-    return figure
-
-
-def _draw_fits(
-    ax: Axes,
-    problem: Identification,
-    table: TestTable,
-    rows: Rows,
-    experiment: str,
-    column: str,
-) -> None:
-    """Draw a measured column of an experiment, and what the model gives for some designs."""
-    data = problem.experiments[experiment]
-    time = data.columns[0]
-    ax.plot(data[time], data[column], ".", color="0.55", markersize=3, label="measured")
-    for row, style in zip(rows, curves(), strict=False):
-        design = dict(zip(problem.variables, table.X[row].tolist(), strict=True))
-        series = problem.series(design, experiment)
-        style = style | {"marker": "", "label": table.names[row]}
-        ax.plot(data[time], series[column], **style)
-    ax.set(title=literal(experiment), xlabel=literal(time), ylabel=literal(column))
 
 
 # Comparisons of algorithms

@@ -41,7 +41,6 @@ _LOOKS = 120  # over which the rate is measured
 _GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
-_MOST_REQUESTS = 1000  # in a study
 _MOST_CONNECTIONS = 64
 _LONGEST = 2**18  # bytes of a request
 # Notebooks show the page in a frame.
@@ -205,27 +204,22 @@ class GrowingStudy:
         if not name:
             raise PsiError("give your name, for the record")
         now = time.monotonic()
-        are_many = len(self._steered) == _MOST_A_MINUTE and now < self._steered[0] + 60
-        if are_many or len(self._facts.steering) >= _MOST_REQUESTS:
-            rule = f"{_MOST_A_MINUTE} requests a minute, {_MOST_REQUESTS} in a study"
-            raise PsiError(f"at most {rule}")
+        if len(self._steered) == _MOST_A_MINUTE and now < self._steered[0] + 60:
+            raise PsiError(f"at most {_MOST_A_MINUTE} requests a minute")
         self._steered.append(now)
-        request = {"name": name, "action": action}
-        for key in ("formulation", "count"):
-            request[key] = received.get(key)
+        details = {key: received.get(key) for key in ("formulation", "count")}
         with self.study.changes() as database:
-            database.steer(request)
+            database.steer({"name": name, "action": action, **details})
 
 
 def _is_alive(host: str, process: int) -> bool:
     """Whether a process is there; of another machine it is believed."""
-    if host == node() and sys.platform != "win32":
-        try:
-            os.kill(process, 0)
-        except ProcessLookupError:
-            return False
-        except PermissionError:
-            return True
+    if host != node() or sys.platform == "win32":
+        return True
+    try:
+        os.kill(process, 0)
+    except OSError as error:
+        return isinstance(error, PermissionError)
     return True
 
 
