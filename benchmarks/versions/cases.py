@@ -9,6 +9,7 @@ names to values. Public names only, those of the newer version; ``adapter.py`` h
 from __future__ import annotations
 
 import contextlib
+import inspect
 import io
 import json
 import os
@@ -42,6 +43,8 @@ def fields(thing, names):
 
 def read_values(path, objectives, **options):
     """Rows and objectives of a file of designs, in the original direction."""
+    if "thousands" not in inspect.signature(table.read_table).parameters:
+        options.pop("thousands", None)  # since 0.4 the decimal mark settles both
     tests = table.read_table(path, psi.Formulation(objectives=objectives), **options)
     names = tests.layout.objectives
     values = np.column_stack([tests.column(name) for name in names])

@@ -93,7 +93,7 @@ OUTS = ["out.csv", "out.html", *PATHS]
 TABLE = {"objectives": NAMES, "maximize": NAMES, "limits": LIMITS, "compute": COMPUTED, "out": OUTS}
 OPENING = {
     "variables": NAMES, "units": ["f1=kg", "f2=µ", "a=kg", "=", "f1=\udcff"], "decimal": [".", ",", "x", ""],
-    "thousands": [",", ".", " ", "x"], "encoding": ["utf-8", "cp1252", "utf-16", "x", ""],
+    "encoding": ["utf-8", "cp1252", "utf-16", "x", ""],
     "skip-rows": ["4", "3", "1", "2,3", "0", "x", ""], "sheet": ["x", ""],
 }  # fmt: skip
 # The subjects of each command, and values of its options, right ones and wrong ones.

@@ -145,7 +145,7 @@ def test_how_a_file_is_written(said, tmp_path):
     """Options of a file are read_table's arguments."""
     text = "Messung\nEntwurf;Kosten;Masse\nA;1.250,5;3,75\nB;980,25;\nC;2.100;2,875\n"
     (tmp_path / "set.csv").write_bytes(text.replace("Entwurf", "Größe").encode("cp1252"))
-    options = ["--skip-rows", "1", "--decimal", ",", "--thousands", ".", "--encoding", "cp1252",
+    options = ["--skip-rows", "1", "--decimal", ",", "--encoding", "cp1252",
                "--drop-incomplete", "--units", "Masse=kg"]  # fmt: skip
     printed = said("rank", "set.csv", *options, "--out", "o.csv")
     assert "1 incomplete design left out, the first in row 2 (line 4)." in printed

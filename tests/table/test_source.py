@@ -80,7 +80,7 @@ FILES = {
     "a short row": ("a,b\n1,2\n3\n", {}, "line 3 has 1 cell, most lines 2"),
     # Points and commas
     "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
-    "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --thousands '\.' or --decimal '\.'"),
+    "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --decimal ',' or --decimal '\.'"),
     "the same with the decimal mark": ("cost;mass\n2,5;1.250\n3,5;980\n", {"decimal": ","}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
     "the same with commas between cells": ('cost,mass\n"2,5",1.250\n"3,5",2.980\n', {}, "'1.250' in the column 'mass', either 1250 or 1.25; settle it"),
     "decimal commas, one in front of three digits": ("cost;mass\n2,5;1,250\n3,5;980\n", {}, {"cost": [2.5, 3.5], "mass": [1.25, 980]}),
@@ -91,7 +91,7 @@ FILES = {
     "three decimals as programs print them": ("a,b\n1.250,3\n0.980,4\n2.500,5\n", {}, {"a": [1.25, 0.98, 2.5], "b": [3, 4, 5]}),
     "three decimals, none below one": ("a,b\n1.250,3\n2.980,4\n", {}, {"a": [1.25, 2.98], "b": [3, 4]}),
     "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
-    "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --thousands ',' or --dec"),
+    "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --decimal '.' or --dec"),
     "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number"),
     "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
     # Signs, units, what is no plain number
@@ -373,16 +373,16 @@ def styles(draw):
     end = draw(st.sampled_from(["\n", "\r\n"]))
     title = draw(st.sampled_from(["", f"# made in May{end}"]))
     encoding = draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]))
-    return title + end.join(lines) + end, columns, decimal, thousands, encoding
+    return title + end.join(lines) + end, columns, decimal, encoding
 
 
 @settings(max_examples=75)
 @given(style=styles(), told=st.booleans())
 def test_what_is_read_is_what_was_written(path, style, told):
-    text, columns, decimal, thousands, encoding = style
+    text, columns, decimal, encoding = style
     options = {}
     if told:
-        options = {"decimal": decimal, "thousands": thousands or None, "encoding": encoding}
+        options = {"decimal": decimal, "encoding": encoding}
         text = text.replace("−", "-")
     path.write_bytes(text.encode(encoding, "replace"))
     try:

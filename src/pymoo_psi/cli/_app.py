@@ -92,7 +92,6 @@ _READING = [
     _names("variables", "X,Y,…", "Design variable columns [x1,x2,…]."),
     _names("units", "A=KG,B=S", "Units of columns."),
     _option("decimal", '"."|","', "Decimal mark [detected]."),
-    _option("thousands", "MARK", "Thousands separator [detected]."),
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units.", type=_COUNTS),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),

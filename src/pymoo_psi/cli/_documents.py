@@ -256,7 +256,6 @@ def _prototype(options: Options, formulation: Formulation, layout: Layout) -> Te
         options.prototype,
         same,
         decimal=options.decimal,
-        thousands=options.thousands,
         encoding=options.encoding,
     )
 

@@ -96,7 +96,6 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         repeats=options.repeats,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
-        thousands=options.thousands,
         encoding=options.encoding,
         skip_rows=options.skip_rows or (),
         sheet=options.sheet,

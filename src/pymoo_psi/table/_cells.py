@@ -8,7 +8,7 @@ two meanings, which depend on the notation:
 
 The notation of a column is found by the first of these rules that applies:
 
-1. ``decimal`` or ``thousands`` decides where the user gives it.
+1. ``decimal`` decides where the user gives it.
 2. A column that only one notation can read, such as one with 1.5, 0.125 or 1.250.000, has that
    notation and is certain.
 3. A single mark, as in 1.250, is a decimal mark if it is one in all certain columns of the file. It
@@ -31,6 +31,7 @@ import numpy as np
 from pymoo_psi._validation import (
     Array,
     Head,
+    Names,
     counted,
     invalid,
 )
@@ -48,7 +49,18 @@ _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "�
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
 _OTHER = {".": ",", ",": "."}
-_GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
+
+
+def _notation(mark: str, other: str) -> re.Pattern[str]:
+    """Return how numbers with a decimal mark may be written."""
+    # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
+    group = rf"(?P<gap>[{other} \u00a0\u2009\u202f'’])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
+    grouped = rf"[1-9][0-9]{{0,2}}{group}(?:[{mark}][0-9]*)?"
+    plain = rf"(?:[0-9]+(?:[{mark}][0-9]*)?|[{mark}][0-9]+)(?:e[+-]?[0-9]+)?"
+    return re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity)", re.IGNORECASE)
+
+
+_NOTATIONS = {mark: _notation(mark, other) for mark, other in _OTHER.items()}
 _LONGEST = 100  # the most characters in which a number is searched
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
@@ -300,26 +312,24 @@ def _plain(cell: Any) -> Any:
     return cell.strip()
 
 
-def read_columns(
-    cells: Cells, decimal: str | None, thousands: str | None, labels: Collection[str]
-) -> dict[str, Column]:
+def read_columns(cells: Cells, decimal: str | None = None, labels: Names = ()) -> dict[str, Column]:
     """Return columns with their numbers, by the rules at the top of this module.
 
     Args:
         cells: Texts, or the values of a source whose cells have types.
         decimal: The decimal mark, ``"."`` or ``","``, if the user gave it.
-        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, if the user
-            gave it.
         labels: Columns that name designs. A design called 1.2 says nothing about decimals.
     """
-    notations = _notations(decimal, thousands)
+    if decimal not in (None, *_NOTATIONS):
+        raise invalid("decimal", "'.' or ','", decimal)
     readings: dict[str, _Readings] = {}
     certain = set()
     for name, column in cells.columns.items():
         plain = list(map(_plain, column))
         readings[name] = {}
-        for mark, notation in notations.items():
-            readings[name][mark] = [_number(cell, mark, notation) for cell in plain]
+        for mark, notation in _NOTATIONS.items():
+            if decimal in (None, mark):
+                readings[name][mark] = [_number(cell, mark, notation) for cell in plain]
         marks = _possible_marks(readings[name])
         if len(marks) == 1 and name not in labels:
             certain.add(marks[0])
@@ -328,27 +338,6 @@ def read_columns(
         numbers = _column(cells, name, readings[name], certain)
         columns[name] = numbers._replace(is_label=name in labels)
     return columns
-
-
-def _notations(decimal: str | None, thousands: str | None) -> dict[str, re.Pattern[str]]:
-    """Return how numbers may be written, by the decimal marks that a user leaves open."""
-    if decimal not in (None, ".", ","):
-        raise invalid("decimal", "'.' or ','", decimal)
-    if thousands not in (None, ".", ",", " ", "'") or thousands == (decimal or ""):
-        raise invalid("thousands", "'.', ',', ' ' or \"'\", and not the decimal mark", thousands)
-    notations = {}
-    for mark, other in _OTHER.items():
-        if mark == thousands or decimal == other:
-            continue
-        gaps = other + "".join(_GAPS.values())
-        if thousands is not None:
-            gaps = _GAPS.get(thousands, thousands)
-        # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
-        group = rf"(?P<gap>[{gaps}])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
-        grouped = rf"[1-9][0-9]{{0,2}}{group}(?:[{mark}][0-9]*)?"
-        plain = rf"(?:[0-9]+(?:[{mark}][0-9]*)?|[{mark}][0-9]+)(?:e[+-]?[0-9]+)?"
-        notations[mark] = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity)", re.IGNORECASE)
-    return notations
 
 
 def _number(cell: Any, mark: str, notation: re.Pattern[str]) -> float | None:
@@ -390,7 +379,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
     if certain == {decimal} or (is_printed and not certain):
         return Column(name, column, np.array(readings[decimal]), decimal)
     either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
-    remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
+    remedy = f"settle it by --decimal '{_OTHER[decimal]}' or --decimal '{decimal}'"
     return Column(name, column, problem=f"{cells.place(name, row)}, either {either}; {remedy}")
 
 
@@ -411,7 +400,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
                 f"{cells.place(name, row)}, no plain number; write it without a unit, settle it by "
-                "--decimal and --thousands, leave its line out by --skip-rows "
+                "--decimal, leave its line out by --skip-rows "
                 f"{cells.line(row)}, or name the objectives by --objectives"
             )
     return ""

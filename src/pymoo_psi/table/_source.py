@@ -78,7 +78,6 @@ def read_table(
     repeats: str | Literal[False] | None = None,
     drop_incomplete: bool = False,
     decimal: str | None = None,
-    thousands: str | None = None,
     encoding: str | None = None,
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
@@ -110,8 +109,8 @@ def read_table(
             a study are averaged, by variables; ``False`` averages nothing.
         drop_incomplete: Count designs without a finite objective as failed, instead of refusing the
             source.
-        decimal: The decimal mark of texts, ``"."`` or ``","``.
-        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
+        decimal: The decimal mark of texts, ``"."`` or ``","``; the other one may then divide
+            thousands, as spaces and apostrophes may.
         encoding: The encoding of a text; by its byte-order mark, or UTF-8, unless given.
         skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units.
         sheet: Name of the sheet of a workbook; the only one unless given.
@@ -153,7 +152,7 @@ def read_table(
                 asked = formulation or Formulation()
                 # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
                 cells = _designs(content, asked, is_file=path is not None and not repeats)
-                cells, columns = _columns(cells, decimal, thousands)
+                cells, columns = _columns(cells, decimal)
                 table = _table(cells, columns, asked, variables, drop_incomplete)
             case StoredTests():
                 table = content.table(path)
@@ -252,7 +251,7 @@ def source_columns(
     cells = _content(source, sheet=sheet, units=units)
     if not isinstance(cells, Cells):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    return cells, read_columns(cells, decimal, None, ())
+    return cells, read_columns(cells, decimal)
 
 
 # The rows that are designs
@@ -313,16 +312,14 @@ def _rows(cells: Cells, is_kept: Mask, why: str) -> Cells:
 # The columns and their roles
 
 
-def _columns(
-    cells: Cells, decimal: str | None, thousands: str | None
-) -> tuple[Cells, dict[str, Column]]:
+def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column]]:
     """Return cells with their label, and their columns without those that follow from others.
 
     Raises:
         ArgumentValueError: A row summarises others.
     """
     labels = [name for name in cells.columns if name.strip().lower() in _LABELS]
-    columns = read_columns(cells, decimal, thousands, labels)
+    columns = read_columns(cells, decimal, labels)
     derived = _DERIVED
     if _is_ranking(cells):
         derived = (*_DERIVED, *_DERIVED_OF_RANKINGS)
