@@ -83,15 +83,3 @@ def test_other_suffixes_are_refused_by_those_that_there_are(formats, said, tmp_p
     table = read_table("set.csv")
     refused(r"path must be a file with the suffix \.xlsx", table.to_xlsx, "o.records")
     refused("sheet must be left out", read_table, "set.csv", sheet="S1")
-
-
-def test_a_file_that_the_reader_of_a_format_did_not_expect_is_refused(formats, tmp_path):
-    class Odd(FileFormat):
-        suffix = ".odd"
-
-        def read(self, file):
-            return file.text.splitlines()[0]
-
-    formats.insert(0, Odd())
-    (tmp_path / "a.odd").touch()
-    refused(r"a.odd: it cannot be read as .odd: IndexError", read_table, tmp_path / "a.odd")

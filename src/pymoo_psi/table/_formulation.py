@@ -29,6 +29,7 @@ import numpy as np
 from pymoo_psi._output import Shown, whole_file
 from pymoo_psi._validation import (
     Columns,
+    Entries,
     FilePath,
     Names,
     Received,
@@ -52,10 +53,10 @@ if TYPE_CHECKING:
 
 _VERSION = 2  # the version of the file; files of version 1 had no positions
 
-Limit: TypeAlias = float | str | Sequence[float | None] | Sequence[str]
+Limit: TypeAlias = float | str | Sequence[float | None] | Names
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
 ``">= 1, <= 5"``; of a column of texts the text allowed, or a list of them."""
-Limits: TypeAlias = Mapping[str, Limit] | Sequence[str]
+Limits: TypeAlias = Mapping[str, Limit] | Names
 """Limits on objectives, variables and outputs by name; or texts such as ``"f1<=60, x1<=2"``."""
 Allowed: TypeAlias = tuple[float, float] | list[str]
 """What a limit allows: the least and the greatest value in the original direction, infinite if
@@ -81,19 +82,19 @@ _AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
 class FormulationFields(TypedDict, total=False):
     """The attributes of a :class:`Formulation`, as arguments."""
 
-    objectives: Sequence[str]
-    maximize: Sequence[str]
+    objectives: Names
+    maximize: Names
     limits: Limits | None
-    relaxed: Sequence[str]
+    relaxed: Names
     computed: Mapping[str, str]
     units: Mapping[str, str]
     normalize: bool
     ranges: Mapping[str, Sequence[float]] | None
     chosen: str | None
     reason: str
-    positions: Sequence[Mapping[str, Any]]
-    decided: Mapping[str, Any] | None
-    page: Mapping[str, Any]
+    positions: Sequence[Entries]
+    decided: Entries | None
+    page: Entries
 
 
 @dataclass(frozen=True)
@@ -154,19 +155,19 @@ class Formulation(Shown):
         3           1.0    4.0  infeasible    x1<=3
     """
 
-    objectives: Sequence[str] = ()
-    maximize: Sequence[str] = ()
+    objectives: Names = ()
+    maximize: Names = ()
     limits: Limits | None = field(default_factory=dict)
-    relaxed: Sequence[str] = ()
+    relaxed: Names = ()
     computed: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     normalize: bool = True
     ranges: Mapping[str, Sequence[float]] | None = None
     chosen: str | None = None
     reason: str = ""
-    positions: Sequence[Mapping[str, Any]] = ()
-    decided: Mapping[str, Any] | None = None
-    page: Mapping[str, Any] = field(default_factory=dict)
+    positions: Sequence[Entries] = ()
+    decided: Entries | None = None
+    page: Entries = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
@@ -476,7 +477,7 @@ def formulated(
 
 
 def _check_names(
-    formulation: Formulation, layout: Layout, objectives: Sequence[str], columns: Columns
+    formulation: Formulation, layout: Layout, objectives: Names, columns: Columns
 ) -> None:
     """Refuse names of columns that are not there, and units that are not those of the table."""
     for name in objectives:
@@ -525,7 +526,7 @@ def _formulated_layout(
 # Limits: how they are written, and what they allow
 
 
-def entries_of(texts: Sequence[str]) -> list[str]:
+def entries_of(texts: Names) -> list[str]:
     """Return the entries of lists with commas; quotation marks keep a comma in a name.
 
     Example:
@@ -625,7 +626,7 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
     return sides
 
 
-def _limits_of_texts(texts: Sequence[str], argument: str) -> Values:
+def _limits_of_texts(texts: Names, argument: str) -> Values:
     limits: Values = {}
     listed: list[str] = []  # the texts of the entry before, if it is a list
     for entry in entries_of(texts):

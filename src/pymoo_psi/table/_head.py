@@ -172,13 +172,7 @@ def formulation_head(formulation: Formulation) -> Values:
 
 def formulation_of_head(head: Head) -> Formulation:
     """Return the formulation in a head."""
-    chosen = None
-    reason = ""
-    entries = head.get("chosen", ())
-    if entries:
-        if len(entries) != 2:
-            raise invalid("chosen", "a name and a reason", entries)
-        chosen, reason = map(str, entries)
+    chosen, reason = head.get("chosen") or (None, "")
     return Formulation(
         limits=head.get("limits", {}),
         ranges=head.get("ranges"),
@@ -351,12 +345,15 @@ def checked_designs_head(head: Head) -> Values:
     """Return the head of designs in full, empty where a source says nothing of its columns."""
     checked: Values = {"normalize": head.get("normalize") is not False}
     try:
-        for key in ("objectives", "maximized", "variables", "chosen"):
+        for key in ("objectives", "maximized", "variables"):
             checked[key] = tuple(map(in_a_line, head.get(key, ())))
         for key in ("units", "ranges"):
             entries = head.get(key, {})
             checked[key] = {in_a_line(name): value for name, value in entries.items()}
-    except (TypeError, AttributeError):
+        if "chosen" in head:
+            checked["chosen"] = head["chosen"]
+        formulation_of_head(checked)
+    except (TypeError, AttributeError, ValueError):
         raise UnfitError(
             "what it says of its columns is damaged or of a later version", HEAD_REMEDY
         ) from None

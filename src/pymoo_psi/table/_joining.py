@@ -84,12 +84,12 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
 
 def _stacked_column(tables: Sequence[TestTable], name: str, missing: float | None) -> AnyArray:
     """Return the cells of a column of all tables."""
-    parts = []
+    parts: list[AnyArray] = []
     for table in tables:
-        cells: AnyArray = np.full(len(table), missing)
         if name in table.columns:
-            cells = table.column(name)
-        parts.append(cells)
+            parts.append(table.column(name))
+        else:
+            parts.append(np.full(len(table), missing))
     return np.concatenate(parts)
 
 

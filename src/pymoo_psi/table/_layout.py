@@ -171,17 +171,17 @@ class Layout:
     @classmethod
     def of(
         cls,
-        variables: int | Sequence[str] = 0,
-        objectives: int | Sequence[str] = 0,
-        inequalities: int | Sequence[str] = 0,
-        equalities: int | Sequence[str] = 0,
+        variables: int | Names = 0,
+        objectives: int | Names = 0,
+        inequalities: int | Names = 0,
+        equalities: int | Names = 0,
         *,
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
         eq_tolerance: float = EQ_TOLERANCE,
         kinds: Sequence[Kind | str] = (),
-        outputs: Sequence[str] = (),
-        maximize: Sequence[str] = (),
+        outputs: Names = (),
+        maximize: Names = (),
         units: Mapping[str, str] | None = None,
     ) -> Layout:
         """Return a layout with these names; a number stands for as many default names.
@@ -324,7 +324,7 @@ def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, s
     return headings
 
 
-def names_of(headings: Sequence[str], units: Mapping[str, str]) -> list[str]:
+def names_of(headings: Names, units: Mapping[str, str]) -> list[str]:
     """Return the names of columns by their headings, with units or without."""
     names = {}
     for name, unit in units.items():

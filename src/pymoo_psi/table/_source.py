@@ -30,7 +30,7 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_NAMES
 from pymoo_psi.table._cells import (
     Cells,
@@ -74,7 +74,7 @@ def read_table(
     source: str | PathLike[str] | Any,
     formulation: Formulation | None = None,
     *,
-    variables: Sequence[str] | None = None,
+    variables: Names | None = None,
     repeats: str | Literal[False] | None = None,
     drop_incomplete: bool = False,
     decimal: str | None = None,
@@ -216,14 +216,7 @@ def _content_of_file(
         file_format = recognized(file)
         if sheet is not None and not file_format.has_sheets:
             raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
-        try:
-            content = file_format.read(file)
-        except (LookupError, ValueError, TypeError) as error:
-            if isinstance(error, PsiError):
-                raise
-            # The reader of a format that was added to FORMATS did not expect such a file.
-            message = f"it cannot be read as {file_format.suffix}: {error!r:.80}"
-            raise UnfitError(message) from error
+        content = file_format.read(file)
     if isinstance(content, Cells) and is_of_tests(content.head):
         return tests_of_cells(path, content)
     return content

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -15,8 +15,10 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Entries,
     Integers,
     Mask,
+    Names,
     Received,
     Rows,
     Values,
@@ -28,7 +30,6 @@ from pymoo_psi._validation import (
     mapping,
     real_array,
     require_shape,
-    wrong_type,
 )
 from pymoo_psi.pareto import violated_constraints
 from pymoo_psi.table._formulation import Allowed, Formulation, limits_of, limits_on
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
 
 STATUSES = ("ok", "infeasible", "failed")
 _N_SHOWN = 50  # the most rows whose texts a message names
-_ARRAYS = ("X", "F", "G", "H", "outputs", "_codes")  # arrays with a row for each test
+_ARRAYS = ("numbers", "X", "F", "G", "H", "outputs", "_codes")  # arrays with a row for each test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +109,7 @@ class Tests:
     H: Array
     reasons: Mapping[int, str] = field(default_factory=dict)
     outputs: Array = None  # type: ignore[assignment]  # of shape (n, 0) unless given
-    problem: Mapping[str, Any] | None = None
+    problem: Entries | None = None
     extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     formulation: Formulation = field(default_factory=Formulation)
@@ -228,7 +229,7 @@ class Tests:
         # Infinity is what a division by zero leaves: nothing that is known to be large enough.
         return np.asarray(np.where(np.isfinite(values), excess, np.inf))
 
-    def _has_texts(self, name: str, texts: Sequence[str]) -> Mask:
+    def _has_texts(self, name: str, texts: Names) -> Mask:
         """``(n,)`` which tests have one of some texts in a column; a missing one is empty."""
         known_name("a limit", name, self.columns)
         kinds = dict(zip(self.layout.variables, self.kinds, strict=True))
@@ -273,7 +274,7 @@ class Tests:
         outputs: Mapping[str, ArrayLike] | None = None,
         reasons: Mapping[int, str] | None = None,
         layout: Layout | None = None,
-        extra: Mapping[str, Any] | None = None,
+        extra: Entries | None = None,
     ) -> Self:
         """Return a table of evaluated designs; their status follows from the constraints.
 
@@ -535,8 +536,8 @@ class Tests:
             selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order.
 
         Raises:
-            ArgumentValueError: A mask of another length, an index out of range or twice.
-            ArgumentTypeError: The selection is neither mask nor indices.
+            ArgumentValueError: The selection is neither mask nor indices; a mask has another length
+                than the table, an index is out of range or occurs twice.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
@@ -544,33 +545,27 @@ class Tests:
             (array([3, 1]), array([2, 3]))
         """
         rows = np.asarray(selection)
-        # numpy makes float64 of [], which selects no row and is no mistake.
-        if rows.size == 0 and rows.dtype != bool:
+        if rows.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
             rows = rows.astype(np.intp)
-        if rows.dtype.kind not in "biu" or rows.ndim != 1:
-            raise wrong_type("selection", "a mask or indices", Received(f"dtype {rows.dtype}"))
         try:
-            numbers = self.numbers[rows]
+            rows = np.arange(len(self))[rows.ravel()]
         except IndexError as error:
             raise invalid("selection", "a mask or indices of rows", Received(error)) from error
         # Rows of a right table are right, unless one that is selected twice.
-        require_distinct(numbers)
-        return self._cut(rows, numbers)
+        require_distinct(self.numbers[rows])
+        return self._cut(rows)
 
-    def _cut(self, rows: AnyArray, numbers: Integers) -> Self:
-        if rows.dtype == bool:
-            rows = np.flatnonzero(rows)
+    def _cut(self, rows: Rows) -> Self:
         # `take` needs a quarter of the time of an index in brackets
         arrays = {name: getattr(self, name).take(rows, axis=0) for name in _ARRAYS}
         reasons = {}
         if self.reasons:
-            selected = {*numbers.tolist()}
+            selected = {*self.numbers[rows].tolist()}
             reasons = {n: reason for n, reason in self.reasons.items() if n in selected}
         return self._with(
-            numbers=numbers,
             reasons=reasons,
             extra={name: column[rows] for name, column in self.extra.items()},
-            _tested=None if self._tested is None else self._tested._cut(rows, numbers),
+            _tested=None if self._tested is None else self._tested._cut(rows),
             **arrays,
         )
 
@@ -590,7 +585,7 @@ class Tests:
         table._set({f.name: getattr(self, f.name) for f in fields(self)} | changes)
         return table
 
-    def _set(self, values: Mapping[str, Any]) -> None:
+    def _set(self, values: Entries) -> None:
         for name, value in values.items():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
