@@ -169,7 +169,7 @@ def test_even_designs_of_unknown_origin_count(sampling):
     )
     assert sensitivities(table).loc[("f1", "x1"), "first_order"] == pytest.approx(1, abs=0.01)
     # Sorted by an objective they are a sample still, but the first ones are none.
-    ordered = table.sorted_by("f1")
+    ordered = table.rows(np.argsort(table["f1"]))
     assert len(sensitivities(ordered)) == 6
     refused("that crowd", convergence, ordered)
 

@@ -251,6 +251,5 @@ def test_a_design_that_recurs_with_other_objectives_is_no_repetition():
     X, F = [[4.5], [4.5], [5], [4.5], [4.5]], [[0.3, 1], [0.2, 1], [0.1, 2], [0.3, 1], [0.2, 2]]
     table = TestTable.of([1, 2, 3, 4, 5], X, F)
     assert table.repeats.tolist() == [False, False, False, True, False]
-    assert repr(table).startswith("TestTable(5 tests of 4 designs: ")
     assert table.pareto().tolist() == [False, True, True, False, False]
     assert table.explain(2).ranking.pareto.sum() == 2

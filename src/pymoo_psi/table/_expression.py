@@ -199,8 +199,11 @@ def _put_functions(operands: list[Any], plain: str) -> None:
         name = known_name("a function of an expression", operands[k], _FUNCTIONS)
         count = len(node.args)
         if count == 0 or (count > 1) != (name in _OF_SEVERAL):
-            rule = "of one value, min and max of two values or more"
-            raise invalid(f"{name}() of an expression", rule, Received(count))
+            raise invalid(
+                f"{name}() of an expression",
+                "of one value, min and max of two values or more",
+                Received(count),
+            )
         operands[k] = _FUNCTIONS[name]
 
 

@@ -394,8 +394,9 @@ class Formulation(Shown):
                 raise invalid("it", "an object of JSON", entries)
             version = entries.pop("version", 1)
             if version not in range(1, _VERSION + 1):
-                remedy = "a newer pymoo-psi reads it"
-                raise invalid("its version", f"1 to {_VERSION}", version, remedy)
+                raise invalid(
+                    "its version", f"1 to {_VERSION}", version, "a newer pymoo-psi reads it"
+                )
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
             return cls(**entries)
@@ -730,8 +731,12 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
         known_name("a limit", name, free, remedy)
         if name in layout.maximize and not isinstance(limit, tuple):
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
-            rule = "a pair (lower, upper)"
-            raise invalid(f"the limit on {name!r}, which is maximised,", rule, limit, remedy)
+            raise invalid(
+                f"the limit on {name!r}, which is maximised,",
+                "a pair (lower, upper)",
+                limit,
+                remedy,
+            )
         on_numbers[name] = ends(name, limit)
     # The order of the columns, not of the mapping: columns of violations stand in it.
     allowed: dict[str, Allowed] = {}

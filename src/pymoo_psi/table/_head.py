@@ -393,9 +393,11 @@ def _require_status(table: TestTable, status: AnyArray) -> None:
     differing = np.flatnonzero(status != table.status)
     if len(differing):
         row = differing[0]
-        rule = "ok where constraints and limits are met, infeasible where not, or failed"
-        received = Received(f"{str(status[row])!r} for test point {table.numbers[row]}")
-        raise invalid("status", rule, received)
+        raise invalid(
+            "status",
+            "ok where constraints and limits are met, infeasible where not, or failed",
+            Received(f"{str(status[row])!r} for test point {table.numbers[row]}"),
+        )
 
 
 def _without_rejected(table: TestTable, stored_status: AnyArray) -> TestTable:
@@ -492,8 +494,9 @@ def tests_of_cells(where: object, cells: Cells) -> StoredTests:
                 try:
                     columns[name] = _cells(cells_by_name[name], kind)
                 except ValueError:
-                    problem = f"the column {name!r} holds other than {kind.value} values"
-                    raise ValueError(problem) from None
+                    raise ValueError(
+                        f"the column {name!r} holds other than {kind.value} values"
+                    ) from None
         return StoredTests(head, columns)
 
 

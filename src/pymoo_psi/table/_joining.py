@@ -157,9 +157,12 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
             formulation = replace(table.formulation, chosen=None, reason="", page={}, ranges=ranges)
             formulations.append(formulation)
     if any(formulation != formulations[0] for formulation in formulations):
-        received = Received("several")
-        remedy = "ask each of them by the same table.under(...)"
-        raise invalid("tables", "under one formulation to be joined", received, remedy)
+        raise invalid(
+            "tables",
+            "under one formulation to be joined",
+            Received("several"),
+            "ask each of them by the same table.under(...)",
+        )
 
 
 def require_one_result(table: TestTable, first: Rows | None = None) -> None:

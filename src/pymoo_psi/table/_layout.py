@@ -124,8 +124,12 @@ class Layout:
         self._set("maximize", tuple(name for name in columns if name in self.maximize))
         for name, count in Counter((*RESERVED, *self.columns)).items():
             if count > 1:
-                rule = f"distinct, and none of {', '.join(RESERVED)}"
-                raise invalid("the names of a test table", rule, name, "give it another name")
+                raise invalid(
+                    "the names of a test table",
+                    f"distinct, and none of {', '.join(RESERVED)}",
+                    name,
+                    "give it another name",
+                )
 
     @property
     def words(self) -> Words:
@@ -304,15 +308,6 @@ class Layout:
         """
         return self.variables.index(known_name("variable", name, self.variables))
 
-    def objective(self, name: str) -> int:
-        """Return the index of an objective.
-
-        Example:
-            >>> Layout.of(1, ["mass", "cost"]).objective("cost")
-            1
-        """
-        return self.objectives.index(known_name("objective", name, self.objectives))
-
 
 def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
     """Return the headings of columns in a file: with units, unless another column is called so."""
@@ -419,8 +414,9 @@ def design_matrix(
     if not isinstance(value, np.ndarray):
         array = _array(name, value, variables)
     if array.ndim != 2:
-        received = Received(f"shape {array.shape}")
-        raise invalid(name, "two-dimensional (n designs, n_var variables)", received)
+        raise invalid(
+            name, "two-dimensional (n designs, n_var variables)", Received(f"shape {array.shape}")
+        )
     if array.dtype.kind == "f":
         matrix: AnyArray = np.array(finite_array(name, array), order="C")
     elif array.dtype.kind in "biu":
@@ -454,8 +450,9 @@ def _array(name: str, value: Any, variables: Names | None) -> AnyArray:
         variables = variables or list(rows[0])
         for i, row in enumerate(rows):
             if not isinstance(row, Mapping) or row.keys() != {*variables}:
-                rule = f"mappings of the variables {', '.join(map(str, variables))}"
-                raise invalid(name, rule, row)
+                raise invalid(
+                    name, f"mappings of the variables {', '.join(map(str, variables))}", row
+                )
             rows[i] = [row[variable] for variable in variables]
     try:
         return np.array(rows, dtype=object)

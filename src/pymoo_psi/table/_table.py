@@ -186,9 +186,12 @@ class TestTable(Tests, Shown):
         candidates = self.eligible()
         for name, (low, high) in (self.formulation.ranges or {}).items():
             if low == high and (self.column(name)[candidates] != low).any():
-                rule = "of two different numbers, as designs differ in it"
-                remedy = "leave ranges out to use those of the Pareto set"
-                raise invalid(f"the fixed range of {name!r}", rule, [low, high], remedy)
+                raise invalid(
+                    f"the fixed range of {name!r}",
+                    "of two different numbers, as designs differ in it",
+                    [low, high],
+                    "leave ranges out to use those of the Pareto set",
+                )
 
     def _failed_in_evaluation(self) -> dict[int, str]:
         """Return the reasons of tests that failed for more than an objective, by number."""
@@ -404,24 +407,6 @@ class TestTable(Tests, Shown):
         """
         with decimal_mark(self.decimal):
             return switching_sentences(self)
-
-    def sorted_by(self, objective: str) -> TestTable:
-        """Return the feasible designs ordered by an objective, the best first.
-
-        The largest value is the best one if the objective is maximised. Equal designs stay in the
-        order of testing; NaN comes last.
-
-        Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
-            >>> table.sorted_by("f1").numbers
-            array([2, 1, 3])
-            >>> table.under(limits={"f2": 5}).sorted_by("f1").numbers
-            array([1, 3])
-        """
-        values = self.F[:, self.layout.objective(objective)]
-        rows = np.flatnonzero(self.feasible())
-        # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
-        return self.rows(rows[np.argsort(values[rows], kind="stable")])
 
     def violations(self) -> tuple[Mask, tuple[str, ...]]:
         """Return which constraints and limits each design violates, and their names.
@@ -733,11 +718,10 @@ class TestTable(Tests, Shown):
         The second describes the columns and the chosen design.
 
         Args:
-            path: A file with the suffix ``.xlsx``.
+            path: A file; spreadsheets only open it with the suffix ``.xlsx``.
 
         Raises:
             PsiError: openpyxl is not installed.
-            ArgumentValueError: The file has another suffix.
             OSError: The file cannot be written.
 
         Example:

@@ -150,8 +150,11 @@ class Tests:
     def _check_ranges(self) -> None:
         ranges = self.formulation.ranges
         if ranges and {*ranges} != {*self.layout.objectives}:
-            rule = f"of every objective ({', '.join(self.layout.objectives)}), or of none"
-            raise invalid("ranges", rule, Received([*ranges]))
+            raise invalid(
+                "ranges",
+                f"of every objective ({', '.join(self.layout.objectives)}), or of none",
+                Received([*ranges]),
+            )
 
     def _set_status(self, reasons: Mapping[int, str]) -> None:
         """Derive the status of the tests, and the reasons of failures.
@@ -234,8 +237,12 @@ class Tests:
         known_name("a limit", name, self.columns)
         kinds = dict(zip(self.layout.variables, self.kinds, strict=True))
         if name not in self.extra and kinds.get(name) is not Kind.CHOICE:
-            remedy = "a limit on numbers is such as '<= 250'"
-            raise invalid(f"the limit on {name!r}", "numbers, as its values are", [*texts], remedy)
+            raise invalid(
+                f"the limit on {name!r}",
+                "numbers, as its values are",
+                [*texts],
+                "a limit on numbers is such as '<= 250'",
+            )
         cells = np.where(blank(self.column(name)), "", self.column(name)).astype(str)
         mask = np.isin(cells, [*texts])
         if texts and len(cells) and not mask.any():
@@ -339,15 +346,12 @@ class Tests:
     def __repr__(self) -> str:
         """Return the size of the table."""
         layout = self.layout
-        tests = counted(len(self), layout.words.row)
-        n_repeated = int(np.count_nonzero(self.repeats))
-        if n_repeated:
-            tests += f" of {counted(len(self) - n_repeated, 'design')}"
         sizes = []
         for word in ("variable", "objective", "constraint", "output"):
             names = getattr(layout, f"{word}s")
             if names or word != "output":
                 sizes.append(counted(len(names), word))
+        tests = counted(len(self), layout.words.row)
         return f"TestTable({tests}: {self.status_counts()}; {', '.join(sizes)})"
 
     def status_counts(self) -> str:
@@ -631,8 +635,9 @@ def require_distinct(numbers: Integers) -> None:
     ordered = np.sort(numbers, kind="stable")  # fast where they ascend, but for a few places
     twice = ordered[1:][ordered[1:] == ordered[:-1]]
     if len(twice):
-        received = Received(f"test point {twice[0]} twice")
-        raise invalid("the test points of a table", "distinct", received)
+        raise invalid(
+            "the test points of a table", "distinct", Received(f"test point {twice[0]} twice")
+        )
 
 
 def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:

@@ -126,8 +126,12 @@ class CsvFile(FileFormat):
         metadata = metadata_path(path)
         is_former = is_marked(metadata)
         if head and metadata.exists() and not is_former:
-            rule = f"a file without {metadata.name} of another program"
-            raise invalid("path", rule, str(path), "remove that, or choose another name")
+            raise invalid(
+                "path",
+                f"a file without {metadata.name} of another program",
+                str(path),
+                "remove that, or choose another name",
+            )
         with whole_file(path) as new:
             self.write(new, columns, head or {})
             if head:
@@ -245,8 +249,9 @@ def _split_head(text: str) -> tuple[Head, str]:
     try:
         return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
     except (ValueError, TypeError, RecursionError):
-        problem = "the line that says what its columns are is damaged"
-        raise UnfitError(problem, HEAD_REMEDY) from None
+        raise UnfitError(
+            "the line that says what its columns are is damaged", HEAD_REMEDY
+        ) from None
 
 
 # Texts of other programs and people

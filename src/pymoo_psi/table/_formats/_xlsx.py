@@ -14,12 +14,10 @@ from zipfile import ZipFile, is_zipfile
 
 from pymoo_psi._validation import (
     Entries,
-    FilePath,
     Head,
     Names,
     Values,
     counted,
-    invalid,
     known_name,
 )
 from pymoo_psi.errors import PsiError
@@ -62,18 +60,6 @@ class WorkbookFile(FileFormat):
         if is_of_tests(head):
             return cells_as_written(rows, head)
         return replace(cells_of_rows(rows), head=head)
-
-    def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
-        """Write columns, whole or not at all; spreadsheets only open files with the suffix.
-
-        Raises:
-            ArgumentValueError: The file has another suffix.
-            OSError: The file cannot be written.
-            PsiError: openpyxl is not installed.
-        """
-        if Path(path).suffix.lower() != self.suffix:
-            raise invalid("path", f"a file with the suffix {self.suffix}", str(path))
-        super().save(path, columns, head)
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
