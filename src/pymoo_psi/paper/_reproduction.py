@@ -281,10 +281,9 @@ def criterion_surfaces(mu: float, model: str, *, n: int = 101) -> tuple[Array, A
     shares = np.column_stack([s**2, s])
     sides = problem.xl + (problem.xu - problem.xl) * shares
     u1, u2 = np.meshgrid(*sides.T, indexing="ij")
-    designs = np.column_stack([u1.ravel(), u2.ravel()])
-    F = problem.evaluate(designs, return_values_of=["F"])
-    F[np.isinf(F)] = np.nan  # the sphere stalls: a hole in the surface
-    return u1, u2, F.T[:2].reshape(2, n, n)
+    f = criteria(motion(u1, u2, problem.parameters, model=model))
+    f[np.isinf(f)] = np.nan  # the sphere stalls: a hole in the surface
+    return u1, u2, np.moveaxis(f, -1, 0)[:2]
 
 
 def salukvadze_functions(

@@ -183,14 +183,14 @@ class _CheckedFunction:
             raw = function(copy.copy(design))
             row = {}
             for name, size in self.sizes.items():
-                row[name] = _floats(x, name, raw.get(name), (size,))
-            flaw = _flaw(row)
-            if flaw:
-                raise EvaluationError(x, flaw)
+                row[name] = _floats(name, raw.get(name), (size,))
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
             return {"failure": _reason(error)}
+        flaw = _flaw(row)
+        if flaw:
+            return {"failure": flaw}
         for name, value in raw.items():
             if name not in row and value is not None:
                 if isinstance(value, (np.ndarray, list, dict)):
@@ -208,7 +208,7 @@ class _CheckedFunction:
             raw = self._raw(X)
             out = {}
             for name, size in self.sizes.items():
-                out[name] = _floats(X[0], name, raw.get(name), (len(X), size))
+                out[name] = _floats(name, raw.get(name), (len(X), size))
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # as for one design
@@ -269,12 +269,12 @@ def _reason(error: BaseException) -> str:
     return error.reason if isinstance(error, EvaluationError) else one_line(error)
 
 
-def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> Array:
+def _floats(name: str, value: Any, shape: tuple[int, ...]) -> Array:
     """Return values as a new array of floats of a shape, NaN where they are masked."""
     size = shape[-1]
     if value is None:
         if size:
-            raise EvaluationError(design, f"{name} is missing")
+            raise EvaluationError(None, f"{name} is missing")
         return np.zeros(shape)
     try:
         raw = np.asarray(value)
@@ -282,14 +282,14 @@ def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> Array
             raise TypeError(f"it holds {raw.dtype}")
         array = np.array(raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
-        raise EvaluationError(design, f"{name} is not an array of numbers: {error}") from error
+        raise EvaluationError(None, f"{name} is not an array of numbers: {error}") from error
     if isinstance(value, np.ma.MaskedArray):
         array[value.mask] = np.nan
     # For many designs (m, n) is not (n, m), but the values of one may be a row or a column.
     row = len(shape) == 1 and array.size == size
     column = size == 1 and array.shape == shape[:1]
     if array.shape != shape and not row and not column:
-        raise EvaluationError(design, f"{name} has shape {array.shape} instead of {shape}")
+        raise EvaluationError(None, f"{name} has shape {array.shape} instead of {shape}")
     return array.reshape(shape)
 
 

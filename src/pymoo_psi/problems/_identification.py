@@ -87,8 +87,8 @@ class Identification(NamedProblem):
         variables: Entries,
         *,
         measure: str = "rms",
-        weights: Mapping[str, float] | None = None,
-        tolerances: Mapping[str, float] | None = None,
+        weights: Entries | None = None,
+        tolerances: Entries | None = None,
         requirements: Any = None,
         name: str = "identification",
         **kwargs: Any,
@@ -115,7 +115,7 @@ class Identification(NamedProblem):
             **kwargs,
         )
 
-    def _checked_weights(self, weights: Mapping[str, float] | None) -> dict[str, float]:
+    def _checked_weights(self, weights: Entries | None) -> dict[str, float]:
         """Return the weight of each measured column."""
         measured: set[str] = set()
         for data in self.experiments.values():
@@ -160,7 +160,7 @@ class Identification(NamedProblem):
         series[columns] = values
         return series
 
-    def values(self, design: Entries) -> Mapping[str, float]:
+    def values(self, design: Entries) -> Entries:
         """Return the adequacy of a design in each experiment."""
         return {experiment: self._adequacy(design, experiment) for experiment in self.experiments}
 

@@ -125,7 +125,7 @@ class NamedProblem(ElementwiseProblem):
         variables: Entries,
         objectives: Names,
         maximize: Names = (),
-        limits: Mapping[str, str] | None = None,
+        limits: Entries | None = None,
         requirements: Any = None,
         *,
         units: Mapping[str, str],
@@ -160,7 +160,7 @@ class NamedProblem(ElementwiseProblem):
         """Return the name of the problem."""
         return self._name
 
-    def values(self, design: Entries) -> Mapping[str, float]:
+    def values(self, design: Entries) -> Entries:
         """Return the outputs of a design by name.
 
         Raises:

@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from itertools import chain
@@ -121,13 +121,20 @@ class Output:
             raise ProgramError(f"the program left no file {self.file}")
         text = text_of(folder / self.file).removeprefix("\ufeff").replace("\r\n", "\n")
         if self.key:
-            cell = self._value_at_key(text)
+            texts = [self._value_at_key(text)]
         elif self.pattern:
-            matches = re.findall(self.pattern, text, re.MULTILINE)
-            cell = self._only(matches, f"match of {self.pattern!r}")
+            texts = re.findall(self.pattern, text, re.MULTILINE)
         else:
-            cell = self._only(self._column(text), f"row of {self.column!r}")
-        cell = cell.strip()
+            texts = self._column(text)
+        kind = f"match of {self.pattern!r}" if self.pattern else f"row of {self.column!r}"
+        if self.row is None and len(texts) > 1:
+            remedy = "say which one by row, -1 for the last"
+            raise ProgramError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
+        row = self.row or 0
+        if not -len(texts) <= row < len(texts):
+            number = "" if self.row is None else f" number {row}"
+            raise ProgramError(f"{self.file} has no {kind}{number}")
+        cell = texts[row].strip()
         if not _NUMBER.fullmatch(cell):
             raise ProgramError(f"{cell!r:.60} in {self.file} is no plain number")
         return float(cell.lower().replace("d", "e"))
@@ -142,17 +149,6 @@ class Output:
             reason = f"{type(error).__name__}: {error}"
             raise ProgramError(f"no {self.key} in {self.file} ({reason:.80})") from None
         return str(value)
-
-    def _only(self, texts: Names, kind: str) -> str:
-        """Return the text that ``row`` selects, or the only one."""
-        if self.row is None and len(texts) > 1:
-            remedy = "say which one by row, -1 for the last"
-            raise ProgramError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
-        row = self.row or 0
-        if not -len(texts) <= row < len(texts):
-            number = "" if self.row is None else f" number {row}"
-            raise ProgramError(f"{self.file} has no {kind}{number}")
-        return str(texts[row])
 
     def _column(self, text: str) -> list[str]:
         """Return the cells of the column."""
@@ -330,7 +326,7 @@ class ProgramProblem(NamedProblem):
         program: Entries | None,
         outputs: Entries,
         objectives: Entries,
-        limits: Mapping[str, str] | None = None,
+        limits: Entries | None = None,
         requirements: Any = None,
         *,
         name: str = "program",
@@ -587,7 +583,7 @@ class ProgramProblem(NamedProblem):
             run.outputs[name] = value
             columns[name] = np.array([value])
 
-    def values(self, design: Entries) -> Mapping[str, float]:
+    def values(self, design: Entries) -> Entries:
         """Return the outputs of a design; see :class:`NamedProblem`."""
         require_model(self)
         run = self.run(design)

@@ -136,7 +136,7 @@ class Restricted(Transformed):
             :meth:`~pymoo_psi.TestTable.refined_bounds` of the problem's table returns.
 
     Attributes:
-        wrapped: The problem, not restricted.
+        wrapped: The problem.
         box: The bounds, value or options of each restricted variable.
 
     Raises:
@@ -182,17 +182,13 @@ class Restricted(Transformed):
     def __init__(self, problem: Any, box: Entries | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        parts = _parts_by_title(box, space.titles)
-        self.box = parts
+        self.box = _parts_by_title(box, space.titles)
         variables = []
         for variable in space.variables:
             title = variable.title
-            if title in parts:
-                variable = _part(variable, f"{title} of box", parts[title])
+            if title in self.box:
+                variable = _part(variable, f"{title} of box", self.box[title])
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
-        if isinstance(problem, Restricted):  # one layer, whose space has what both of them fix
-            self.box = problem.box | self.box
-            problem = problem.wrapped
         space = replace(space, variables=tuple(variables))
         if not space.free.variables:
             raise invalid("box", "one that leaves a variable free", Received("all of them fixed"))
