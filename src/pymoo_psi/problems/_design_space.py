@@ -162,8 +162,7 @@ class DesignSpace:
     @property
     def finite(self) -> bool:
         """Whether every variable has a finite number of values, so that designs may recur."""
-        varied = self.lower != self.upper
-        return not any(v.kind.real for v in compress(self.variables, varied & self._are_free()))
+        return not any(v.kind.real and v.lower < v.upper for v in self.searched)
 
     def matrix(self, points: Array) -> AnyArray:
         """Return the designs at ``(n, n_searched)`` points of [0, 1] as an ``(n, n_var)`` matrix.

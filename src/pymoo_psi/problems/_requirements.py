@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import chain, pairwise
 from typing import Any, TypeAlias
 
@@ -46,17 +45,40 @@ class Requirement:
     Attributes:
         name: Its name, in tables and messages.
         rule: An inequality or a linear equality of expressions, or a function of the columns.
+        sign: The sign between the expressions; empty for a function.
+        terms: The expressions in their order.
     """
 
     name: str
     rule: Rule
+    sign: str = ""
+    terms: Sequence[Any] = ()
 
-    @property
-    def columns(self) -> list[str]:
-        """The variables that its expressions use; empty for a function."""
-        if callable(self.rule):
-            return []
-        return [*chain.from_iterable(term.columns for term in self._terms)]
+    @classmethod
+    def of(cls, name: str, rule: Any, variables: Names) -> Requirement:
+        """Return a rule on some variables, checked; see :func:`requirements_of`."""
+        if callable(rule):
+            return cls(name, rule)
+        from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
+
+        where = f"the requirement {name!r}"
+        if not isinstance(rule, str):
+            raise wrong_type(where, "an inequality as text, or a function", rule)
+        signs = _SIGN.findall(rule)
+        if len(set(signs)) != 1 or signs[1:].count("="):
+            raise invalid(
+                where,
+                "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4', or an "
+                "equality such as 'a + b + c = 1'",
+                rule,
+            )
+        terms = [Expression.of(term) for term in rule.split(signs[0])]
+        for column in chain.from_iterable(term.columns for term in terms):
+            known_name(f"a name in {where}", column, variables)
+        requirement = cls(name, rule, signs[0], terms)
+        if requirement.sign == "=":
+            requirement.equality(variables)  # one that is not linear is refused here
+        return requirement
 
     @property
     def text(self) -> str:
@@ -64,11 +86,6 @@ class Requirement:
         if callable(self.rule) or self.rule == self.name:
             return self.name
         return f"{self.name}: {self.rule}"
-
-    @property
-    def is_equality(self) -> bool:
-        """Whether it is an equality."""
-        return not callable(self.rule) and self._sign == "="
 
     def violation(self, columns: Entries) -> Array:
         """Return ``(n,)`` amounts by which designs violate the rule, <= 0 where they meet it.
@@ -81,11 +98,11 @@ class Requirement:
         """
         if callable(self.rule):
             return self._answer_of_function(columns)
-        if self.is_equality:
+        if self.sign == "=":
             return self._deviation(columns)
-        values = [term.values(columns) for term in self._terms]
+        values = [term.values(columns) for term in self.terms]
         with np.errstate(invalid="ignore"):
-            differences = [_FACTORS[self._sign] * (b - a) for a, b in pairwise(values)]
+            differences = [_FACTORS[self.sign] * (b - a) for a, b in pairwise(values)]
             amounts = np.max(differences, 0)
         return np.where(np.isnan(amounts), np.inf, amounts)  # NaN meets no rule
 
@@ -125,7 +142,7 @@ class Requirement:
         points = np.vstack([_LARGE * np.eye(n), np.zeros((1, n)), random, _LARGE * random])
         columns = dict(zip(variables, points.T, strict=True))
         with np.errstate(all="ignore"):
-            left, right = (term.values(columns) for term in self._terms)
+            left, right = (term.values(columns) for term in self.terms)
             values = left - right
             coefficients = (values[:n] - values[n]) / _LARGE
             linear = points @ coefficients + values[n]
@@ -139,26 +156,6 @@ class Requirement:
                 "two inequalities allow a tolerance; equal bounds fix a variable",
             )
         return [*coefficients.tolist(), -values[n].item()]
-
-    @cached_property
-    def _sign(self) -> str:
-        """The sign between the expressions of a rule."""
-        signs = _SIGN.findall(str(self.rule))
-        if len(set(signs)) != 1 or signs[1:].count("="):
-            raise invalid(
-                f"the requirement {self.name!r}",
-                "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4', or an "
-                "equality such as 'a + b + c = 1'",
-                self.rule,
-            )
-        return str(signs[0])
-
-    @cached_property
-    def _terms(self) -> list[Any]:
-        """The expressions of a rule, in their order."""
-        from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
-
-        return [Expression.of(term) for term in str(self.rule).split(self._sign)]
 
 
 def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
@@ -180,16 +177,7 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
             remedy = "give functions by name, {'stiff': function}"
             raise invalid("requirements", "texts in a list", rule, remedy)
         rules = {str(rule): rule for rule in rules}
-    requirements = [Requirement(str(name), rule) for name, rule in rules.items()]
-    for requirement in requirements:
-        where = f"the requirement {requirement.name!r}"
-        if not isinstance(requirement.rule, str) and not callable(requirement.rule):
-            raise wrong_type(where, "an inequality as text, or a function", requirement.rule)
-        for column in requirement.columns:
-            known_name(f"a name in {where}", column, variables)
-        if requirement.is_equality:
-            requirement.equality(variables)  # one that is not linear is refused here
-    return tuple(requirements)
+    return tuple(Requirement.of(str(name), rule, variables) for name, rule in rules.items())
 
 
 class Required(WrappedProblem):
@@ -252,7 +240,7 @@ class Required(WrappedProblem):
         self.names = column_titles(problem, self._space) | numbered("g", texts, first=n + 1)
         equalities = [*self._space.equalities]
         for requirement in self.required:
-            if requirement.is_equality:
+            if requirement.sign == "=":
                 equalities.append(tuple(requirement.equality(self._space.titles)))
         if equalities:
             self.space = replace(self._space, equalities=tuple(equalities))

@@ -139,9 +139,7 @@ class Robust(WrappedProblem):
         nominal = self.problems[0]
         self.space = design_space(nominal)
         self._columns = [self._column(title) for title in tolerances]
-        self.criteria = [*criteria]
-        if isinstance(criteria, str):
-            self.criteria = [criteria] * nominal.n_obj
+        self.criteria = [criteria] * nominal.n_obj if isinstance(criteria, str) else [*criteria]
         if len(self.criteria) != nominal.n_obj:
             rule = f"one for all or each of {nominal.n_obj} objectives"
             raise invalid("criteria", rule, criteria)
@@ -231,15 +229,12 @@ class Robust(WrappedProblem):
         outs = []
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
-            outs.append(evaluate_designs(problem, self.space.designs(rows), *args, **kwargs))
-        columns = {}
-        for name in ("F", "G", "H", "failure"):
-            columns[name] = np.concatenate([out[name] for out in outs])
-        feasible = meets_constraints(columns["G"], columns["H"]) & (columns["failure"] == "")
-        valid = competes(columns["F"], feasible)
+            out = evaluate_designs(problem, self.space.designs(rows), *args, **kwargs)
+            outs.append([out[name] for name in ("F", "G", "H", "failure")])
+        F, G, H, failure = map(np.concatenate, zip(*outs, strict=True))
+        valid = competes(F, meets_constraints(G, H) & (failure == ""))
         size = (len(self.offsets), len(designs))
-        F = columns["F"].reshape(*size, -1)
-        return F, valid.reshape(size), columns["failure"].reshape(size)
+        return F.reshape(*size, -1), valid.reshape(size), failure.reshape(size)
 
     def _statistics(self, F: Array) -> Array:
         """Return ``(n, m)`` statistics of ``(S, n, m)`` objectives, which are changed."""
@@ -247,9 +242,7 @@ class Robust(WrappedProblem):
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
         counts = finite.sum(axis=0)
-        columns = []
-        for j, share in enumerate(self._shares):
-            columns.append(mean_of_worst(share, F[..., j], counts))
+        columns = [mean_of_worst(share, F[..., j], counts) for j, share in enumerate(self._shares)]
         return np.column_stack(columns)
 
 
@@ -322,11 +315,8 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
         require_problem(problem)
         return [problem]
     if not callable(problem):
-        raise wrong_type(
-            "problem",
-            f"a function of {', '.join(parameters)} that returns a pymoo problem",
-            problem,
-        )
+        rule = f"a function of {', '.join(parameters)} that returns a pymoo problem"
+        raise wrong_type("problem", rule, problem)
     problems = []
     for row in rows:
         of_row = problem(**dict(zip(parameters, row, strict=True)))
