@@ -417,11 +417,11 @@ def trajectory(
     time = at.time
     slip = np.column_stack([at.vx, at.vy])
     slipping = ~(points >= slip_end)  # everywhere if slip does not end
+    is_end = points == slip_end
+    time[is_end] = slip_time
+    slip[is_end] = 0.0
     if slips_then_rolls:
-        last = int(np.flatnonzero(points == slip_end)[0])
-        slipping[last] = True
-        time[last : last + 2] = slip_time
-        slip[last : last + 2] = 0.0
+        slipping[is_end.argmax()] = True
 
     # The forces, over m g.
     friction = -b * _direction(slip, tau, vx0, vy0)
