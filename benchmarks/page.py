@@ -31,7 +31,7 @@ import pandas as pd
 from playwright.sync_api import Page, sync_playwright
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import rank_of_efficiency
+from pymoo_psi import Formulation, rank_of_efficiency, read_table
 from pymoo_psi.page import decision_page
 
 VARIABLES = ["x1", "x2", "x3", "x4"]
@@ -192,7 +192,8 @@ def main() -> None:
         path = Path(folder, "page.html")
         for n, kind, m in cases(sizes):
             frame = designs(n, kind, m)
-            decision_page(frame, objectives_of(frame), variables=VARIABLES).save(path)
+            asked = Formulation(objectives_of(frame))
+            decision_page(read_table(frame, asked, variables=VARIABLES)).save(path)
             page = browser.new_page(viewport={"width": 1400, "height": 2000})
             loading.append(measure_page(page, frame, path, kind))
             page.close()

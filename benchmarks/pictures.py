@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 from playwright.sync_api import sync_playwright
 
-from pymoo_psi import VectorizedSphereChute, investigate
+from pymoo_psi import Formulation, VectorizedSphereChute, investigate, read_table
 from pymoo_psi.page import decision_page
 
 PICTURE = Path(__file__).parent / "pictures" / "decision_page.png"
@@ -36,10 +36,9 @@ def main() -> None:
     switches = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         path = Path(folder, "page.html")
+        asked = Formulation(["time", "energy balance", "height", "speed"])
         document = decision_page(
-            frame,
-            ["time", "energy balance", "height", "speed"],
-            variables=["slope", "floor speed"],
+            read_table(frame, asked, variables=["slope", "floor speed"]),
             title="Sphere in the chute, μ = 0.4, full model, 4096 LPτ points",
         )
         document.save(path)

@@ -1,9 +1,11 @@
 """A set of designs for the tests of the decision page."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
-from pymoo_psi import Formulation
+from pymoo_psi import Formulation, read_table
 from pymoo_psi.page import decision_page
 
 OBJECTIVES = ["mass", "cost, total", "strength"]
@@ -28,11 +30,10 @@ def page_of_beams(**changes):
     former = {"mass": 1.4, "cost, total": 90.0, "strength": 0.2}
     former |= {"width": 5.0, "material": "steel"}
     arguments = {
-        "variables": ["width", "material"],
-        "units": {"mass": "kg", "width": "mm"},
         "prototype": pd.DataFrame([former], ["prototype"]),
         "title": "Beams <&> such",
     }
     asked = changes.pop("formulation", Formulation(OBJECTIVES, maximize=["strength"]))
-    source = changes.pop("source", beams())
-    return decision_page(source, asked, **arguments | changes)
+    asked = replace(asked, units={"mass": "kg", "width": "mm"})
+    source = read_table(changes.pop("source", beams()), asked, variables=["width", "material"])
+    return decision_page(source, **arguments | changes)

@@ -902,13 +902,9 @@ def attacked(browser, tmp_path_factory):
     frame = pd.DataFrame(rng.random((30, 3)), columns=HOSTILE[:3])
     frame[HOSTILE[3]] = [HOSTILE[i % 4] for i in range(30)]
     frame["number"] = [f"{HOSTILE[i % 4]} {i}" for i in range(30)]
-    page = decision_page(
-        frame.set_index("number").rename_axis(HOSTILE[0] + " label"),
-        HOSTILE[:2],
-        variables=HOSTILE[2:],
-        units=dict.fromkeys(HOSTILE, HOSTILE[0]),
-        title=HOSTILE[2],
-    )
+    frame = frame.set_index("number").rename_axis(HOSTILE[0] + " label")
+    asked = Formulation(HOSTILE[:2], units=dict.fromkeys(HOSTILE, HOSTILE[0]))
+    page = decision_page(read_table(frame, asked, variables=HOSTILE[2:]), title=HOSTILE[2])
     path = tmp_path_factory.mktemp("page") / "page.html"
     page.save(path)
     reader = Reader(browser)
@@ -959,7 +955,7 @@ def test_exported_texts_are_no_formulas(show, tmp_path):
     notes, names = cells[::2], cells[1::2]
     a = np.linspace(-1.5, 2.0, len(names))
     frame = pd.DataFrame({"-a": a, "b": a[::-1], "note": notes[: len(a)], "id": names})
-    reader = show(decision_page(frame, ["-a", "b"], variables=["note"]))
+    reader = show(decision_page(read_table(frame, Formulation(["-a", "b"]), variables=["note"])))
     text = reader.export(tmp_path / "e.csv")
     assert read_table(tmp_path / "e.csv").layout.objectives == ("-a", "b")
     exported = list(csv.DictReader(io.StringIO(text, newline="")))
@@ -1032,8 +1028,8 @@ def test_names_cover_one_another_at_no_width_and_the_first_screen_decides(show, 
 def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
     text = "Variante;Preis;Masse\nA;4748,36;1,5\nB;3100,5;2,25\nC;12500,25;0,75\n"
     (tmp_path / "d.csv").write_text(text, "utf-8")
-    asked = Formulation(["Preis", "Masse"])
-    reader = show(decision_page(tmp_path / "d.csv", asked, units={"Masse": "%"}))
+    asked = Formulation(["Preis", "Masse"], units={"Masse": "%"})
+    reader = show(decision_page(tmp_path / "d.csv", asked))
     cells = reader.text("#table .body").replace("\xa0", " ")
     assert "4748,36" in cells
     assert "12 500,25" in cells
@@ -1055,7 +1051,7 @@ def test_steps_of_a_slider_draw_what_a_new_page_draws(show):
     F = np.abs(rng.normal(size=(300, 3)))
     F = 1 - F / np.linalg.norm(F, axis=1)[:, None]
     frame = pd.DataFrame(np.hstack([F, rng.random((300, 1))]), columns=["a", "b", "c", "x"])
-    reader = show(decision_page(frame, ["a", "b", "c"], variables=["x"]))
+    reader = show(decision_page(read_table(frame, Formulation(["a", "b", "c"]), variables=["x"])))
     pixels = (
         "[...document.querySelectorAll('#parallel canvas')].map((canvas) => canvas.toDataURL())"
     )

@@ -76,11 +76,11 @@ class Case:
         self.normalize = bool(seed % 4)
         self.prototype = {name: float(F[0, j]) for j, name in enumerate(self.names)}
         self.units = {self.names[0]: "kg"}
+        asked = Formulation(
+            self.names, maximize=self.maximize, normalize=self.normalize, units=self.units
+        )
         self.page = decision_page(
-            frame,
-            Formulation(self.names, maximize=self.maximize, normalize=self.normalize),
-            variables=["x", "kind"],
-            units=self.units,
+            read_table(frame, asked, variables=["x", "kind"], drop_incomplete=True),
             prototype=pd.DataFrame([self.prototype], ["prototype"]) if seed % 2 else None,
             title=f"set {seed}",
         )
@@ -289,7 +289,9 @@ class Drag:
         names = [f"f{j + 1}" for j in range(m)]
         frame[names] = F
         self.names, self.frame = names, frame.iloc[20:]
-        self.page = decision_page(frame, names, variables=["x"])
+        self.page = decision_page(
+            read_table(frame, Formulation(names), variables=["x"], drop_incomplete=True)
+        )
         down = [{"y": [None, end]} for end in (0.9, 0.85, 0.8, 0.5, 0.55, 0.95)]
         up = [{"x": [end, None]} for end in (0.05, 0.1, 0.3, 0.25, 0.7, 0.1)]
         both = [{"x": [0.2, 0.9], "y": [end, None]} for end in (0.1, 0.6, 0.2)]

@@ -44,14 +44,13 @@ from pymoo_psi.pareto import (
     number,
     percent,
     ranking_frame,
-    weights_sentence,
 )
 from pymoo_psi.table import (
     STUDY,
     Formulation,
     Layout,
     TestTable,
-    confidence_sentence,
+    certainty_sentences,
     constraint_costs,
     decision_sentences,
     format_of,
@@ -168,8 +167,8 @@ def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None
         option = "(plain distances: --no-normalize)"
     say(f"{measured_in(ranking)} {option}.")
     say(*explain(ranking).sentences[:_N_REASONS])
-    for text in (weights_sentence(ranking, optimum), confidence_sentence(table, optimum)):
-        if text and text not in reasons:
+    for text in certainty_sentences(table, optimum):
+        if text not in reasons:
             say(text)
 
 

@@ -5,26 +5,21 @@ from __future__ import annotations
 import json
 import re
 from base64 import b64encode
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid
 from pymoo_psi.page._payload import payload, shades_of
-from pymoo_psi.pareto import cautions, weights_sentence
-from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
-
-if TYPE_CHECKING:
-    import pandas as pd
-
+from pymoo_psi.pareto import cautions
+from pymoo_psi.table import Formulation, TestTable, certainty_sentences, read_table
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
@@ -141,8 +136,6 @@ def decision_page(
     source: Any,
     formulation: Formulation | Names | None = None,
     *,
-    variables: Names | None = None,
-    units: Mapping[str, str] | None = None,
     prototype: Any = None,
     title: str = "Pareto set",
 ) -> DecisionPage:
@@ -158,13 +151,10 @@ def decision_page(
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
-            with one row for each design, an array of objectives, a study, a file. Or a result of
-            pymoo, whose ``F`` is minimised.
+            with one row for each design, an array of objectives, a study, a file.
         formulation: Objectives, directions, computed columns, and the limits, choice and reason
             that the page opens with, such as ``Formulation.read_json`` of a decision file. Or names
             of the objectives, all minimised. By default that of the source.
-        variables: Names of the columns with design variables, by default those of the source.
-        units: Units of columns by name, beside those of the source.
         prototype: Existing designs to compare with, a source as above. They are not ranked and
             stay on the page under any limits.
         title: Heading of the page.
@@ -181,17 +171,13 @@ def decision_page(
     Example:
         >>> import pandas as pd
         >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
-        >>> page = decision_page(frame, ["cost", "mass"], units={"mass": "kg"}, title="Brackets")
+        >>> page = decision_page(frame, ["cost", "mass"], title="Brackets")
         >>> page, page.table.best().names
         (DecisionPage('Brackets': 3 designs), ['B'])
     """
     if formulation is not None and not isinstance(formulation, Formulation):
         formulation = Formulation(formulation)
-    if hasattr(source, "opt"):
-        source = _frame_of_result(source)
-    table = read_table(source, formulation, variables=variables, drop_incomplete=True)
-    if units:
-        table = table.under(units={**table.formulation.units, **units})
+    table = read_table(source, formulation, drop_incomplete=True)
     designs = designs_of_page(table)
     if len(designs) == 0:
         received = Received(f"none in {counted(len(table), 'design')}")
@@ -226,23 +212,16 @@ def page_of_tests(
         origin: Name of the file with the tests.
         prototype: Existing designs to compare with.
     """
+    ranking = designs.feasible_ranking()
+    certainty = certainty_sentences(designs, int(ranking.salukvadze[0]))
     return DecisionPage(
         title=title,
         table=designs,
         prototype=prototype,
         formulation=replace(table.formulation, limits=table.limits),
-        cautions=_cautions(designs),
+        cautions=tuple(dict.fromkeys([*map(str, cautions(ranking)), *certainty])),
         origin=origin,
     )
-
-
-def _cautions(designs: TestTable) -> tuple[str, ...]:
-    """Return how sure it is that the optimum of all designs is the best."""
-    ranking = designs.feasible_ranking()
-    optimum = int(ranking.salukvadze[0])
-    weights = weights_sentence(ranking, optimum)
-    noise = confidence_sentence(designs, optimum)
-    return tuple(dict.fromkeys(filter(None, [*map(str, cautions(ranking)), weights, noise])))
 
 
 def designs_of_page(tests: TestTable) -> TestTable:
@@ -253,29 +232,15 @@ def designs_of_page(tests: TestTable) -> TestTable:
 
 def _left_out(table: TestTable) -> list[str]:
     """Return remarks on how many tests are not on the page, and why."""
-    n_failed = np.sum(table.status == "failed")
-    n_infeasible = np.sum(table.status == "infeasible")
+    counts = {
+        f"{table.layout.words.failed} design": np.sum(table.status == "failed"),
+        "infeasible design": np.sum(table.status == "infeasible"),
+    }
     remarks = []
-    # A remark of the source already says how many designs of a file are incomplete.
-    if n_failed and not any("incomplete design" in remark for remark in table.remarks):
-        text = counted(n_failed, f"{table.layout.words.failed} design")
-        remarks.append(f"Not on the page: {text}.")
-    if n_infeasible:
-        text = f"{counted(n_infeasible, 'design')} with violated constraints"
-        remarks.append(f"Not on the page: {text}.")
+    for word, count in counts.items():
+        if count:
+            remarks.append(f"Not on the page: {counted(count, word)}.")
     return remarks
-
-
-def _frame_of_result(result: Any) -> pd.DataFrame:
-    """Return the designs of a result of pymoo: f1, f2, … and x1, x2, …."""
-    import pandas as pd
-
-    blocks = {"f": result.F, "x": result.X}
-    columns = {}
-    for letter, block in blocks.items():
-        for j, values in enumerate(np.atleast_2d(block).T, 1):
-            columns[f"{letter}{j}"] = values
-    return pd.DataFrame(columns)
 
 
 # The document

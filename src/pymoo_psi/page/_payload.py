@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, Entries, Mask, Names
@@ -136,28 +137,20 @@ def _labels(table: TestTable) -> list[Any]:
         return list(table.numbers.tolist())
     labels: list[Any] = []
     for cell in table.extra[label].tolist():
-        if type(cell) is int:
-            labels.append(cell)
-        else:
-            labels.append(str(cell))
+        labels.append(cell if type(cell) is int else str(cell))
     return labels
 
 
 def _csv_head(table: TestTable) -> Content:
     """Return the description of columns in a CSV that the page exports."""
     layout = table.layout
-    units = {}
-    for _, name in _roles(table):
-        unit = layout.units.get(name)
-        if unit:
-            units[name] = unit
     return {
         "pymoo_psi_designs": 1,
         "objectives": layout.objectives,
         "maximized": layout.maximize,
         "variables": layout.variables,
         "outputs": layout.outputs,
-        "units": units,
+        "units": layout.units,
     }
 
 
@@ -265,28 +258,17 @@ def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
 
     Where a table lacks the column they are NaN or empty. The first table says which they are.
     """
-    cells = []
+    parts = []
     for table in tables:
-        if name in table.extra:
-            cells += table.extra[name].tolist()
-        elif name in table.layout.columns:
-            cells += table.column(name).tolist()
-        else:
-            cells += [None] * len(table)
-    if _holds_texts(name, tables[0]):
-        return np.array([_text(cell) for cell in cells], dtype=object)
-    return np.array(cells, dtype=np.float64)  # None becomes NaN
-
-
-def _holds_texts(name: str, table: TestTable) -> bool:
-    kinds = dict(zip(table.layout.variables, table.kinds, strict=True))
-    return name in table.extra or kinds.get(name) is Kind.CHOICE
-
-
-def _text(cell: Any) -> str:
-    if cell is None or cell != cell:  # NaN differs from itself
-        return ""
-    return str(cell)
+        cells = table.column(name) if name in table.columns else [None] * len(table)
+        parts.append(pd.Series(cells, dtype=object))
+    column = pd.concat(parts)
+    first = tables[0]
+    kinds = dict(zip(first.layout.variables, first.kinds, strict=True))
+    if name in first.extra or kinds.get(name) is Kind.CHOICE:
+        column = column.where(column.notna(), "").map(str)
+        return np.array(column, dtype=object)
+    return np.array(column, dtype=np.float64)  # None becomes NaN
 
 
 def _packed_texts(cells: NDArray[Any]) -> Content:

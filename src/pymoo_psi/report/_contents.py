@@ -27,12 +27,10 @@ from pymoo_psi.pareto import (
     number,
     percent,
     representatives,
-    weights_sentence,
 )
 from pymoo_psi.table import (
     TestTable,
     alike,
-    confidence_sentence,
     constraint_costs,
     convergence,
 )
@@ -93,11 +91,6 @@ class Choice:
         if not self.is_optimum:  # which the cautions are about
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
-
-    def certainty(self) -> list[str]:
-        """Return for which weights the design is the best, and how probable that is."""
-        weights = weights_sentence(self.ranking, self.row)
-        return [*filter(None, [weights, confidence_sentence(self.table, self.row)])]
 
     def instead(self) -> str:
         """Return a sentence on how the design differs from the proposed one."""

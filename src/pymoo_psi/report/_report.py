@@ -34,6 +34,7 @@ from pymoo_psi.report._contents import Choice
 from pymoo_psi.table import (
     Formulation,
     TestTable,
+    certainty_sentences,
     decision_sentences,
     difference,
     latest_positions,
@@ -115,6 +116,7 @@ class DecisionReport(Framed):
                 further=self.further,
                 contents=_contents,
                 choice=self._choice,
+                certainty_sentences=certainty_sentences,
                 counted=counted,
                 listed=listed,
                 measured_in=measured_in,

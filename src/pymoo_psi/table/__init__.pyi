@@ -62,7 +62,7 @@ from ._layout import design_matrix as design_matrix
 from ._layout import number_column as number_column
 from ._layout import value_ranks as value_ranks
 from ._repeats import averaged_repeats as averaged_repeats
-from ._repeats import confidence_sentence as confidence_sentence
+from ._repeats import certainty_sentences as certainty_sentences
 from ._repeats import has_errors as has_errors
 from ._source import source_columns as source_columns
 from ._switching import decision_sentences as decision_sentences

@@ -26,6 +26,7 @@ from pymoo_psi.pareto import (
     percent,
     sentence,
     unit_lengths,
+    weights_sentence,
 )
 from pymoo_psi.table._joining import unequal
 from pymoo_psi.table._layout import (
@@ -324,15 +325,21 @@ def has_errors(table: TestTable) -> bool:
     )
 
 
-def confidence_sentence(table: TestTable, row: int) -> str:
-    """Say how sure it is that a design is the best; nothing if no errors are known.
+def certainty_sentences(table: TestTable, row: int) -> list[str]:
+    """Say for how many weights a design is the best and, if errors are known, how sure that is.
 
     Args:
         table: The designs.
         row: Row of the design in the ranking of the feasible designs.
     """
-    if not has_errors(table):
-        return ""
+    texts = [weights_sentence(table.feasible_ranking(), row)]
+    if has_errors(table):
+        texts.append(_confidence_sentence(table, row))
+    return [*filter(None, texts)]
+
+
+def _confidence_sentence(table: TestTable, row: int) -> str:
+    """Say how probable it is that a design is the best, and which tests would settle it."""
     frame = table.confidence()
     chances = frame.iloc[row]
     text = sentence(
