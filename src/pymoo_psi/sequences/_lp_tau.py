@@ -71,17 +71,13 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
     directions = _directions()[:n_dim]
     low_bits = (n_points - 1).bit_length()
     low = _table(directions, low_bits)
-    points = np.empty((n_points, n_dim), dtype=np.uint64)
     # The indices lie in at most two aligned blocks of 2^low_bits, and within one of them the bits
     # above low_bits do not change.
-    for block in range(start >> low_bits, ((stop - 1) >> low_bits) + 1):
-        offset = block << low_bits
-        begin = max(start, offset)
-        end = min(stop, offset + len(low))
-        part = points[begin - start : end - start]
-        part[:] = low[begin - offset : end - offset]
-        part ^= _points(directions, np.array([offset], dtype=np.uint64))
-    return np.ldexp(points.astype(np.float64), -_BITS)
+    blocks = np.arange(start >> low_bits, ((stop - 1) >> low_bits) + 1, dtype=np.uint64)
+    high = _points(directions, blocks << np.uint64(low_bits))
+    points = (high[:, None, :] ^ low).reshape(-1, n_dim)
+    skipped = start & (len(low) - 1)
+    return np.ldexp(points[skipped : skipped + n_points].astype(np.float64), -_BITS)
 
 
 def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> Array:
