@@ -85,9 +85,11 @@ def test_a_decision_leads_to_its_best_compromise():
     ideal, ranges = front.min(axis=0), np.ptp(front, axis=0)
 
     def distance(F):
-        return np.linalg.norm(np.maximum((F - ideal) / ranges, 0), axis=1).min()
+        return np.linalg.norm(np.maximum((F - ideal) / ranges, 0), axis=1)
 
     decision = Formulation(limits={"f1": 0.5, "f2": 0.6})
     for seed in (0, 1):
         result = minimize(Bowl(), SurrogatePSI(36, formulation=decision), seed=seed)
-        assert distance(result.algorithm.table.F) < distance(front) + 3e-4
+        excess = distance(result.algorithm.table.F) - distance(front).min()
+        assert excess.min() < 3e-4
+        assert excess[26::4].max() < 5e-3  # one in four is for it; by other rules 0.1

@@ -385,6 +385,10 @@ def test_what_is_an_expression_is_computed_and_not_learned(tmp_path):
     # an output may have a limit and be used by expressions
     table = run(problem, 32, limits={"force": (0.5, None)}).table
     assert table.column("force")[20:].min() > 0.4
+    # an objective that is none of the decision's is learned where an expression needs it
+    problem = Bar({"a": (0, 1), "b": (0, 1)}, command, outputs, {"minimize": ["force"]})
+    table = run(problem, 24, formulation=Formulation(objectives=["stress"])).table
+    assert table.column("stress")[20:].min() < -1.04
 
 
 def test_what_is_known_of_a_design_replaces_its_prediction():

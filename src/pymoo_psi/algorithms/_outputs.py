@@ -63,7 +63,7 @@ class _Output(NamedTuple):
     least: float
     greatest: float
     is_tested: bool = True
-    sign: int = 1
+    sign: float = 1.0
     is_limited: bool = False
 
     def known_or_beyond(self, values: Array) -> Array:
@@ -98,6 +98,7 @@ class Goal:
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled, as these are
             minimised; ``None`` for those of the Pareto set.
         is_narrowed: Whether limits narrow the problem, which tests so far may have been far from.
+        is_directed: Whether limits or ranges of a decision direct the search.
         is_computed: Whether some outputs are known functions of the variables and of others.
     """
 
@@ -126,17 +127,21 @@ class Goal:
         names = [output.name for output in self._outputs]
         self._computed = _needed(table.formulation.computed, names)
         self._expressions = _expressions(self._problem, tested)
-        self._operands = _operands(tested, self._outputs, self._computed, self._expressions)
+        expressions = {**self._expressions, **self._computed}
+        self._operands = _operands(tested, self._outputs, expressions)
         learned = {*names, *self._operands}
-        is_known = bool(self._computed or self._expressions)
-        self.is_computed = is_known or not learned.isdisjoint(tested.variables)
+        self.is_computed = bool(expressions) or not learned.isdisjoint(tested.variables)
         self.limits = []
         for name in [*layout.constraints, *limits]:
             for j, output in enumerate(self._outputs):
                 if output.name == name:
                     self.limits.append((j, output.least, output.greatest))
         self.is_narrowed = bool(limits)
-        self.ranges = _ranges(table)
+        self.ranges = None
+        if table.formulation.ranges:
+            pairs = [table.formulation.ranges[name] for name in layout.objectives]
+            self.ranges = np.sort(np.array(pairs).T * layout.sign, axis=0)
+        self.is_directed = self.is_narrowed or self.ranges is not None
         self.low = np.zeros(len(space.searched))
         self.high = np.ones(len(space.searched))
         # The names of the table, which may be those of the problem or of the run.
@@ -145,11 +150,6 @@ class Goal:
             name = titles[variable.name]
             if name in limits and name not in learned:
                 self.low[j], self.high[j] = variable.between(*limits[name])
-
-    @property
-    def is_directed(self) -> bool:
-        """Whether limits or ranges of a decision direct the search."""
-        return self.is_narrowed or self.ranges is not None
 
     def encode(self, points: Array) -> Array:
         """Return ``(n, d)`` points as surrogates see them, ``(n, e)``."""
@@ -255,14 +255,11 @@ class Goal:
 def _objectives(table: TestTable, limits: Mapping[str, tuple[float, float]]) -> list[_Output]:
     tested = table.tested.layout
     outputs = []
-    for name in table.layout.objectives:
+    for name, sign in zip(table.layout.objectives, table.layout.sign.tolist(), strict=True):
         # An equality that is an objective counts by its absolute value.
         is_tested = name in tested.columns and name not in tested.equalities
-        least, greatest = limits.get(name, OPEN)
-        output = _Output(name, least, greatest, is_tested)
-        if name in table.layout.maximize:
-            output = _Output(name, -greatest, -least, is_tested, sign=-1)
-        outputs.append(output)
+        least, greatest = sorted(sign * end for end in limits.get(name, OPEN))
+        outputs.append(_Output(name, least, greatest, is_tested, sign))
     return outputs
 
 
@@ -276,20 +273,6 @@ def _constraints(table: TestTable, n_ieq_constr: int) -> list[_Output]:
     for name in table.layout.equalities:
         outputs.append(_Output(name, 0.0, 0.0))
     return outputs
-
-
-def _ranges(table: TestTable) -> Array | None:
-    """Return the ``(2, m)`` fixed ranges of the objectives, as these are minimised."""
-    ranges = table.formulation.ranges
-    if not ranges:
-        return None
-    ends = []
-    for name in table.layout.objectives:
-        low, high = ranges[name]
-        if name in table.layout.maximize:
-            low, high = -high, -low
-        ends.append((low, high))
-    return np.array(ends).T
 
 
 def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:
@@ -317,18 +300,11 @@ def _expressions(problem: Any, tested: Layout) -> Mapping[str, Any]:
 
 
 def _operands(
-    tested: Layout,
-    outputs: Sequence[_Output],
-    computed: Mapping[str, Expression],
-    expressions: Mapping[str, Any],
+    tested: Layout, outputs: Sequence[_Output], expressions: Mapping[str, Expression]
 ) -> list[str]:
-    """Return the columns as tested from which others are computed, without learned outputs."""
-    operands = set()
-    for output_expression in expressions.values():
-        operands |= {*output_expression.columns} & {*tested.outputs}
-    for expression in computed.values():
-        operands |= {*expression.columns} & {*tested.columns}
-    operands -= {*tested.variables}
-    operands -= {*expressions}
-    operands -= {output.name for output in outputs if output.is_tested}
-    return sorted(operands)
+    """Return the columns as tested that expressions need beside known and learned ones."""
+    operands: set[str] = set()
+    for expression in expressions.values():
+        operands.update(expression.columns)
+    learned = {output.name for output in outputs if output.is_tested}
+    return sorted((operands & {*tested.columns}) - {*tested.variables} - {*expressions} - learned)
