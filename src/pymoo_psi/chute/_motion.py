@@ -320,7 +320,7 @@ def _roll(*columns: Array) -> tuple[Array, ...]:
 # Along the way: the exact state of one sphere at any η, and the forces on it
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """The motion of one sphere along the way under the full model.
 
@@ -361,10 +361,6 @@ class Trajectory:
     slipping: Mask
     slip_end: float
     slip_time: float
-
-    def __repr__(self) -> str:
-        """Return when the slip ends."""
-        return f"Trajectory(slip_end={self.slip_end!r}, slip_time={self.slip_time!r})"
 
 
 def trajectory(

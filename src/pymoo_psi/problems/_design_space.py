@@ -272,7 +272,7 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     if log is None:
         log = getattr(problem, "log", None)
         # an attribute of another type is a logger or a file
-        if not isinstance(log, (list, tuple)) or not all(isinstance(name, str) for name in log):
+        if not isinstance(log, (list, tuple)) or not {*map(type, log)} <= {str}:
             log = ()
     collection("log", log, "a list of variables", "one goes into a list too")
     titles = column_titles(problem, space)

@@ -25,7 +25,7 @@ from pymoo_psi.errors import ArgumentTypeError, EvaluationError
 from pymoo_psi.problems._design_space import numbered
 from pymoo_psi.problems._pymoo import NO_OUTPUTS, OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
-from pymoo_psi.problems._wrapped import changes_designs_only, layers
+from pymoo_psi.problems._wrapped import changes_designs_only, within_same_columns
 from pymoo_psi.table import sides_of_text
 
 # A message of msgspec; null stands for what is not given.
@@ -205,11 +205,9 @@ def known_limits(problem: Any) -> Sequence[OutputLimit]:
 
     A table shows them as limits, which can be changed without a test.
     """
-    *wrappers, model = layers(problem)
-    for wrapper in wrappers:
-        if not (wrapper.same_columns or changes_designs_only(wrapper)):
-            return []
-    return model.limits if isinstance(model, NamedProblem) else []
+    while changes_designs_only(problem) or within_same_columns(problem) is not problem:
+        problem = problem.wrapped
+    return problem.limits if isinstance(problem, NamedProblem) else []
 
 
 def _settings(variables: Any) -> dict[str, Setting]:

@@ -1,4 +1,9 @@
-"""An external program as a pymoo problem, with values in its input files and numbers as outputs."""
+"""An external program as a pymoo problem, with values in its input files and numbers as outputs.
+
+The sections of its file are values of :class:`Setting`, :class:`Output`, :class:`Program` and
+``Goals``. A :class:`ProgramProblem` checks them before any run, has a fingerprint for studies, runs
+the program in a folder for each design, and completes the outputs of stored tests.
+"""
 
 from __future__ import annotations
 
