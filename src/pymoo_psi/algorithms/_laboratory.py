@@ -129,12 +129,10 @@ class _Laboratory:
         return frame
 
 
-def _assign(
-    database: Database, run: int, round_number: int, origin: str, content: Values
-) -> _Assignment:
-    """Ask people for a test of a run."""
+def _assign(database: Database, run: int, proposal: Proposal) -> _Assignment:
+    """Ask people for a test of a run, as its next test point."""
     stored = database.facts.run(run)
-    proposal = Proposal(stored.last + 1, round_number, origin, content)
+    proposal = proposal._replace(test_point=stored.last + 1)
     database.add_proposals(run, [proposal])
     database.plan(run, proposal.test_point)
     return _Assignment(stored.start + proposal.test_point, run, proposal)
@@ -191,12 +189,11 @@ def ask_tests(
         assignments = []
         with store.study.changes() as database:
             for design in points:
-                content = {"design": design}
-                assignments.append(_assign(database, store.run, 0, store.origin, content))
+                proposal = Proposal(0, 0, store.origin, {"design": design})
+                assignments.append(_assign(database, store.run, proposal))
             for design in proposals:
-                content = {"design": design}
-                assignment = _assign(database, store.run, new.round_number, "surrogates", content)
-                assignments.append(assignment)
+                proposal = Proposal(0, new.round_number, "surrogates", {"design": design})
+                assignments.append(_assign(database, store.run, proposal))
         return laboratory.frame(assignments)
 
 
@@ -240,17 +237,18 @@ class _NewDesigns:
         """Return up to n designs that surrogates propose, one or more."""
         if n == 0:
             return []
+        import pandas as pd
+
         from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
 
         model = self._model
         space = model.space
-        columns = {}
-        for name in model.layout.variables:
-            columns[name] = np.array([design[name] for design in self._pending])
-        designs = model.designs(columns)
+        designs = model.designs(
+            dict(pd.DataFrame(self._pending, columns=[*model.layout.variables]))
+        )
         pending = space.points(designs[space.has_options(designs)])
         table = store.whole()
-        table = model.under(table.rows(space.has_options(table.X)))
+        table = model.under_so_far(table.rows(space.has_options(table.X)))
         seed = options.seed or 0
         points = proposed_now(model, table, pending, n, seed, self.round_number - 1)
         proposals = self._first(space.matrix(points), n)
@@ -473,18 +471,18 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
     sentences = []
     for result in results:
         assignment = result.assignment
-        _, round_number, origin, content = assignment.proposal
+        proposal = assignment.proposal
         title = f"Test {assignment.test}"
         if laboratory.pending.pop(assignment.test, None) is None:  # it has a result already
-            content = content | {"of": assignment.test}
-            assignment = _assign(database, assignment.run, round_number, origin, content)
+            content = proposal.content | {"of": assignment.test}
+            assignment = _assign(database, assignment.run, proposal._replace(content=content))
             title = f"Test {assignment.test}, a repeat of {assignment.original}"
         for name, value in assignment.design.items():
             if result.values[name] != value:
                 change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
                 sentences.append(f"{title}: {change}; what was tested counts.")
-        of_proposal = {TEST: assignment.test, "origin": origin, PROPOSAL_ROUND: round_number}
-        tests.append(result.values | of_proposal)
+        of_proposal = {"origin": proposal.origin, PROPOSAL_ROUND: proposal.round}
+        tests.append(result.values | of_proposal | {TEST: assignment.test})
     frame = pd.DataFrame(tests)
     if not frame[PROPOSAL_ROUND].any():
         del frame[PROPOSAL_ROUND]

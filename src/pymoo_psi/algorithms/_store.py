@@ -33,6 +33,7 @@ from pymoo_psi.table import (
     kinds_of_columns,
     lacking,
     limits_of,
+    stored_tests,
 )
 
 _OVER = "; over when the run began"
@@ -206,11 +207,14 @@ class StudyStore(Store):
         with self.study.reading() as database:
             columns = database.tests_of_run(self.run, first, last)
         tests = self.table(columns, POINT)
-        return tests, self._is_retried(tests)
+        return tests, self._is_retried(tests, columns, POINT)
 
-    def _is_retried(self, tests: TestTable) -> Mask:
-        """``(n,)`` which of stored tests are to be evaluated once more."""
-        has_failed: Mask = tests.status == "failed"
+    def _is_retried(self, tests: TestTable, columns: Columns, number: str) -> Mask:
+        """``(n,)`` which of the tests of stored columns are to be evaluated once more.
+
+        Tests that lack an objective, as they are older, count as failed in their table only.
+        """
+        has_failed = np.isin(tests.numbers, columns[number][columns["status"] == "failed"])
         if self._retry == "failed":
             return has_failed
         is_retried = np.zeros(len(tests), dtype=bool)
@@ -221,12 +225,8 @@ class StudyStore(Store):
 
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
-        columns = self.study.contents()[1]
-        tests = self.table(columns, "test")
-        if (columns["run"] == 1).all():
-            return tests
-        rows = np.searchsorted(columns["test"], tests.numbers)
-        return _with_origin(tests, columns["run"][rows], columns[POINT][rows])
+        tests = stored_tests(*self.study.contents())
+        return tests._replace(remarks=(), limits={}).table(self.study.path)
 
     def others(self) -> TestTable:
         """Return the tests of other runs of the same model, without those to be retried."""
@@ -234,8 +234,9 @@ class StudyStore(Store):
             return self.empty
         columns = self.study.contents()[1]
         is_of_other = columns["run"] != self.run
-        tests = self.table({name: cells[is_of_other] for name, cells in columns.items()}, "test")
-        return tests.rows(~self._is_retried(tests))
+        columns = {name: cells[is_of_other] for name, cells in columns.items()}
+        tests = self.table(columns, "test")
+        return tests.rows(~self._is_retried(tests, columns, "test"))
 
     def state(self) -> object:
         """Return what differs when tests were added, changed or withdrawn."""
