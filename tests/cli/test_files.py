@@ -129,7 +129,7 @@ def test_a_narrow_reader_is_shown_every_number(said, tmp_path, monkeypatch):
     for text in (*names, "1234.5", "987.25", "71.25", "75.5", "eff_rank"):
         assert text in table
     rows = [line.split()[0] for line in table.splitlines() if line[:3].strip().isdigit()]
-    assert rows == rows[:2] * (len(rows) // 2)  # the place leads each part
+    assert rows == rows[:2] * (len(rows) // 2)  # the number leads each part
     assert len(rows) > 2
 
 

@@ -200,10 +200,11 @@ def test_a_problem_is_made_of_options(run, said):
 
     assert columns("dtlz2", "--n-obj", 4, "--n-var=7") == [7, 4]
     assert columns("models:Sized", "--length", 2.5) == [2, 2]
-    assert columns("models:Long", "--steel", "False", "--n-ribs", 5) == [5, 2]
+    assert columns("models:Sized", "--length", 2.5, "--n-ribs", 5) == [5, 2]
+    assert columns("models:Long", "--steel", "False") == [2, 2]
     for words, message in [
         (["models:Sized"], "its arguments: length, n_ribs"),
-        (["models:Long", "--lenth", 1], "--length"),
+        (["models:Sized", "--lenth", 1], "--length"),
         (["models:broken"], "no licence"),
         (["models:absent"], "no attribute"),
         (["models:Moves", "--points", 4], ""),

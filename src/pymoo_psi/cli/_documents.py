@@ -162,10 +162,7 @@ def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None
         "place: 1 is nearest to the ideal point (distance mu1). Equal distances share a place; "
         "dominated designs have none. eff_rank: not an order, see 'pymoo-psi guide method'."
     )
-    option = "(--no-normalize)"
-    if ranking.frame.normalize:
-        option = "(plain distances: --no-normalize)"
-    say(f"{measured_in(ranking)} {option}.")
+    say(f"{measured_in(ranking)}.")
     say(*explain(ranking).sentences[:_N_REASONS])
     for text in certainty_sentences(table, optimum):
         if text not in reasons:
@@ -181,12 +178,9 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
         if column in rounded:
             rounded[column] = [written(notation, value) for value in rounded[column]]
     headings = {name: table.layout.label_of(name) for name in table.layout.columns}
-    rounded = rounded.rename(columns=headings | {"efficiency_rank": "eff_rank"})
-    # Place and number lead each part of a wide table, as dominated designs have no place.
-    place = rounded.pop("place").astype("string").fillna("").str.ljust(len("place  "))
-    name = rounded.columns[0]
-    rounded.insert(0, f"place  {name}", place + rounded.pop(name).astype("string"))
-    return rounded
+    # The number leads each part of a wide table, as dominated designs have no place.
+    rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))
+    return rounded.rename(columns=headings | {"efficiency_rank": "eff_rank"})
 
 
 def run_page(options: Options) -> int:

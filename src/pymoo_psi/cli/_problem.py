@@ -11,7 +11,6 @@ import re
 import shlex
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -52,6 +51,7 @@ from pymoo_psi.table import entries_of
 # Options that a command must repeat to continue a run.
 _OF_RUN = ("sampling", "seed", "box", "log", "noisy", "study_key", "timeout", "jobs")
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
+_NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 _CONNECTING = 10  # seconds for a scheduler to answer
 _PAUSE = 0.3  # seconds between two looks whether workers have joined
 _TRIALS = 1000  # designs that are tried against the requirements
@@ -170,7 +170,8 @@ def _construct(name: str, source: Any) -> Problem:
     problem = source
     try:
         if not isinstance(source, Problem):
-            names = _argument_names(source)
+            parameters = inspect.signature(source).parameters.values()
+            names = [each.name for each in parameters if each.kind in _NAMED]
         arguments = _arguments(name, names)
         if not isinstance(source, Problem):
             problem = source(**arguments)
@@ -185,25 +186,6 @@ def _construct(name: str, source: Any) -> Problem:
         reason = f"{type(error).__name__}: {error}; {remedy}"
         raise invalid("PROBLEM", "one that can be constructed", name, reason) from error
     return problem
-
-
-def _argument_names(source: Callable[..., Any]) -> list[str]:
-    """Return the names of the arguments of a class or function, including those it passes on."""
-    functions = [source]
-    if isinstance(source, type):
-        # A class passes its **kwargs on to its base. The arguments of pymoo's base classes are no
-        # options of users.
-        functions = []
-        for base in source.__mro__:
-            if "__init__" in vars(base) and base.__module__ != Problem.__module__:
-                functions.append(vars(base)["__init__"])
-    names: dict[str, None] = {}  # in order, without repeats
-    for function in functions:
-        specification = inspect.getfullargspec(function)
-        names |= dict.fromkeys([*specification.args, *specification.kwonlyargs])
-        if specification.varkw is None:
-            break
-    return [name for name in names if name != "self"]
 
 
 def _arguments(problem: str, names: Names) -> Values:
