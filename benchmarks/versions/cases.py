@@ -397,8 +397,6 @@ def answers_of(question):
     attempt(found, "ranking", lambda: of_ranking(ask(psi.TestTable.ranking, question)))
     attempt(found, "best", lambda: ask(psi.TestTable.best, question).numbers)
     attempt(found, "violations", lambda: adapter.violations_of(question))
-    objective = question.layout.objectives[0]
-    attempt(found, "sorted", lambda: ask(psi.TestTable.sorted_by, question, objective).numbers)
 
     def all_feasible():
         rows, ranking = adapter.feasible_ranking(question)

@@ -36,13 +36,12 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table._formulation import Formulation
 
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
 _Readings: TypeAlias = dict[str, list[float | None]]
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
-
-EMPTY = "it is empty; it must hold a line of column names, then the designs"
 
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
@@ -114,6 +113,8 @@ class Cells:
         separator: The mark between the cells of a text.
         head: What the source says about its columns: for designs as :func:`designs_head` returns
             it, for a table of tests as :meth:`FileFormat.write` receives it; may be empty.
+        stated: The formulation of designs, as the source states it.
+        variables: The names of their variables, if the source says so.
         label: The column that names the designs, if the source says so.
         rows: The numbers of the rows; from 1 to n if empty.
         metadata: The file that is read as head if it exists.
@@ -124,6 +125,8 @@ class Cells:
     lines: Sequence[int] = ()
     separator: str = ""
     head: Head = field(default_factory=dict)
+    stated: Formulation = field(default_factory=Formulation)
+    variables: Names = ()
     label: str | None = None
     rows: Sequence[int] = ()
     metadata: str = ""
@@ -244,7 +247,7 @@ def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
         UnfitError: There is no row, or they differ in length.
     """
     if not rows:
-        raise UnfitError(EMPTY)
+        raise UnfitError("it is empty; it must hold a line of column names, then the designs")
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
     for end, row in rows.items():
         if len(row) != usual:

@@ -510,8 +510,6 @@ def _formulated_layout(
     taken = {*objectives, *changes["inequalities"], *changes["equalities"]}
     former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
     changes["outputs"] = tuple(name for name in former if name not in taken)
-    maximized = {*layout.maximize, *formulation.maximize}
-    dependent = (*objectives, *changes["outputs"])
     is_variable = [name not in without for name in layout.variables]
     return replace(
         layout,
@@ -519,7 +517,7 @@ def _formulated_layout(
         lower=layout.lower[is_variable],
         upper=layout.upper[is_variable],
         kinds=tuple(compress(layout.kinds, is_variable)),
-        maximize=tuple(name for name in dependent if name in maximized),
+        maximize=(*layout.maximize, *formulation.maximize),
         units={**layout.units, **formulation.units},
     )
 
@@ -698,7 +696,7 @@ def ends(column: Any, limit: Any) -> tuple[float, float]:
     values = []
     for value, unbounded in zip(pair, OPEN, strict=False):
         number = unbounded if value is None else value
-        if isinstance(number, numbers.Real) and not isinstance(number, (bool, np.bool_)):
+        if isinstance(number, numbers.Real) and not isinstance(number, bool):
             values.append(float(number))
     if limit is None or len(pair) != 2 or len(values) != 2:
         raise wrong_type(f"the limit on {column!r}", "a number or a pair (lower, upper)", limit)

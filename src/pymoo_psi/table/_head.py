@@ -38,13 +38,14 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table._cells import Cells, UnfitError, in_a_line
+from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import (
     GROUPS,
     POINT,
     RUN,
     Layout,
+    column_names,
     common_dtype,
     names_of,
     number_column,
@@ -341,23 +342,24 @@ def designs_head(designs: Any, columns: Collection[str]) -> Values:
     }
 
 
-def checked_designs_head(head: Head) -> Values:
-    """Return the head of designs in full, empty where a source says nothing of its columns."""
-    checked: Values = {"normalize": head.get("normalize") is not False}
+def stated_by_designs(head: Head) -> tuple[Formulation, Names]:
+    """Return the formulation of designs and the names of their variables, as their head says.
+
+    Raises:
+        UnfitError: The head is damaged.
+    """
     try:
-        for key in ("objectives", "maximized", "variables"):
-            checked[key] = tuple(map(in_a_line, head.get(key, ())))
-        for key in ("units", "ranges"):
-            entries = head.get(key, {})
-            checked[key] = {in_a_line(name): value for name, value in entries.items()}
-        if "chosen" in head:
-            checked["chosen"] = head["chosen"]
-        formulation_of_head(checked)
+        formulation = replace(
+            formulation_of_head(head),
+            objectives=head.get("objectives", ()),
+            maximize=head.get("maximized", ()),
+            units=head.get("units", {}),
+        )
+        return formulation, column_names("variables", head.get("variables", ()))
     except (TypeError, AttributeError, ValueError):
         raise UnfitError(
             "what it says of its columns is damaged or of a later version", HEAD_REMEDY
         ) from None
-    return checked
 
 
 def units_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:

@@ -45,9 +45,8 @@ from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._head import (
     StoredTests,
-    checked_designs_head,
-    formulation_of_head,
     is_of_tests,
+    stated_by_designs,
     tests_of_cells,
     units_of,
 )
@@ -198,11 +197,17 @@ def _content(
         content = Cells(columns, head={"objectives": [*columns]})
     if not isinstance(content, Cells):
         return content
-    head = checked_designs_head(content.head)
-    names = names_of([*content.columns], {**units, **head["units"]})
+    stated, variables = stated_by_designs(content.head)
+    names = names_of([*content.columns], {**units, **stated.units})
     columns = dict(zip(names, content.columns.values(), strict=True))
     n_rows = len(next(iter(columns.values()), ()))
-    return replace(content, columns=columns, head=head, rows=range(1, n_rows + 1))
+    return replace(
+        content,
+        columns=columns,
+        stated=stated,
+        variables=variables,
+        rows=range(1, n_rows + 1),
+    )
 
 
 def _content_of_file(
@@ -258,7 +263,7 @@ def _designs(cells: Cells, formulation: Formulation, *, is_file: bool) -> Cells:
     """
     is_ranking = _is_ranking(cells)
     is_of_tests = cells.columns.keys() >= {*RESERVED[1:]}
-    is_stated = cells.head["objectives"] or formulation.objectives
+    is_stated = cells.stated.objectives or formulation.objectives
     if not is_stated and (is_of_tests or (is_ranking and cells.metadata)):
         raise UnfitError(
             f"it is without {cells.metadata or 'its table'}, which says what the columns are",
@@ -362,7 +367,7 @@ def _names_of_roles(
         if not (column.is_label or name in variables or name in RANKING_NAMES):
             free.append(name)
     numbered, guessed = _numbered(free)
-    named = formulation.objectives or cells.head["objectives"]
+    named = formulation.objectives or cells.stated.objectives
     objectives = [name for name in named if name not in formulation.computed] or numbered
     if not objectives:
         objectives = [name for name in free if columns[name].has_numbers()]
@@ -403,9 +408,9 @@ def _table(
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
-    head = cells.head
+    stated = cells.stated
     objectives, variables = _names_of_roles(
-        cells, columns, formulation, variables or head["variables"]
+        cells, columns, formulation, variables or cells.variables
     )
     F = np.column_stack([columns[name].require_numbers() for name in objectives])
     designs = {}
@@ -422,7 +427,7 @@ def _table(
         else:
             extra[name] = _cells_of_extra(column.cells)
     remarks = [*cells.remarks]
-    if not (formulation.objectives or head["objectives"]):
+    if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], F[:, 0])
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
     uncertain = [name for name in variables if name not in designs]
@@ -442,19 +447,18 @@ def _table(
         [*designs],
         objectives,
         outputs=[*outputs],
-        maximize=[name for name in head["maximized"] if name in dependent],
-        units=units_of((*designs, *dependent), head["units"]),
+        maximize=[name for name in stated.maximize if name in dependent],
+        units=units_of((*designs, *dependent), stated.units),
     )
     if label in extra:
         layout = replace(layout, label=label)
     X = [*map(list, zip(*designs.values(), strict=True))] or np.empty((len(F), 0))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
-    stored = formulation_of_head(head)
-    if {*head["objectives"]} != {*objectives}:
-        stored = replace(stored, ranges=None)
+    if {*stated.objectives} != {*objectives}:
+        stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
     return replace(
-        table, remarks=tuple(remarks), formulation=stored, decimal="," if "," in marks else "."
+        table, remarks=tuple(remarks), formulation=stated, decimal="," if "," in marks else "."
     )
 
 
@@ -475,8 +479,6 @@ def _incomplete(cells: Cells, objectives: Names, F: Array, drop: bool) -> list[s
     rows = np.flatnonzero(lacking.any(axis=1)).tolist()
     if not rows:
         return []
-    if len(rows) == len(F):
-        raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
     if not drop:
         place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
         raise UnfitError(place, "leave out such designs by --drop-incomplete")

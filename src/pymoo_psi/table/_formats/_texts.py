@@ -15,19 +15,18 @@ import csv
 import json
 import os
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
-from itertools import dropwhile
+from itertools import takewhile
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 from urllib.parse import quote
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import Entries, FilePath, Head, Values, counted, distinct, invalid
+from pymoo_psi._validation import Entries, FilePath, Head, Names, Values, counted, distinct, invalid
 from pymoo_psi.table._cells import (
-    EMPTY,
     Cells,
     RowsByLine,
     UnfitError,
@@ -46,9 +45,6 @@ from pymoo_psi.table._head import (
     is_of_tests,
 )
 from pymoo_psi.table._layout import headings_of
-
-# The number of a line in its file, and the line.
-Line: TypeAlias = tuple[int, str]
 
 _SEPARATORS = ";\t|, "
 _HEAD = "pymoo-psi:head"  # entries of the metadata that are ours
@@ -94,7 +90,7 @@ class CsvFile(FileFormat):
         if not head:
             return replace(cells_of_text(text, file.skip_rows), metadata=metadata.name)
         if is_of_tests(head):
-            rows = _rows(_lines(text), ",", skipinitialspace=False)
+            rows = _rows([*StringIO(text, newline="")], ",", skipinitialspace=False)
             cells = cells_as_written(rows, head)
         else:
             cells = cells_of_text(text, file.skip_rows, has_comments=False)
@@ -268,25 +264,21 @@ def cells_of_text(
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
     """
-    lines = _lines(text)
-    last = max(skip_rows, default=0)
-    if last > len(lines):
-        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(lines)}", last)
-    lines = [line for line in lines if line[0] not in skip_rows]
-    lines = list(dropwhile(lambda line: _ABOVE_HEADER.match(line[1]), lines))
-    if not lines:
-        raise UnfitError(EMPTY)
+    lines = [*StringIO(text, newline="")]
+    # Lines that do not count are blank, so that all others keep their numbers.
+    for number in skip_rows:
+        if not 1 <= number <= len(lines):
+            raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(lines)}", number)
+        lines[number - 1] = "\n"
+    n_above = sum(1 for _ in takewhile(_ABOVE_HEADER.match, lines))
+    lines[:n_above] = ["\n"] * n_above
     separator = _separator(lines)
     if separator == " ":
-        _require_plain_names(lines[0][1])
+        _require_plain_names(lines[n_above])
     rows = _rows(lines, separator)
     if has_comments:
         rows = _without_comments(rows)
     return cells_of_rows(rows, separator)
-
-
-def _lines(text: str) -> list[Line]:
-    return [*enumerate(StringIO(text, newline=""), start=1)]
 
 
 def _without_comments(rows: RowsByLine) -> RowsByLine:
@@ -307,12 +299,12 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
     return designs
 
 
-def _separator(lines: Sequence[Line]) -> str:
+def _separator(lines: Names) -> str:
     """Return the mark between cells: the first that divides all rows alike.
 
     A comma comes late, as names and decimals may have some, and spaces last.
     """
-    text = "".join(line for _, line in lines)
+    text = "".join(lines)
     for mark in _SEPARATORS:
         if mark in text:
             with suppress(UnfitError):  # quotation marks within cells
@@ -332,7 +324,7 @@ def _require_plain_names(header: str) -> None:
         )
 
 
-def _rows(lines: Sequence[Line], separator: str, *, skipinitialspace: bool = True) -> RowsByLine:
+def _rows(lines: Names, separator: str, *, skipinitialspace: bool = True) -> RowsByLine:
     """Return the rows that are not blank.
 
     Args:
@@ -344,20 +336,17 @@ def _rows(lines: Sequence[Line], separator: str, *, skipinitialspace: bool = Tru
     Raises:
         UnfitError: They are no rows.
     """
-    texts = [line for _, line in lines]
     if separator == " ":
         # Several spaces align printed columns; at the end of a line they begin no cell.
-        texts = [f"{line.strip()}\n" for line in texts]
+        lines = [f"{line.strip()}\n" for line in lines]
     if separator == "\t":
         skipinitialspace = False
     rows = {}
-    reader = csv.reader(texts, delimiter=separator, skipinitialspace=skipinitialspace, strict=True)
+    reader = csv.reader(lines, delimiter=separator, skipinitialspace=skipinitialspace, strict=True)
     try:
         for row in reader:
             if any(cell.strip() for cell in row):
-                # csv counts the lines it was given, users those of the file.
-                number, _ = lines[reader.line_num - 1]
-                rows[number] = row
+                rows[reader.line_num] = row
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
     return rows
