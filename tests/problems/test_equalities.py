@@ -150,18 +150,18 @@ def test_proposals_meet_equalities_and_inequalities(tmp_path):
         algorithm = SurrogatePSI(n, n_points=12, requirements=requirements, study=tmp_path / "s.db")
         return minimize(problem, algorithm, seed=1).algorithm.table
 
-    run(24)
-    table = run(36)  # which learns from tests of the study
+    run(18)
+    table = run(26)  # which learns from tests of the study
     np.testing.assert_allclose(table.X.sum(axis=1), 1, rtol=0, atol=1e-12)
     assert (table.X[12:, 0] <= table.X[12:, 1]).all()
-    sequence = investigate(problem, 36, requirements=requirements)
+    sequence = investigate(problem, 26, requirements=requirements)
     front = table.F[table.pareto()]
     assert not any((sequence.F[sequence.pareto()] < design).all(axis=1).any() for design in front)
 
 
 def test_proposals_keep_limits_on_the_shares():
     limits = {"a": (0.1, 0.3), "b": (None, 0.5), "c": (0.25, None)}
-    algorithm = SurrogatePSI(32, n_points=16, limits=limits)
+    algorithm = SurrogatePSI(24, n_points=16, limits=limits)
     table = minimize(Mixture(*THREE[:3]), algorithm, seed=1).algorithm.table
     assert table.eligible()[16:].all()
 
