@@ -316,7 +316,7 @@ def ax_table(frame: pd.DataFrame) -> list[str]:
     """Return the table of the cases that Ax has run, in Markdown."""
     index = ["problem", "region", "seed"]
     shares = frame.pivot_table(index=index, columns="entry", values="share")
-    if "ax" not in shares:
+    if not {"ax", "directed"} <= {*shares}:  # Ax alone, in a file of its own
         return []
     shares = shares[shares["ax"].notna()]
     lines = [
@@ -356,7 +356,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     file.writelines(json.dumps(row) + "\n" for row in rows)
                 print(name, seed, [row["hypervolume"] for row in rows], flush=True)
     frame = results(options.out)
-    lines = [*summary(frame), "", *table(frame), *ax_table(frame)]
+    lines = ax_table(frame)
+    if "directed" in {*frame["entry"]}:
+        lines = [*summary(frame), "", *table(frame), *lines]
     print("\n".join(lines))
     if options.out == KEPT:
         before, rest = README.read_text("utf-8").split(BEGIN)

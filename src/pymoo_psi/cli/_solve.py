@@ -111,8 +111,8 @@ def run_solve(options: Options) -> int:
     if options.new:
         return write_example(options.problem)
     formulation = formulation_of(options)  # before a user's model is imported
-    _require_effect(options, formulation)
     n_points, more = options.points or (_default_points(options), False)
+    _require_effect(options, formulation, more)
     keywords = {name: getattr(options, name) for name in _KEYWORDS}
     settings = RunOptions(**keywords, more=more, formulation=formulation)
     problem = load_problem(
@@ -143,17 +143,15 @@ def run_solve(options: Options) -> int:
 # The plan
 
 
-def _require_effect(options: Options, formulation: Formulation) -> None:
+def _require_effect(options: Options, formulation: Formulation, more: bool) -> None:
     """Refuse options that would have no effect."""
     algorithm = options.algorithm
-    if algorithm == "nsga3":
-        if formulation != Formulation():
-            rule = "psi or surrogate for other objectives, limits or columns than the problem's"
-            remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
-            raise invalid("--algorithm", rule, algorithm, remedy)
-        if options.sampling or (options.points and options.points[1]):
-            rule = "psi or surrogate for --sampling and --points +N"
-            raise invalid("--algorithm", rule, algorithm)
+    if algorithm == "nsga3" and formulation != Formulation():
+        rule = "psi or surrogate for other objectives, limits or columns than the problem's"
+        remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
+        raise invalid("--algorithm", rule, algorithm, remedy)
+    if algorithm == "nsga3" and (options.sampling or more):
+        raise invalid("--algorithm", "psi or surrogate for --sampling and --points +N", algorithm)
     if algorithm != "psi" and (options.share or options.repeat > 1):
         raise invalid("--algorithm", "psi for --share and --repeat", algorithm)
     for name in _OF_STUDY:

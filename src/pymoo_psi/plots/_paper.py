@@ -31,7 +31,7 @@ _UNITS = (
 )
 _TRANSITION: Style = {"color": "0.35", "linestyle": ":", "linewidth": 1.0}
 
-# Symbol, as mathematical text, and meaning of each quantity.
+# Symbol, as mathematical text, and meaning of each variable, objective and geometric criterion.
 _LABELS = {
     "u1": r"$u_1$, slope $\tan\,\alpha$",
     "u2": "$u_2$, plane speed $v_P$",
@@ -212,23 +212,14 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
 
 def _draw_pairs(axes: list[Axes], pairs: list[tuple[str, str]], case: Case, mask: Mask) -> None:
     """Draw the points over pairs of coordinates, on axes that show at least those of a mask."""
+    coordinates = np.hstack([case.designs.X, case.designs.F, case.ranking.criteria])
     columns = {}
-    for name, values in _coordinates(case).items():
+    for name, values in zip(_LABELS, coordinates.T, strict=True):
         columns[name] = Column(values, view(values[mask]))
     points = Points(columns, ranked_groups(case.ranking))
     for ax, (first, second) in zip(axes, pairs, strict=True):
         points.draw(ax, first, second)
         ax.set(xlabel=_LABELS[first], ylabel=_LABELS[second])
-
-
-def _coordinates(case: Case) -> dict[str, Array]:
-    """Return variables, objectives and geometric criteria of all points by name."""
-    matrices = {"u": case.designs.X, "f": case.designs.F, "mu": case.ranking.criteria}
-    coordinates = {}
-    for letter, matrix in matrices.items():
-        for k, values in enumerate(matrix.T, start=1):
-            coordinates[f"{letter}{k}"] = values
-    return coordinates
 
 
 # Figure 7
@@ -276,13 +267,11 @@ def _draw_motion(ax: Axes, motion: Trajectory, values: Array, names: tuple[str, 
 
     Each curve is interrupted at the transition to rolling, where the forces jump.
     """
+    n_slipping = motion.slipping.sum()
+    eta = np.insert(motion.eta, n_slipping, np.nan)
+    values = np.insert(values, n_slipping, np.nan, axis=0)
     for name, curve, style in zip(names, values.T, curves(), strict=False):
-        style = style | {"marker": ""}
-        label = name
-        for phase in (motion.slipping, ~motion.slipping):
-            if phase.any():
-                ax.plot(motion.eta[phase], curve[phase], label=label, **style)
-                label = "_"  # one entry in the legend
+        ax.plot(eta, curve, label=name, **style | {"marker": ""})
     slip_end = np.nan_to_num(motion.slip_end, nan=1.0)
     ax.axvspan(0, slip_end, color="0.92", zorder=0, linewidth=0)
     if slip_end < 1.0:

@@ -202,12 +202,9 @@ class Points:
         outside = np.zeros(len(table), dtype=bool)
         for column in self.columns.values():
             outside |= ~column.visible
-        words = table.layout.words
         text = counted(len(table), "design")
-        if words.row == "test":
-            text += " tested"
         if failed.any():
-            text += f", {failed.sum()} {words.failed}"
+            text += f", {failed.sum()} {table.layout.words.failed}"
         n_far = (outside & ~failed).sum()
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes"
