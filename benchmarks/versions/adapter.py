@@ -109,11 +109,12 @@ def explain_best(question):
     objectives = question.explain().ranking.objectives
     names = list(objectives.names)
     frame = pd.DataFrame(objectives.values, columns=names, index=list(objectives.labels))
-    return psi.explain(
+    ranking = psi.rank_of_efficiency(
         frame,
-        row=question.explain().row,
         maximize=[name for name in names if name in question.layout.maximize],
+        normalize=question.formulation.normalize,
     )
+    return psi.explain(ranking, row=question.explain().row)
 
 
 def cautions_by_kind(cautions):
