@@ -37,7 +37,6 @@ from pymoo_psi.table import (
 
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
-_IDLE = 3  # limits that cost nothing, by name
 _REPRESENTATIVES = 5  # side by side on paper
 _DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
@@ -176,23 +175,6 @@ def problem_facts(table: TestTable) -> Values:
     }
 
 
-def test_counts(table: TestTable) -> str:
-    """Return a sentence on how many rows failed, are feasible and are Pareto optimal."""
-    statuses = table.status
-    counts = {
-        table.layout.words.failed: np.sum(statuses == "failed"),
-        "beyond a constraint or a limit": np.sum(statuses == "infeasible"),
-        "feasible": np.sum(statuses == "ok"),
-        "Pareto optimal": table.pareto().sum(),
-    }
-    n = len(table)
-    parts = []
-    for name, count in counts.items():
-        if count:
-            parts.append(f"{number(count)} {name} ({percent(count / n)})")
-    return f"{counted(n, 'design')}: {', '.join(parts)}."
-
-
 def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
     tests = [*table.reasons]
@@ -223,19 +205,16 @@ def verdict(table: TestTable) -> str:
 # Limits
 
 
-def limit_costs(table: TestTable) -> tuple[pd.DataFrame, list[str]]:
-    """Return what the constraints and limits cost that cost most, and some that cost nothing.
+def limit_costs(table: TestTable) -> pd.DataFrame:
+    """Return what the constraints and limits cost that cost most.
 
     Without a feasible design it is said how near tests come to keeping them.
     """
     costs = constraint_costs(table)
     costs["column"] = [*table.layout.constraints, *table.limits]
-    idle = []
     last = "nearest value"
     describe = _nearest
     if table.eligible().any():
-        idle = costs.index[costs["alone"] == 0].tolist()
-        costs = costs[costs["alone"] > 0]
         last = "best values without it"
         describe = _best_values
     rows = []
@@ -248,7 +227,7 @@ def limit_costs(table: TestTable) -> tuple[pd.DataFrame, list[str]]:
             last: describe(table, cost),
         }
         rows.append(row)
-    return pd.DataFrame(rows), idle[:_IDLE]
+    return pd.DataFrame(rows)
 
 
 def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
