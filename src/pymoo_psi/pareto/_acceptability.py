@@ -73,26 +73,27 @@ class Acceptability(Shown):
         terms = np.maximum(ranking.frame.scaled(values), 0.0)
         terms /= terms.max() or 1.0  # no sum overflows
         designs, design_of_row = np.unique(terms, axis=0, return_inverse=True)
+        k = len(designs)
         per_block = _PER_BLOCK
-        if len(designs) > _MANY:
+        if k > _MANY:
             per_block = _PER_BLOCK // 4
         weights = _weights(_BLOCKS * per_block, terms.shape[1], factor)
-        nearest = _nearest(designs, weights, p, min(places, len(designs)))
-        counts = _counts(nearest, (len(designs), places, _BLOCKS)) / per_block
-        sums = np.zeros(designs.shape)
+        nearest = _nearest(designs, weights, p, min(places, k))
+        # How many weights of each block give each place to each design, and the sum of its weights.
+        # The last design stands for dominated rows.
+        counts = np.zeros((k + 1, places, _BLOCKS))
+        block = np.arange(len(weights)) // per_block
+        for place, design in enumerate(nearest.T):
+            np.add.at(counts[:, place], (design, block), 1)
+        sums = np.zeros((k + 1, terms.shape[1]))
         np.add.at(sums, nearest[:, 0], weights)
+        counts /= per_block
         with np.errstate(invalid="ignore"):
             central = sums / sums.sum(axis=1)[:, None]  # the sum is 1
         errors = counts.std(axis=2, ddof=1) / np.sqrt(_BLOCKS)
-
-        def of_rows(of_designs: Array, missing: float) -> Array:
-            """Return values of designs for all rows, of which the dominated ones have none."""
-            of_all = np.full((len(ranking.pareto), of_designs.shape[1]), missing)
-            of_all[front] = of_designs[design_of_row.ravel()]
-            return of_all
-
-        shares = of_rows(counts.mean(axis=2), 0.0)
-        return cls(shares, of_rows(errors, 0.0), of_rows(central, np.nan))
+        design_of = np.full(len(ranking.pareto), k)
+        design_of[front] = design_of_row.ravel()
+        return cls(counts.mean(axis=2)[design_of], errors[design_of], central[design_of])
 
     def __repr__(self) -> str:
         """Return how many designs are the best for some weights."""
@@ -169,15 +170,16 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
     if not shares.any():
         return ""
     design = capital(ranking.name_of(row))
-    others = np.delete(shares, row)
+    others = shares.copy()
+    others[row] = 0.0
     other = int(others.argmax())
-    if not others.any():
+    if others[other] == 0:
         return sentence("all weights", design=design)
     return sentence(
         "weights",
         design=design,
         share=percent(shares[row]),
-        other=ranking.name_of(other + (other >= row)),
+        other=ranking.name_of(other),
         rest=percent(others[other]),
     )
 
@@ -217,20 +219,6 @@ def _on_simplex(cube: Array) -> Array:
         left = left - weights[:, j]
     weights[:, last] = left
     return np.maximum(weights, 0.0)
-
-
-def _counts(nearest: Integers, shape: tuple[int, int, int]) -> Array:
-    """Return how many weights of each block give each place to each design.
-
-    Args:
-        nearest: ``(k, places)`` as :func:`_nearest` returns it, for blocks of equal size.
-        shape: The numbers of designs, places and blocks.
-    """
-    counts = np.zeros(shape)
-    block = np.arange(len(nearest)) * shape[2] // len(nearest)
-    for place, design in enumerate(nearest.T):
-        np.add.at(counts[:, place], (design, block), 1)
-    return counts
 
 
 def _nearest(designs: Array, weights: Array, p: float, places: int) -> Integers:
