@@ -125,13 +125,14 @@ def test_another_design_is_explained_as_itself():
 
 
 def test_nothing_is_chosen_until_somebody_has():
-    best = int(decision_report(LIMITED).ranking.objectives.labels[0].split()[-1])
-    for design, reason, first in ((None, "", "is proposed"), (best, "It is cheap.", "is chosen")):
-        report = decision_report(LIMITED, design=design, reason=reason)
-        said = lines(report, "The choice" if design else "The proposal")
-        assert first in said[0]
-        assert ("Reason: It is cheap." in said) == bool(design)
-        assert ("chosen" in str(report)) == bool(design)
+    best = LIMITED.best().names[0]
+    chosen = LIMITED.under(chosen=best, reason="It is cheap.")
+    for table, is_chosen in ((LIMITED, False), (chosen, True)):
+        report = decision_report(table)
+        said = lines(report, "The choice" if is_chosen else "The proposal")
+        assert ("is chosen" if is_chosen else "is proposed") in said[0]
+        assert ("Reason: It is cheap." in said) == is_chosen
+        assert ("chosen" in str(report)) == is_chosen
 
 
 def test_what_is_known_of_the_design_is_shown_though_others_lack_it():
@@ -288,9 +289,8 @@ def written(tmp_path):
     decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
     table = LIMITED.under(positions=positions, decided=decided)
     present = beams().rows([5])
-    report = decision_report(
-        table, design=names[2], reason="So be it.", title="Beams", prototype=present
-    )
+    table = table.under(chosen=names[2], reason="So be it.")
+    report = decision_report(table, title="Beams", prototype=present)
     report.save(tmp_path / "report.html")
     return tmp_path / "report.html", table
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -25,9 +24,10 @@ Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
 _DIGITS = 4  # that a written number resolves within the range of its column
-# Values farther beyond the quartiles, in units of the distance between them, are outliers, perhaps
-# penalties. These are one in a thousand of an exponential distribution, and none of a normal one.
-_FENCE = 5.0
+# Values farther beyond the first and the last tenth, in units of the distance between these, are
+# outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
+# none of a normal one.
+_FENCE = 2.5
 _DECADES = 2.0  # a logarithmic scale spans at least these
 # The colours of shares up to some values.
 SHADES = {
@@ -98,10 +98,7 @@ def shades_of(table: TestTable) -> list[Content]:
     shares = {"share of the weights": weight_shares(ranking)}
     if has_errors(table):
         shares["probability of being optimal"] = table.confidence()["pareto"].to_numpy()
-    bounds = [f"{100 * bound:g} %" for bound in SHADES.values()]
-    texts = [f"up to {bounds[0]}"]
-    for low, high in pairwise(bounds):
-        texts.append(f"{low} to {high}")
+    texts = [f"up to {100 * bound:g} %" for bound in SHADES.values()]
     looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in SHADES]
     shades = []
     for label, values in shares.items():
@@ -360,20 +357,18 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
 
 
 def without_outliers(values: Array) -> Array:
-    """Return the ``(n,)`` values without those that are far beyond the quartiles."""
+    """Return the ``(n,)`` values without those that are far beyond the first and last tenth."""
     measured = values
     # Values over decades are measured by their logarithms: of 1, 10, …, 1e6 none is an outlier.
     if values.min() > 0 and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25):
         measured = np.log(values)
-    # Where more than half of the values are equal, the quartiles are, too; wider parts follow.
-    for share in (0.25, 0.1, 0.02):
-        # Python's floats, which overflow silently: then no value is an outlier.
-        first, last = np.quantile(measured, [share, 1 - share]).tolist()
-        if last > first:
-            reach = _FENCE * (last - first)
-            inside = (measured >= first - reach) & (measured <= last + reach)
-            return np.asarray(values[inside])
-    return values
+    # Python's floats, which overflow silently: then no value is an outlier.
+    first, last = np.quantile(measured, [0.1, 0.9]).tolist()
+    reach = _FENCE * (last - first)
+    if reach == 0:  # most of the values are equal
+        return values
+    inside = (measured >= first - reach) & (measured <= last + reach)
+    return np.asarray(values[inside])
 
 
 def _base64(values: NDArray[Any]) -> str:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Integers, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import capital, percent, sentence
@@ -31,7 +30,7 @@ _FACTOR = 2.0  # the factor between weights in the sentence
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Acceptability(Shown):
+class Acceptability:
     """How a ranking depends on the weights of the objectives.
 
     Attributes:

@@ -176,7 +176,6 @@ def decision_report(
     table: TestTable,
     *,
     design: int | str | None = None,
-    reason: str = "",
     title: str = "Report on a choice",
     about: Names = (),
     prototype: Any = None,
@@ -189,9 +188,8 @@ def decision_report(
         table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
             opens any file. The report says what each limit of its formulation costs.
         design: Number or label of the chosen design, a feasible one. By default that of the table's
-            formulation; if none is chosen, or it is not feasible, the Salukvadze optimum is
-            proposed.
-        reason: Reason for the choice; by default that of the formulation, for the same design.
+            formulation, which also has the reason for it; if none is chosen, or it is not feasible,
+            the Salukvadze optimum is proposed.
         title: Heading of the report.
         about: Lines below the heading, such as the origin of the tests.
         prototype: Existing designs, from any source, to compare the design with.
@@ -212,16 +210,14 @@ def decision_report(
     instance("table", table, TestTable, remedy)
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    if reason and design is None:
-        raise invalid("reason", "given with a design", reason)
     eligible = table.eligible()
     chosen = table.formulation.chosen
     if design is not None:
         row = table.row_of(design)
         if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
-        if reason or table.names[row] != chosen:
-            table = table.under(chosen=table.names[row], reason=reason)
+        if table.names[row] != chosen:
+            table = table.under(chosen=table.names[row], reason="")
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
         table = table.under(chosen=None, reason="")
     if not eligible.any():

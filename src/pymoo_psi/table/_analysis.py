@@ -215,18 +215,14 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     frame = pd.DataFrame(bounds, index, ["lower", "upper"], dtype=np.float64)
     frame["rejects"] = mask.sum(axis=0)
     frame["alone"] = alone.sum(axis=0)
+    # Objectives of infeasible designs need not be finite, and -inf would be the best of all.
+    F = pd.DataFrame(np.where(np.isfinite(table.F), table.F, np.nan))
     feasible = table.feasible()
     for j, name in enumerate(layout.objectives):
         sign = layout.sign[j]
-        frame[f"{name}_feasible"] = sign * _best(table.F[feasible, j])
-        frame[f"{name}_alone"] = [sign * _best(table.F[rows, j]) for rows in alone.T]
+        frame[f"{name}_feasible"] = sign * F[j][feasible].min()
+        frame[f"{name}_alone"] = [sign * F[j][rows].min() for rows in alone.T]
     return frame
-
-
-def _best(values: Array) -> float:
-    # Objectives of infeasible designs need not be finite, and -inf would be the best of all.
-    finite = values[np.isfinite(values)]
-    return float(finite.min()) if len(finite) else float("nan")
 
 
 # Of an even sample of the bounds

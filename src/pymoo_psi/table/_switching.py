@@ -34,7 +34,7 @@ from pymoo_psi.table._formulation import OPEN, ends, limit_text
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pymoo_psi.pareto import UtopianFrame
+    from pymoo_psi.pareto import EfficiencyRanking, UtopianFrame
     from pymoo_psi.table._table import TestTable
 
 Position: TypeAlias = Mapping[str, Any]
@@ -172,46 +172,49 @@ def _of_limits(table: TestTable) -> Iterator[_Path]:
     only Pareto-optimal designs count.
     """
     layout = table.layout
+    ranking = table.feasible_ranking()
     for name in dict.fromkeys([*layout.objectives, *layout.columns]):
         pair = _limit(table, name)
         for k, end in enumerate(("lower", "upper")):
+            is_set = np.isfinite(pair[k])
             is_worse = name in layout.objectives and (end == "lower") == (name in layout.maximize)
-            if is_worse or np.isfinite(pair[k]):
-                yield _of_limit(table, table, name, k, "tighter", is_worse)
-            if np.isfinite(pair[k]):
+            if is_worse or is_set:
+                candidates = table.pareto() if is_worse else table.eligible()
+                yield _of_limit(table, ranking, candidates, name, k, "tighter")
+            if is_set:
                 free = [*pair]
                 free[k] = OPEN[k]
                 other = table.under(limits={**table.limits, name: free})
-                yield _of_limit(table, other, name, k, "looser", is_worse)
+                candidates = other.pareto() if is_worse else other.eligible()
+                yield _of_limit(table, ranking, candidates, name, k, "looser")
 
 
 def _of_limit(
-    table: TestTable, other: TestTable, name: str, k: int, direction: str, is_worse: bool
+    table: TestTable,
+    ranking: EfficiencyRanking,
+    candidates: Mask,
+    name: str,
+    k: int,
+    direction: str,
 ) -> _Path:
     """Return the path of an end of a limit over the values that designs have.
 
     Args:
         table: The tests.
-        other: The same, without this end of the limit if it is loosened.
+        ranking: The ranking of the feasible ones.
+        candidates: ``(n,)`` which designs count, those within the other limits.
         name: The column.
         k: 0 for the lower end, 1 for the upper one.
         direction: "tighter" or "looser".
-        is_worse: Whether the end is on the worse side of an objective.
     """
-    candidates = other.eligible()
-    if is_worse:
-        candidates = other.pareto()
     sign = 2 * k - 1  # values that a tighter limit rejects first are the greatest
     values = sign * table.column(name).astype(np.float64)
     limit = _limit(table, name)[k]
-    steps = np.unique(values[candidates])
+    steps = np.flip(np.unique(values[candidates]))
     is_within: np.ufunc = np.less  # each step leaves out the designs with its value
     if direction == "looser":
-        steps = steps[steps > sign * limit]
+        steps = np.flip(steps[steps > sign * limit])
         is_within = np.less_equal
-    else:
-        steps = np.flip(steps)
-    ranking = table.feasible_ranking()
 
     def at(value: float) -> Rows:
         within = candidates & is_within(values, sign * value)
