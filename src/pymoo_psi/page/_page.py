@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid
-from pymoo_psi.page._payload import payload, shades_of
+from pymoo_psi._validation import Entries, Names, Received, counted, invalid
+from pymoo_psi.page._payload import payload
 from pymoo_psi.pareto import cautions
 from pymoo_psi.table import Formulation, TestTable, certainty_sentences, read_table
 
@@ -88,29 +88,7 @@ class DecisionPage(Framed):
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
-        opens_with = self._opens_with()
-        content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
-        shades = []
-        if live is None:  # all designs are there
-            shades = shades_of(self.table)
-        further = self.further._asdict()
-        if self.further.command:
-            decision = f"--decision {content['file']}-decision.json"
-            further["command"] = f"{self.further.command} {decision}"
-        content |= {"origin": self.origin, "live": live, "shades": shades, "further": further}
-        return _html_of(self.title, content)
-
-    def _opens_with(self) -> Values:
-        """Return the formulation as the page writes it into decision files.
-
-        The commands compute the same columns from such a file.
-        """
-        layout = self.table.layout
-        return vars(self.formulation) | {
-            "objectives": layout.objectives,
-            "maximize": [name for name in layout.objectives if name in layout.maximize],
-            "ranges": self.table.formulation.ranges or {},
-        }
+        return _html_of(self.title, payload(self, live))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the page, whole or not at all.

@@ -8,15 +8,18 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Array, Entries, Mask, Names
+from pymoo_psi._validation import Array, Entries, Mask
 from pymoo_psi.pareto import SENTENCES, localized, nondominated, weight_shares
 from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, Kind, TestTable, has_errors, number_column
+
+if TYPE_CHECKING:
+    from pymoo_psi.page._page import DecisionPage
 
 Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
@@ -41,22 +44,16 @@ SHADES = {
 _LARGEST = np.finfo(float).max
 
 
-def payload(
-    title: str,
-    table: TestTable,
-    prototype: TestTable | None,
-    opens_with: Entries,
-    cautions: Names,
-) -> Content:
+def payload(page: DecisionPage, live: Entries | None) -> Content:
     """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
 
     Args:
-        title: Heading of the page.
-        table: Feasible designs, one or more.
-        prototype: Existing designs to compare with; None if there are none.
-        opens_with: The decision that the page opens with, as a formulation in JSON.
-        cautions: How sure the optimum of all designs is.
+        page: The page.
+        live: Settings of a page that a server extends; None for a file.
     """
+    table = page.table
+    prototype = page.prototype
+    layout = table.layout
     names = table.names
     labels = _labels(table)
     tables = [table]
@@ -69,26 +66,50 @@ def payload(
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)
+    file = _file_name(page.title)
+    further = page.further._asdict()
+    if page.further.command:
+        further["command"] += f" --decision {file}-decision.json"
+    # The commands compute the same columns from the decision files that the page writes.
+    opens_with = vars(page.formulation) | {
+        "objectives": layout.objectives,
+        "maximize": [name for name in layout.objectives if name in layout.maximize],
+        "ranges": table.formulation.ranges or {},
+    }
+    shades = []
+    if live is None:  # all designs are there
+        shades = _shades(table)
     return {
-        "title": title,
-        "file": _file_name(title),
-        "normalize": opens_with["normalize"],
+        "title": page.title,
+        "file": file,
+        "origin": page.origin,
+        "live": live,
+        "further": further,
+        "normalize": page.formulation.normalize,
         "decimal": table.decimal,
         "opens_with": opens_with,
         "remarks": table.remarks,
-        "cautions": cautions,
+        "cautions": page.cautions,
         "sentences": SENTENCES,
-        "label": table.layout.label or number_column(table.extra),
+        "label": layout.label or number_column(table.extra),
         "labels": labels,
         "names": names,
         "n": len(table),
         "columns": _columns(tables, optimal),
         "optimal": _base64(optimal.view(np.uint8)),
-        "head": _csv_head(table),
+        "shades": shades,
+        "head": {
+            "pymoo_psi_designs": 1,
+            "objectives": layout.objectives,
+            "maximized": layout.maximize,
+            "variables": layout.variables,
+            "outputs": layout.outputs,
+            "units": layout.units,
+        },
     }
 
 
-def shades_of(table: TestTable) -> list[Content]:
+def _shades(table: TestTable) -> list[Content]:
     """Return shares of designs by which the page shades them, in classes from light to dark.
 
     Args:
@@ -136,19 +157,6 @@ def _labels(table: TestTable) -> list[Any]:
     for cell in table.extra[label].tolist():
         labels.append(cell if type(cell) is int else str(cell))
     return labels
-
-
-def _csv_head(table: TestTable) -> Content:
-    """Return the description of columns in a CSV that the page exports."""
-    layout = table.layout
-    return {
-        "pymoo_psi_designs": 1,
-        "objectives": layout.objectives,
-        "maximized": layout.maximize,
-        "variables": layout.variables,
-        "outputs": layout.outputs,
-        "units": layout.units,
-    }
 
 
 # Columns
