@@ -172,7 +172,7 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(said, tmp_path):
         "<style.*?</style>", "", Path("report.html").read_text("utf-8"), flags=re.DOTALL
     )
     report = report[report.index("<main") :]  # not the data by which it can be checked
-    assert "5 designs: 2 incomplete (40" in report
+    assert "5 designs: 3 ok, 0 infeasible, 2 incomplete" in report
     assert "cost is missing" in report
     page = Path("page.html").read_text("utf-8")
     remarks = json.loads(re.search('id="payload">(.*?)</script>', page)[1])["remarks"]

@@ -165,9 +165,7 @@ def decision_page(
         remedy = "loosen them, or leave them to the reader of the page"
         raise invalid("limits", "kept by one design or more", received, remedy)
     designs = replace(designs, remarks=(*designs.remarks, *_left_out(table.under(limits={}))))
-    if prototype is not None:
-        same = replace(table.formulation, limits={}, ranges=None, page={})
-        prototype = read_table(prototype, same)
+    prototype = existing_designs(prototype, table)
     origin = ""
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
@@ -200,6 +198,25 @@ def page_of_tests(
         cautions=tuple(dict.fromkeys([*map(str, cautions(ranking)), *certainty])),
         origin=origin,
     )
+
+
+def existing_designs(source: Any, table: TestTable) -> TestTable | None:
+    """Return designs from any source with the objectives of a table; None if there is no source."""
+    if source is None:
+        return None
+    layout = table.layout
+    maximize = [name for name in layout.objectives if name in layout.maximize]
+    units = {}
+    for name in layout.objectives:
+        if name in layout.units:
+            units[name] = layout.units[name]
+    asked = Formulation(
+        layout.objectives,
+        maximize=maximize,
+        computed=table.formulation.computed,
+        units=units,
+    )
+    return read_table(source, asked)
 
 
 def designs_of_page(tests: TestTable) -> TestTable:

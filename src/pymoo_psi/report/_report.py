@@ -20,7 +20,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import plots
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
-from pymoo_psi.page import NOTHING_KNOWN, FurtherTests
+from pymoo_psi.page import NOTHING_KNOWN, FurtherTests, existing_designs
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     capital,
@@ -222,13 +222,7 @@ def decision_report(
         table = table.under(chosen=None, reason="")
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table)
-    if prototype is not None:
-        layout = table.layout
-        maximize = [name for name in layout.objectives if name in layout.maximize]
-        formulation = Formulation(
-            layout.objectives, maximize=maximize, computed=table.formulation.computed
-        )
-        prototype = read_table(prototype, formulation)
+    prototype = existing_designs(prototype, table)
     with decimal_mark(table.decimal):
         choice = Choice(table, prototype)
     return DecisionReport(
