@@ -43,7 +43,7 @@ def test_what_would_take_long_is_sampled(n, m):
 @given(points, points)
 def test_igd_plus_and_epsilon_by_their_definitions(F, R):
     unscaled = UtopianFrame(np.zeros(2), np.ones(2), True)
-    found = Reference(unscaled, R, len(R), R[0]).measure(F)
+    found = Reference(unscaled, R, R[0]).measure(F)
     distances = [min(np.linalg.norm(np.maximum(f - r, 0)) for f in F) for r in R]
     assert found["igd_plus"] == pytest.approx(np.mean(distances))
     assert found["epsilon"] == pytest.approx(max(min(max(f - r) for f in F) for r in R))
