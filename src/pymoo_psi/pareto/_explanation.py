@@ -90,7 +90,8 @@ class DesignComparison:
             'Design 1 is chosen instead of design 0: better in f2 by 5 (62 % of its range); worse in
             f1 by 1 (25 %).'
         """
-        other, design = (self.ranking.name_of(self.rows[i]) for i in (0, k))
+        other = self.ranking.name_of(self.rows[0])
+        design = self.ranking.name_of(self.rows[k])
         if SENTENCES[template].startswith("{design}"):
             design = capital(design)
         difference = self.difference(k)

@@ -538,13 +538,13 @@ class Convergence(Shown):
             >>> print(convergence(table.under(normalize=False)).verdict())
             The last doubling, from 512 to 1024 tests, still mattered: it brought ...
         """
-        half, n = (int(self.tests[k]) for k in (max(-2, -len(self.tests)), -1))
-        if half == n or not self.optimum[-2]:
+        n = int(self.tests[-1])
+        if len(self.tests) < 2 or not self.optimum[-2]:
             return (
                 f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
                 "the tests must have had some."
             )
-        doubling = f"The last doubling, from {half} to {n} tests,"
+        doubling = f"The last doubling, from {self.tests[-2]} to {n} tests,"
         unknown = (
             "Not known: whether there is a better region between the tests, and how right the "
             "model is."
