@@ -373,11 +373,30 @@ def _results_in(
             raise invalid("the columns", rule, Received(f"none named {name!r}"), remedy)
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
-        values = {}
+        values: Values = {}
         for name, kind in kinds.items():
             if not is_blank(columns[name].cells[i]):
                 values[name] = _value(columns[name], i, f"{place}, {name}", kind, choices.get(name))
-        yield from _result(values, place, laboratory, remarks)
+        test = values.pop(TEST, None)
+        reason = values.pop(FAILURE, "")
+        n_measured = len(values.keys() & {*laboratory.results})
+        if n_measured == 0 and not reason:
+            continue
+        if n_measured and reason:
+            rule = "either results or the reason of a failure"
+            raise invalid(place, rule, Received(reason), "leave one of them blank")
+        assignment = laboratory.assignments.get(test)
+        if assignment is None or assignment.original != test:
+            rule = "that of a test that was asked for and is not cancelled"
+            raise invalid(f"{place}, {TEST}", rule, test)
+        if n_measured < len(laboratory.results) and not reason:
+            remarks.append(f"Test {test} stays pending, as it lacks some results.")
+            continue
+        for name, value in assignment.design.items():
+            if _text(values.get(name, value)) == _text(value):
+                values[name] = value  # with all its digits
+        unknown = dict.fromkeys(laboratory.results, np.nan)
+        yield _Result(assignment, unknown | values | {"reason": reason}, place)
 
 
 def _value(column: Any, i: int, place: str, kind: Kind, choices: Names | None) -> Any:
@@ -399,32 +418,6 @@ def _value(column: Any, i: int, place: str, kind: Kind, choices: Names | None) -
     if kind is Kind.INTEGER:
         return int(number)
     return number
-
-
-def _result(
-    values: Values, place: str, laboratory: _Laboratory, remarks: list[str]
-) -> Iterator[_Result]:
-    """Yield the row of some values, if it has all results or the reason of a failure."""
-    test = values.pop(TEST, None)
-    reason = values.pop(FAILURE, "")
-    measured = values.keys() & {*laboratory.results}
-    if not measured and not reason:
-        return
-    if measured and reason:
-        rule = "either results or the reason of a failure"
-        raise invalid(place, rule, Received(reason), "leave one of them blank")
-    assignment = laboratory.assignments.get(test)
-    if assignment is None or assignment.original != test:
-        rule = "that of a test that was asked for and is not cancelled"
-        raise invalid(f"{place}, {TEST}", rule, test)
-    if len(measured) < len(laboratory.results) and not reason:
-        remarks.append(f"Test {test} stays pending, as it lacks some results.")
-        return
-    for name, value in assignment.design.items():
-        if _text(values.get(name, value)) == _text(value):
-            values[name] = value  # with all its digits
-    unknown = dict.fromkeys(laboratory.results, np.nan)
-    yield _Result(assignment, unknown | values | {"reason": reason}, place)
 
 
 def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_Result]:

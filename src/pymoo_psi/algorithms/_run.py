@@ -502,8 +502,9 @@ def run_of_sequence(
     points = unit_points(options, min(n_points, n_first or n_points), n_dim)
     store.plan(options.first + n_points - 1)
     repeats = None
-    is_told_apart = model.problem.elementwise or pieces.runner is None
-    if model.space.finite and not model.noisy and is_told_apart:
+    # Workers evaluate points of which this process sees only the tests.
+    is_here = model.problem.elementwise or pieces.runner is None
+    if model.space.finite and not model.noisy and is_here:
         repeats = Repeats(model, store.known())
     if options.study is not None or repeats is not None:
         pieces = pieces._replace(keep="all")

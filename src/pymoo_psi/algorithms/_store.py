@@ -275,10 +275,11 @@ class StudyStore(Store):
         """
         if not self.has_other_runs:
             return tests
-        test_points = tests.numbers
-        numbers = self.numbers(test_points)
-        runs = np.full(len(tests), self.run)
-        tests = _with_origin(renumbered(tests, numbers), runs, test_points)
+        numbers = self.numbers(tests.numbers)
+        extra = {**tests.extra, POINT: tests.numbers.tolist()}
+        if RUN not in tests.layout.columns:
+            extra[RUN] = [self.run] * len(tests)
+        tests = replace(renumbered(tests, numbers), extra=extra)
         return tests.rows(np.argsort(numbers))
 
     def numbers(self, test_points: Numbers) -> Numbers:
@@ -391,14 +392,6 @@ def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
 
 # Columns of a study that a table of a single run does not have.
 _NUMBERS = ("test", RUN, POINT)
-
-
-def _with_origin(tests: TestTable, runs: Numbers, test_points: Numbers) -> TestTable:
-    """Return tests with columns that say their run and their test point in it."""
-    extra = {**tests.extra, POINT: test_points.tolist()}
-    if RUN not in tests.layout.columns:
-        extra[RUN] = runs.tolist()
-    return replace(tests, extra=extra)
 
 
 def renumbered(tests: TestTable, numbers: Numbers) -> TestTable:

@@ -226,10 +226,8 @@ def identity_of_run(
         requirements: The rules that designs have to meet before they are evaluated.
         repeat: Which of the tests of each point the run makes.
     """
-    log = []
-    for name, kind in zip(head["variables"], head["kinds"], strict=True):
-        if kind == "log":
-            log.append(name)
+    pairs = zip(head["variables"], head["kinds"], strict=True)
+    log = [name for name, kind in pairs if kind == "log"]
     identity = {
         "sampling": sampling,
         "lower": head.get("lower"),
@@ -285,8 +283,7 @@ class Share(NamedTuple):
         """
         if not isinstance(value, (tuple, list)) or len(value) != 2:
             raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
-        part = integer("k and n of share=(k, n)", value[0], minimum=1)
-        of = integer("k and n of share=(k, n)", value[1], minimum=1)
+        part, of = [integer("k and n of share=(k, n)", number, minimum=1) for number in value]
         if part > of:
             raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
         return cls(part, of)
