@@ -183,19 +183,15 @@ class StudyStore(Store):
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
-        if self.has_other_runs:
-            self._adopt(points)
+        if self.has_other_runs:  # they may have tested the same designs
+            layout = self.empty.layout
+            X = points.matrix(self._model.space)
+            designs = columns_of_designs(layout.variables, layout.kinds, X)
+            with self.study.changes() as database:
+                database.adopt(self.run, {POINT: numbers} | designs)
         tests, is_retried = self.stored(int(numbers[0]), int(numbers[-1]))
         # The file of a share may hold points of other shares.
         return tests.rows(np.isin(tests.numbers, numbers) & ~is_retried)
-
-    def _adopt(self, points: Points) -> None:
-        """Let tests that other runs made of the same designs be those of points, too."""
-        layout = self.empty.layout
-        X = points.matrix(self._model.space)
-        designs = columns_of_designs(layout.variables, layout.kinds, X)
-        with self.study.changes() as database:
-            database.adopt(self.run, {POINT: points.numbers} | designs)
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
@@ -260,13 +256,12 @@ class StudyStore(Store):
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
-        if len(tests):
-            columns = columns_of(tests)
-            for name in tests.layout.outputs:
-                if name in ADDED:
-                    del columns[name]
-                    warn_of_output(name, "in the study, which adds a column of this name")
-            self.study.append(columns, run=self.run, origin=self.origin, seconds=seconds)
+        columns = columns_of(tests)
+        for name in tests.layout.outputs:
+            if name in ADDED:
+                del columns[name]
+                warn_of_output(name, "in the study, which adds a column of this name")
+        self.study.append(columns, run=self.run, origin=self.origin, seconds=seconds)
 
     def numbered(self, tests: TestTable) -> TestTable:
         """Return tests of the run with the numbers that they have in the study.
@@ -396,10 +391,8 @@ _NUMBERS = ("test", RUN, POINT)
 
 def renumbered(tests: TestTable, numbers: Numbers) -> TestTable:
     """Return tests with other numbers, ``(n,)``."""
-    reasons = {}
-    for old, number in zip(tests.numbers.tolist(), numbers.tolist(), strict=True):
-        if old in tests.reasons:
-            reasons[number] = tests.reasons[old]
+    new = dict(zip(tests.numbers.tolist(), numbers.tolist(), strict=True))
+    reasons = {new[number]: reason for number, reason in tests.reasons.items()}
     return replace(tests, numbers=numbers, reasons=reasons)
 
 

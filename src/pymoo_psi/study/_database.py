@@ -298,10 +298,9 @@ class Database:
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
         source = "proposals WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
-        number = self.facts.run(run).number
         proposals = []
         with intact(self._path):
-            rows = _checked_rows(self.db, source, (number, first, last))
+            rows = _checked_rows(self.db, source, (run, first, last))
             for _, test_point, proposed_in, origin, content in rows:
                 proposals.append(Proposal(test_point, proposed_in, origin, json.loads(content)))
         return proposals
@@ -387,13 +386,11 @@ class Database:
 
     def numbers_of(self, run: int, test_points: Integers) -> Integers:
         """Return the numbers of the tests of test points of a run."""
-        numbers = np.asarray(test_points, dtype=np.int64) + self.facts.run(run).start
+        start = self.facts.run(run).start
         rows = self.db.execute("SELECT test_point, test FROM adopted WHERE run = ?", (run,))
         adopted = dict(rows)
-        if adopted:
-            for i, point in enumerate(test_points.tolist()):
-                numbers[i] = adopted.get(point, numbers[i])
-        return numbers
+        numbers = [adopted.get(point, start + point) for point in test_points.tolist()]
+        return np.array(numbers, dtype=np.int64)
 
     def adopt(self, run: int, columns: Columns) -> None:
         """Assign tests of other runs to test points of a run that have the same designs.

@@ -103,11 +103,7 @@ class Facts:
 
     def run(self, number: int) -> StudyRun:
         """Return the run of a number."""
-        for run in self.runs:
-            if run.number == number:
-                return run
-        runs = ", ".join(str(run.number) for run in self.runs)
-        raise invalid("run", f"one of the runs of the study, {runs}", number)
+        return next(run for run in self.runs if run.number == number)
 
     def run_with(self, identity: Head) -> StudyRun | None:
         """Return the run with an identity, or ``None``."""

@@ -164,9 +164,8 @@ class Study:
         for path in studies_in(folder):
             require_fellow(path, Study(path).facts(), facts)
 
-    @contextmanager
-    def writing(self, run: int = 1) -> Iterator[None]:
-        """Keep other processes from adding to a run during the body.
+    def writing(self, run: int = 1) -> AbstractContextManager[None]:
+        """Return a context in which no other process can add to a run.
 
         Without it, :meth:`append` does so for each block. It may be nested. Threads of this process
         wait for one another. Other runs of the study can be added to meanwhile.
@@ -175,8 +174,7 @@ class Study:
             StudyLockedError: Another process is writing. A killed process does not hold the lock.
             StudyAccessError: The folder cannot be written.
         """
-        with locked(self.path, run, self.wait):
-            yield
+        return locked(self.path, run, self.wait)
 
     def append(
         self,
