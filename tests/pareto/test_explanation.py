@@ -60,6 +60,7 @@ def test_distances_and_neighbours_are_those_of_the_definition(F, data):
             assert share == pytest.approx(float(b / r) if r else 0)
     for found, ties in zip(why.neighbours.tolist(), neighbours, strict=True):
         assert found in (ties or [-1])
+    assert bool(why.weakest) == bool((why.shares > 0).any())
     if i in front:
         assert why.dominated_by == -1
     else:

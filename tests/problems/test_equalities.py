@@ -21,6 +21,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
+from pymoo_psi.problems import design_space, with_requirements
 from tests.refusals import refused
 
 
@@ -130,6 +131,15 @@ def test_a_point_has_its_design_whatever_others_there_are():
         np.testing.assert_array_equal(investigate(problem, 20, first=31, block_size=7).X, X[30:50])
         np.testing.assert_array_equal(LPTauSampling().do(problem, 64).get("X"), X)
         assert len(np.unique(X.round(9), axis=0)) == 64
+
+
+def test_a_design_has_its_point():
+    """So surrogates learn designs of other sources where those of the sequence are."""
+    for case in (THREE, FIVE, EIGHT, WEIGHTED):
+        space = design_space(with_requirements(Mixture(*case[:3]), None))
+        points = LPTauSampling().unit_points(64, len(case[0]) - 1, first=3)
+        X = space.matrix(points)
+        np.testing.assert_allclose(space.points(X), points, rtol=0, atol=1e-9)
 
 
 def test_a_fixed_share_leaves_less_for_the_others():
