@@ -144,22 +144,20 @@ class Expression:
             ArgumentValueError: There is no such column.
             ArgumentTypeError: A column does not hold numbers.
         """
-        values_by_placeholder: Values = {"__builtins__": {}}
+        values: Values = {"__builtins__": {}}
         for k, operand in enumerate(self.operands):
-            values_by_placeholder[f"_{k}"] = self._value(operand, columns)
+            value: Any = operand
+            if isinstance(operand, str) and (operand in columns or operand not in _CONSTANTS):
+                known_name(f"a column of {self.text!r:.60}", operand, columns)
+                value = real_column(operand, columns[operand])
+            elif isinstance(operand, str):
+                value = _CONSTANTS[operand]
+            values[f"_{k}"] = value
         # Division by zero, logarithms below zero and overflow show in the values.
         with np.errstate(all="ignore"):
-            result = eval(_code(self.plain), values_by_placeholder)  # arithmetic alone, see `of`
+            result = eval(_code(self.plain), values)  # arithmetic alone, see `of`
         n = len(next(iter(columns.values()), ()))
         return np.array(np.broadcast_to(result, n), np.float64)
-
-    def _value(self, operand: Any, columns: Mapping[str, AnyArray]) -> Any:
-        if not isinstance(operand, str):
-            return operand
-        if operand in _CONSTANTS and operand not in columns:
-            return _CONSTANTS[operand]
-        known_name(f"a column of {self.text!r:.60}", operand, columns)
-        return real_column(operand, columns[operand])
 
 
 def _with_placeholders(text: str) -> tuple[str, list[Any]]:

@@ -66,7 +66,6 @@ _DERIVED = tuple({*RANKING_NAMES, "status", "violated", "reason"} - {*_DERIVED_O
 _DISTANCES = ("mu1", "mu2", "mu3")
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
-_N_LISTED = 6  # rows that a remark names
 
 
 def read_table(
