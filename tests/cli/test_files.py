@@ -199,11 +199,11 @@ def test_the_home_folder_is_found_behind_an_equals_sign(said, monkeypatch, tmp_p
 def test_a_log_shows_that_a_run_goes_on(run, said, monkeypatch, words):
     """Without a terminal there is no bar, and a slow model would run for hours without a word."""
     from pymoo_psi.cli import _experiments
-    from pymoo_psi.parallel import _progress
+    from pymoo_psi.parallel import _runner
 
     monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
     assert run(*words.split())[2] == ""
-    monkeypatch.setattr(_progress, "_EVERY", 0.0)
+    monkeypatch.setattr(_runner, "_EVERY", 0.0)
     log = said(*words.split())
     assert log.splitlines()[-1].startswith("100% done")
     assert log.count("100% done") == 1

@@ -13,6 +13,6 @@ from ._evaluation import evaluate_here as evaluate_here
 from ._evaluation import one_line as one_line
 from ._evaluation import same_folder as same_folder
 from ._pool import run_program as run_program
-from ._progress import progress_bar as progress_bar
 from ._runner import Runner as Runner
 from ._runner import in_parallel as in_parallel
+from ._runner import progress_bar as progress_bar
