@@ -163,7 +163,10 @@ class Run:
             except BaseException:
                 self.close()
                 raise
-        last = points.numbers.max(initial=0)
+        return self._taken(points.numbers.max(initial=0))
+
+    def _taken(self, last: int) -> Block:
+        """Take the ready tests of the points up to a number; drop these points."""
         tables = [self.store.empty]
         n_called = 0
         later = []
