@@ -265,15 +265,17 @@ def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
     """
     parts = []
     for table in tables:
-        cells = table.column(name) if name in table.columns else [None] * len(table)
-        parts.append(pd.Series(cells, dtype=object))
-    column = pd.concat(parts)
+        if name in table.columns:
+            parts.append(table.column(name))
+        else:
+            parts.append(np.full(len(table), np.nan))
+    column = np.concatenate(parts)
     first = tables[0]
     kinds = dict(zip(first.layout.variables, first.kinds, strict=True))
     if name in first.extra or kinds.get(name) is Kind.CHOICE:
-        column = column.where(column.notna(), "").map(str)
-        return np.array(column, dtype=object)
-    return np.array(column, dtype=np.float64)  # None becomes NaN
+        texts = pd.Series(column, dtype=object)
+        return np.array(texts.where(texts.notna(), "").map(str), dtype=object)
+    return column.astype(np.float64)
 
 
 def _packed_texts(cells: NDArray[Any]) -> Content:

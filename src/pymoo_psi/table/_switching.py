@@ -99,7 +99,8 @@ def switching_values(
     for name, values in preference.items():
         for column in mapping(name, values, "objectives to numbers"):
             known_name(name, column, table.layout.objectives)
-    paths = [*_of_limits(table), *_of_values(table)]
+    ranking = table.feasible_ranking()
+    paths = [*_of_limits(table, ranking), *_of_values(table, ranking)]
     if weights or aspiration:
         paths += _of_weights(table, preference)
     columns = ["kind", "column", "end", "direction", "present", "value", "design", "exact"]
@@ -165,14 +166,13 @@ def _change(table: TestTable, path: _Path) -> tuple[Any, ...]:
     return (*path[:5], value, design, is_exact)
 
 
-def _of_limits(table: TestTable) -> Iterator[_Path]:
+def _of_limits(table: TestTable, ranking: EfficiencyRanking) -> Iterator[_Path]:
     """Yield the paths of limits that are tightened, set or loosened.
 
     On the worse side of an objective a limit rejects no design without those that it dominates:
     only Pareto-optimal designs count.
     """
     layout = table.layout
-    ranking = table.feasible_ranking()
     for name in dict.fromkeys([*layout.objectives, *layout.columns]):
         pair = _limit(table, name)
         for k, end in enumerate(("lower", "upper")):
@@ -234,9 +234,8 @@ def _limit(table: TestTable, name: str) -> tuple[float, float]:
     return limit
 
 
-def _of_values(table: TestTable) -> Iterator[_Path]:
+def _of_values(table: TestTable, ranking: EfficiencyRanking) -> Iterator[_Path]:
     """Yield the paths of each objective of the recommended design."""
-    ranking = table.feasible_ranking()
     best = ranking.rows[ranking.salukvadze[0]]
     optimal = table.pareto()
     # Designs that neither are Pareto optimal nor dominated by this one never count, nor does
