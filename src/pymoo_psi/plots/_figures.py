@@ -504,9 +504,6 @@ def plot_fronts(comparison: Comparison) -> Drawing:
     Args:
         comparison: From :func:`pymoo_psi.compare`.
 
-    Raises:
-        ArgumentTypeError: ``comparison`` is not a comparison.
-
     Example:
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
@@ -515,9 +512,6 @@ def plot_fronts(comparison: Comparison) -> Drawing:
         >>> len(plot_fronts(comparison).axes)
         1
     """
-    from pymoo_psi.comparison import Comparison
-
-    instance("comparison", comparison, Comparison, "compare(...) returns one")
     most = comparison.evaluations[-1]
     fronts: dict[str, Array] = {}
     for run in comparison.runs:
