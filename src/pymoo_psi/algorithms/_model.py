@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Entries, Mask, Values, mapping
+from pymoo_psi._validation import Array, Designs, Entries, Values, mapping
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.pareto import constraint_violation
@@ -196,15 +196,15 @@ class Model:
         names = ("F", "G", "H", *tests.layout.outputs, "failure")
         constraints = self.constraints(tests)
         has_run = np.isfinite(tests.F).all(axis=1)
-        is_unknown: Mask = np.asarray(has_run & np.isnan(constraints).any(axis=1))
-        reasons = []
-        for number, lacks_output in zip(tests.numbers.tolist(), is_unknown, strict=True):
-            reason = tests.reasons.get(number, "")
-            if lacks_output:
-                reason = "an output with a limit is not known; retry='incomplete' tests it again"
-            reasons.append(reason)
+        lacks_output = has_run & np.isnan(constraints).any(axis=1)
+        reasons = dict(tests.reasons)
+        for number in tests.numbers[lacks_output].tolist():
+            reasons[number] = (
+                "an output with a limit is not known; retry='incomplete' tests it again"
+            )
+        failures = [reasons.get(number, "") for number in tests.numbers.tolist()]
         arrays = tests.F, constraints, tests.H
-        rows = zip(*arrays, *tests.outputs.T.tolist(), reasons, strict=True)
+        rows = zip(*arrays, *tests.outputs.T.tolist(), failures, strict=True)
         return [dict(zip(names, row, strict=True)) for row in rows]
 
     def tests(self, points: Points, values: Sequence[Values]) -> TestTable:

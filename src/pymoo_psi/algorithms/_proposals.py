@@ -18,7 +18,7 @@ Points lie in the unit cube of the variables. ``Z`` stands for points as surroga
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -113,11 +113,12 @@ def propose(
     # In some rounds nothing is avoided, as models get repaired, and a failure may have been random.
     if round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
         failed = failed[:0]
-    risk = _failure_risk(tested[~tests.unknown], failed)
+    risk = partial(_failure_risk, known=tested[~tests.unknown], failed=failed)
     if learned is None:
         return _distant_points(seen, risk, batch, goal, random)
 
-    surrogates = _Surrogates(tests, learned, goal, risk)
+    surrogates = _Surrogates(tests, learned, goal)
+    surrogates.risk = risk
     recent = tests.eligible[-_MISSES_BEFORE_CAUTION:]
     if goal.is_narrowed and tests.eligible.any() and not recent.any():
         surrogates.caution = 1.0
@@ -162,14 +163,17 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
         learned: What is learned of them.
         goal: The objectives and limits of the search.
     """
-    surrogates = _Surrogates(tests, learned, goal, _no_risk)
+    surrogates = _Surrogates(tests, learned, goal)
     is_eligible = tests.eligible[surrogates.rows]
     tested = tests.points[surrogates.rows][is_eligible]
-    designs, means, counts = _averages(tested, surrogates.T[is_eligible, : goal.n_obj])
+    designs, group, counts = np.unique(tested, axis=0, return_inverse=True, return_counts=True)
     n = len(designs)
     if n < 2:
         return points
 
+    means = np.zeros((n, goal.n_obj))
+    np.add.at(means, group.ravel(), surrogates.T[is_eligible, : goal.n_obj])
+    means /= counts[:, None]
     Z = goal.encode(points)
     noise = np.array([process.noise for process in surrogates.processes[: goal.n_obj]])
     F = np.vstack([means, surrogates.means(Z)[:, : goal.n_obj]])
@@ -180,23 +184,14 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
     if goal.ranges is not None:
         ranges = learned.to(goal.ranges)
     worth = _knowledge_gradients(F, errors, noise, ranges, n)
-    if len(tests.pending):
-        is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME_DESIGN_DISTANCE
-        worth[:n][is_pending] = 0.0
+    to_pending = cdist(designs, tests.pending).min(axis=1, initial=np.inf)
+    worth[:n][to_pending <= _SAME_DESIGN_DISTANCE] = 0.0
     proposed = points.copy()
     least = np.argsort(worth[n:])[: len(points) // 2]
     for i, design in zip(least, np.argsort(-worth[:n]), strict=False):
         if worth[design] > worth[n + i]:
             proposed[i] = designs[design]
     return proposed
-
-
-def _averages(points: Array, F: Array) -> tuple[Array, Array, NDArray[np.integer]]:
-    """Return the ``(n, d)`` designs among points, their mean objectives, and their numbers."""
-    designs, group, counts = np.unique(points, axis=0, return_inverse=True, return_counts=True)
-    sums = np.zeros((len(designs), F.shape[1]))
-    np.add.at(sums, group.ravel(), F)
-    return designs, sums / counts[:, None], counts
 
 
 def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n: int) -> Array:
@@ -244,7 +239,7 @@ def drawn(
     Returns:
         ``(k, m)`` arrays, k <= n.
     """
-    surrogates = _Surrogates(tests, learned, goal, _no_risk)
+    surrogates = _Surrogates(tests, learned, goal)
     Z = goal.encode(points)
     means = surrogates.means(Z)
     deviations = surrogates.deviations(Z, len(surrogates.processes))
@@ -331,29 +326,29 @@ class _Surrogates:
         tests: All tests.
         learned: What is learned of them.
         goal: The objectives and limits of the search.
-        risk: As :func:`_failure_risk` returns it.
 
     Attributes:
         rows: ``(n,)`` the rows of the tests that are learned.
         T: ``(n, q)`` their outputs on their scales.
         processes: The surrogate of each output.
         contraction: As :func:`_contraction` returns it.
+        risk: By how much designs are near failures; nothing is avoided unless it is given.
         caution: How many standard deviations a mean has to keep away from its limits.
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
-    def __init__(self, tests: KnownTests, learned: Learned, goal: Goal, risk: Risk) -> None:
+    def __init__(self, tests: KnownTests, learned: Learned, goal: Goal) -> None:
         self.rows = np.searchsorted(tests.numbers, learned.numbers)
         self.T = learned.to(bounded(tests.Y[self.rows]))
         self.processes = learned.processes(self.T)
         self.goal = goal
         self.contraction = _contraction(learned, goal.n_obj)
+        self.risk: Risk = lambda Z: np.zeros(len(Z))
         self.caution = 0.0
         self.ranges = np.zeros((2, goal.n_obj))
         self.front = np.zeros((0, goal.n_obj))
         self._learned = learned
-        self._risk = risk
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what they exceed."""
@@ -384,7 +379,7 @@ class _Surrogates:
             for j, _, _ in goal.limits:
                 margins[:, j] = self.caution * self.processes[j].deviation(Z)
         excess = goal.excess(T, self._learned, margins)
-        columns = [excess, self._risk(Z), goal.violations(points)]
+        columns = [excess, self.risk(Z), goal.violations(points)]
         return T[:, : goal.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:
@@ -465,21 +460,13 @@ def _random_points(count: int, goal: Goal, random: Random) -> Array:
     raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
 
-def _no_risk(Z: Array) -> Array:
-    return np.zeros(len(Z))
-
-
-def _failure_risk(known: Array, failed: Array) -> Risk:
-    """Return a function that is above 0 for designs nearer to failed tests than to known ones."""
+def _failure_risk(Z: Array, known: Array, failed: Array) -> Array:
+    """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones."""
     if len(failed) == 0:
-        return _no_risk
-
-    def risk(Z: Array) -> Array:
-        to_known = cdist(Z, known).min(axis=1, initial=np.inf)
-        excess = to_known - _SAFE_DISTANCE_RATIO * cdist(Z, failed).min(axis=1)
-        return np.asarray(np.minimum(excess, 1.0))
-
-    return risk
+        return np.zeros(len(Z))
+    to_known = cdist(Z, known).min(axis=1, initial=np.inf)
+    excess = to_known - _SAFE_DISTANCE_RATIO * cdist(Z, failed).min(axis=1)
+    return np.asarray(np.minimum(excess, 1.0))
 
 
 def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
@@ -538,9 +525,7 @@ def _children(parents: _Population, aim: Aim, random: Random) -> _Population:
     points = parents.points
     n, d = points.shape
     # tournaments of two: the smaller index is the better design
-    a = random.integers(n, size=(2, n)).min(axis=0)
-    b = random.integers(n, size=(2, n)).min(axis=0)
-    c = random.integers(n, size=(2, n)).min(axis=0)
+    a, b, c = random.integers(n, size=(3, 2, n)).min(axis=1)
     difference = random.uniform(0.3, 0.9, (n, 1)) * (points[b] - points[c])
     crossed = random.random((n, d)) < random.uniform(0.1, 1.0, (n, 1))
     children = np.where(crossed, points[a] + difference, points[a])
