@@ -22,7 +22,7 @@ from pymoo_psi import (
     TestTable,
     investigate,
 )
-from pymoo_psi.algorithms._outputs import Goal
+from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
@@ -396,7 +396,7 @@ def test_what_is_known_of_a_design_replaces_its_prediction():
     layout = Layout.of(1, 1, 0, 1, lower=[0], upper=[2])
     table = TestTable.of([1, 2], [[0.0], [2.0]], [[1.0], [2.0]], H=[[-0.5], [0.5]], layout=layout)
     table = table.under(computed={"sum": "f1 + h1"}, objectives=["f1", "h1", "x1", "sum"])
-    goal = Goal(table, space_of_table(table.tested), None)
+    task = Task(table, space_of_table(table.tested), None, 2, np.zeros((0, 1)))
     predicted = np.array([[1.5, 0.25, 9.0, 9.0, -0.25]])  # the last one is h1 as tested
-    known = goal.computed(np.array([[0.5]]), predicted)
+    known = task.computed(np.array([[0.5]]), predicted)
     np.testing.assert_array_equal(known, [[1.5, 0.25, 1.0, 1.25, -0.25]])

@@ -1,4 +1,4 @@
-"""The outputs that surrogates learn under a formulation, and the goal of a search on them.
+"""The outputs that surrogates learn under a formulation, and the task of a search on them.
 
 Columns that a formulation computes are not learned: they follow from learned outputs and from the
 variables, as do the outputs of a problem that are expressions.
@@ -7,12 +7,11 @@ variables, as do the outputs of a problem that are expressions.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, Array, Mask, Numbers
+from pymoo_psi._validation import AnyArray, Array
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
@@ -20,31 +19,6 @@ from pymoo_psi.table import OPEN, Expression, Layout, TestTable
 
 # A predicted equality counts as met within this many standard deviations.
 _EQUALITY_TOLERANCE = 0.01
-
-
-@dataclass(frozen=True)
-class KnownTests:
-    """The tests from which surrogates learn.
-
-    Attributes:
-        numbers: ``(n,)`` their numbers, increasing.
-        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
-        Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, other outputs with
-            limits.
-        eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite objectives.
-        failed: ``(n,)`` whether the model ran but returned no outputs.
-        unknown: ``(n,)`` whether there are no outputs: the test failed, or the model did not run.
-        pending: ``(p, d)`` points that are being tested; the predictions of the surrogates stand
-            for their outputs.
-    """
-
-    numbers: Numbers
-    points: Array
-    Y: Array
-    eligible: Mask
-    failed: Mask
-    unknown: Mask
-    pending: Array
 
 
 class _Output(NamedTuple):
@@ -77,8 +51,8 @@ class _Output(NamedTuple):
         return np.where(np.isnan(values), beyond, values)
 
 
-class Goal:
-    """What a search is for: the objectives and limits of a formulation, and the outputs they need.
+class Task:
+    """The task of a search: the tests so far, and the objectives and limits of a formulation.
 
     The outputs that surrogates learn are, in this order: the objectives; the constraints; other
     columns that have a limit; and the operands, columns as tested from which others are computed.
@@ -88,8 +62,19 @@ class Goal:
         space: The variables.
         model: The model of the tests; ``None`` if the table says all that is known of it. Then
             designs have no requirements but those that the tests have as constraints.
+        n_uniform: How many of the tests, the first, are of the sequence or of other runs.
+        pending: ``(p, d)`` points that are being tested; the predictions of the surrogates stand
+            for their outputs.
 
     Attributes:
+        n_uniform: How many of the tests are uniform.
+        pending: The points that are being tested.
+        numbers: ``(n,)`` the numbers of the tests, increasing.
+        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
+        Y: ``(n, q)`` their outputs.
+        eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite objectives.
+        failed: ``(n,)`` whether the model ran but returned no outputs.
+        unknown: ``(n,)`` whether there are no outputs: the test failed, or the model did not run.
         n_obj: Number of objectives, which are the first outputs, all minimised.
         limits: ``(column, least, greatest)`` for constraints, and for outputs that have limits;
             infinite where there is none.
@@ -102,7 +87,14 @@ class Goal:
         is_computed: Whether some outputs are known functions of the variables and of others.
     """
 
-    def __init__(self, table: TestTable, space: DesignSpace, model: Model | None) -> None:
+    def __init__(
+        self,
+        table: TestTable,
+        space: DesignSpace,
+        model: Model | None,
+        n_uniform: int,
+        pending: Array,
+    ) -> None:
         tested = table.tested.layout
         layout = table.layout
         self._table = table
@@ -150,6 +142,16 @@ class Goal:
             name = titles[variable.name]
             if name in limits and name not in learned:
                 self.low[j], self.high[j] = variable.between(*limits[name])
+        self.n_uniform = n_uniform
+        self.pending = pending
+        self.numbers = table.numbers
+        self.points = space.points(table.tested.X)
+        self.eligible = table.eligible()
+        self.failed = table.status == "failed"
+        # The model does not run for a design that violates a requirement.
+        is_unmet = (table.tested.G[:, self._n_ieq_constr :] > 0).any(axis=1)
+        self.unknown = self.failed | is_unmet
+        self.Y = self._learned_values()
 
     def encode(self, points: Array) -> Array:
         """Return ``(n, d)`` points as surrogates see them, ``(n, e)``."""
@@ -197,31 +199,20 @@ class Goal:
                     columns.append(((beyond + margin) / unit)[:, None])
         return np.hstack(columns)
 
-    def known_tests(self, n_uniform: int, pending: Array) -> KnownTests:
-        """Return what surrogates learn from.
-
-        Args:
-            n_uniform: How many of the tests, the first, are of the sequence.
-            pending: ``(p, d)`` the points that are being tested.
-        """
+    def _learned_values(self) -> Array:
+        """Return the ``(n, q)`` outputs of the tests."""
         table = self._table
-        failed = table.status == "failed"
-        # The model does not run for a design that violates a requirement.
-        unmet = (table.tested.G[:, self._n_ieq_constr :] > 0).any(axis=1)
-        unknown = failed | unmet
-        uniform = table.F[:n_uniform][~unknown[:n_uniform]]
+        uniform = table.F[: self.n_uniform][~self.unknown[: self.n_uniform]]
         columns = [without_penalties(table.F, uniform)]
         for output in self._outputs[self.n_obj :]:
             column = table.column(output.name)
             if output.is_limited:
                 columns.append(output.known_or_beyond(column))
             else:
-                columns.append(np.where(unknown, np.nan, column))
+                columns.append(np.where(self.unknown, np.nan, column))
         for name in self._operands:
             columns.append(table.tested.column(name))
-        points = self._space.points(table.tested.X)
-        Y = np.column_stack(columns)
-        return KnownTests(table.numbers, points, Y, table.eligible(), failed, unknown, pending)
+        return np.column_stack(columns)
 
     def computed(self, points: Array, Y: Array) -> Array:
         """Return ``(n, q)`` outputs of points, of which some are computed from the others.

@@ -12,7 +12,7 @@ candidates; under a decision, a second search finds more near its best compromis
 takes the most promising ones.
 
 Points lie in the unit cube of the variables. ``Z`` stands for points as surrogates see them
-(:meth:`Goal.encode`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
+(:meth:`Task.encode`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from scipy.special import ndtr
 
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._outputs import Goal, KnownTests
+from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
@@ -87,19 +87,13 @@ _RULES_OF_DECISION = ("gain", "distance", "compromise", "distance")
 
 
 def propose(
-    tests: KnownTests,
-    learned: Learned | None,
-    goal: Goal,
-    batch: int,
-    round_number: int,
-    random: Random,
+    task: Task, learned: Learned | None, batch: int, round_number: int, random: Random
 ) -> Array:
     """Return the ``(batch, d)`` points to test next.
 
     Args:
-        tests: All tests.
+        task: The task of the search.
         learned: What is learned of the tests with outputs; ``None`` if there are too few.
-        goal: The objectives and limits of the search.
         batch: Number of designs.
         round_number: Number of the round, from 0.
         random: Random numbers of the round.
@@ -107,50 +101,50 @@ def propose(
     # glibc returns the memory of freed arrays to the system until a larger one has been freed.
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
-    seen = goal.encode(np.vstack([tests.points, tests.pending]))
-    tested = seen[: len(tests.points)]
-    failed = tested[tests.failed]
+    seen = task.encode(np.vstack([task.points, task.pending]))
+    tested = seen[: len(task.points)]
+    failed = tested[task.failed]
     # In some rounds nothing is avoided, as models get repaired, and a failure may have been random.
     if round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
         failed = failed[:0]
-    risk = partial(_failure_risk, known=tested[~tests.unknown], failed=failed)
+    risk = partial(_failure_risk, known=tested[~task.unknown], failed=failed)
     if learned is None:
-        return _distant_points(seen, risk, batch, goal, random)
+        return _distant_points(seen, risk, batch, task, random)
 
-    surrogates = _Surrogates(tests, learned, goal)
+    surrogates = _Surrogates(task, learned)
     surrogates.risk = risk
-    recent = tests.eligible[-_MISSES_BEFORE_CAUTION:]
-    if goal.is_narrowed and tests.eligible.any() and not recent.any():
+    recent = task.eligible[-_MISSES_BEFORE_CAUTION:]
+    if task.is_narrowed and task.eligible.any() and not recent.any():
         surrogates.caution = 1.0
-    order = _best_tests(surrogates.T, learned, goal)[: _POPULATION_SIZE // 4]
-    best = np.clip(tests.points[surrogates.rows][order], goal.low, goal.high)
+    order = _best_tests(surrogates.T, learned, task)[: _POPULATION_SIZE // 4]
+    best = np.clip(task.points[surrogates.rows][order], task.low, task.high)
     if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
-        start = _start_near(best, surrogates.predict, goal, random)
+        start = _start_near(best, surrogates.predict, task, random)
     else:
-        start = _start_anywhere(best, surrogates.predict, goal, random)
-    points = _search(surrogates.predict, start, surrogates.contraction, goal, random)
+        start = _start_anywhere(best, surrogates.predict, task, random)
+    points = _search(surrogates.predict, start, surrogates.contraction, task, random)
     candidates = surrogates.candidates(points)
-    pending = surrogates.candidates(tests.pending)
-    F = np.vstack([tests.Y[tests.eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
+    pending = surrogates.candidates(task.pending)
+    F = np.vstack([task.Y[task.eligible, : task.n_obj], pending.F[pending.violation <= 0]])
     F = F[nondominated(F)]
-    surrogates.ranges = _ranges(F, candidates, goal)
+    surrogates.ranges = _ranges(F, candidates, task)
     surrogates.front = _scaled(F, surrogates.ranges)
-    if goal.is_directed and len(F) > 0:
+    if task.is_directed and len(F) > 0:
         aim = surrogates.compromise
-        start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
-        compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
+        start = _Population.of(aim, points, task.low, task.high).best(_POPULATION_SIZE, 0.0)
+        compromises = _search(aim, start, 0.0, task, random)[:_N_COMPROMISES]
         candidates = surrogates.candidates(np.vstack([points, compromises]))
     chosen = _choice(surrogates, candidates, seen, batch)
     proposals = candidates.points[chosen]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
-        seen = np.vstack([seen, goal.encode(proposals)])
-        rest = _distant_points(seen, risk, n_missing, goal, random)
+        seen = np.vstack([seen, task.encode(proposals)])
+        rest = _distant_points(seen, risk, n_missing, task, random)
         proposals = np.vstack([proposals, rest])
     return proposals
 
 
-def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal) -> Array:
+def with_repeats(points: Array, task: Task, learned: Learned) -> Array:
     """Return proposed points, up to half of which give way to tested designs of a noisy model.
 
     A test is worth by how much it is expected to bring the best design nearer to the ideal point
@@ -159,32 +153,31 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
 
     Args:
         points: ``(k, d)`` new designs.
-        tests: All tests.
-        learned: What is learned of them.
-        goal: The objectives and limits of the search.
+        task: The task of the search.
+        learned: What is learned of its tests.
     """
-    surrogates = _Surrogates(tests, learned, goal)
-    is_eligible = tests.eligible[surrogates.rows]
-    tested = tests.points[surrogates.rows][is_eligible]
+    surrogates = _Surrogates(task, learned)
+    is_eligible = task.eligible[surrogates.rows]
+    tested = task.points[surrogates.rows][is_eligible]
     designs, group, counts = np.unique(tested, axis=0, return_inverse=True, return_counts=True)
     n = len(designs)
     if n < 2:
         return points
 
-    means = np.zeros((n, goal.n_obj))
-    np.add.at(means, group.ravel(), surrogates.T[is_eligible, : goal.n_obj])
+    means = np.zeros((n, task.n_obj))
+    np.add.at(means, group.ravel(), surrogates.T[is_eligible, : task.n_obj])
     means /= counts[:, None]
-    Z = goal.encode(points)
-    noise = np.array([process.noise for process in surrogates.processes[: goal.n_obj]])
-    F = np.vstack([means, surrogates.means(Z)[:, : goal.n_obj]])
-    deviations = surrogates.deviations(Z, goal.n_obj)
+    Z = task.encode(points)
+    noise = np.array([process.noise for process in surrogates.processes[: task.n_obj]])
+    F = np.vstack([means, surrogates.means(Z)[:, : task.n_obj]])
+    deviations = surrogates.deviations(Z, task.n_obj)
     errors = np.vstack([noise / np.sqrt(counts)[:, None], deviations])
     front = means[nondominated(means)]
     ranges = np.array([front.min(axis=0), front.max(axis=0)])
-    if goal.ranges is not None:
-        ranges = learned.to(goal.ranges)
+    if task.ranges is not None:
+        ranges = learned.to(task.ranges)
     worth = _knowledge_gradients(F, errors, noise, ranges, n)
-    to_pending = cdist(designs, tests.pending).min(axis=1, initial=np.inf)
+    to_pending = cdist(designs, task.pending).min(axis=1, initial=np.inf)
     worth[:n][to_pending <= _SAME_DESIGN_DISTANCE] = 0.0
     proposed = points.copy()
     least = np.argsort(worth[n:])[: len(points) // 2]
@@ -223,15 +216,12 @@ def _expected_gain(gap: Array, error: Array) -> Array:
     return np.asarray(error * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z)))
 
 
-def drawn(
-    tests: KnownTests, learned: Learned, goal: Goal, points: Array, n_draws: int, random: Random
-) -> list[Array]:
+def drawn(task: Task, learned: Learned, points: Array, n_draws: int, random: Random) -> list[Array]:
     """Return, for each draw from the predictions for points, the objectives that keep all limits.
 
     Args:
-        tests: All tests.
-        learned: What is learned of them.
-        goal: The objectives and limits.
+        task: The task of a search.
+        learned: What is learned of its tests.
         points: ``(n, d)`` points of the unit cube; each is drawn for itself.
         n_draws: Number of draws.
         random: Random numbers.
@@ -239,8 +229,8 @@ def drawn(
     Returns:
         ``(k, m)`` arrays, k <= n.
     """
-    surrogates = _Surrogates(tests, learned, goal)
-    Z = goal.encode(points)
+    surrogates = _Surrogates(task, learned)
+    Z = task.encode(points)
     means = surrogates.means(Z)
     deviations = surrogates.deviations(Z, len(surrogates.processes))
     draws = []
@@ -251,20 +241,20 @@ def drawn(
     return draws
 
 
-def best_and_spread(Y: Array, learned: Learned, goal: Goal, size: int) -> Rows:
+def best_and_spread(Y: Array, learned: Learned, task: Task, size: int) -> Rows:
     """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
-    order = _best_tests(learned.to(bounded(Y)), learned, goal)
+    order = _best_tests(learned.to(bounded(Y)), learned, task)
     half = size // 2
     others = np.sort(order[half:])
     spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
     return np.sort(np.concatenate([order[:half], others[spread]]))
 
 
-def _best_tests(T: Array, learned: Learned, goal: Goal) -> Rows:
+def _best_tests(T: Array, learned: Learned, task: Task) -> Rows:
     """Return the rows of ``(n, q)`` outputs on their scales, those of the best tests first."""
-    excess = goal.excess(T, learned, np.zeros_like(T))
-    contraction = _contraction(learned, goal.n_obj)
-    return _survivors(T[:, : goal.n_obj], excess, len(T), contraction)
+    excess = task.excess(T, learned, np.zeros_like(T))
+    contraction = _contraction(learned, task.n_obj)
+    return _survivors(T[:, : task.n_obj], excess, len(T), contraction)
 
 
 class _Population(NamedTuple):
@@ -323,9 +313,8 @@ class _Surrogates:
     """The surrogates of all outputs, which predict the objectives and the excess of designs.
 
     Args:
-        tests: All tests.
-        learned: What is learned of them.
-        goal: The objectives and limits of the search.
+        task: The task of the search.
+        learned: What is learned of its tests.
 
     Attributes:
         rows: ``(n,)`` the rows of the tests that are learned.
@@ -338,21 +327,21 @@ class _Surrogates:
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
-    def __init__(self, tests: KnownTests, learned: Learned, goal: Goal) -> None:
-        self.rows = np.searchsorted(tests.numbers, learned.numbers)
-        self.T = learned.to(bounded(tests.Y[self.rows]))
+    def __init__(self, task: Task, learned: Learned) -> None:
+        self.rows = np.searchsorted(task.numbers, learned.numbers)
+        self.T = learned.to(bounded(task.Y[self.rows]))
         self.processes = learned.processes(self.T)
-        self.goal = goal
-        self.contraction = _contraction(learned, goal.n_obj)
+        self.task = task
+        self.contraction = _contraction(learned, task.n_obj)
         self.risk: Risk = lambda Z: np.zeros(len(Z))
         self.caution = 0.0
-        self.ranges = np.zeros((2, goal.n_obj))
-        self.front = np.zeros((0, goal.n_obj))
+        self.ranges = np.zeros((2, task.n_obj))
+        self.front = np.zeros((0, task.n_obj))
         self._learned = learned
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what they exceed."""
-        Z = self.goal.encode(points)
+        Z = self.task.encode(points)
         return self.judged(points, Z, self.means(Z))
 
     def means(self, Z: Array) -> Array:
@@ -371,32 +360,32 @@ class _Surrogates:
             Z: ``(n, e)`` the points as surrogates see them.
             T: ``(n, q)`` their outputs on the scales, before some are computed.
         """
-        goal = self.goal
-        if goal.is_computed:
-            T = self._learned.to(goal.computed(points, self._learned.back(T)))
+        task = self.task
+        if task.is_computed:
+            T = self._learned.to(task.computed(points, self._learned.back(T)))
         margins = np.zeros_like(T)
         if self.caution > 0:
-            for j, _, _ in goal.limits:
+            for j, _, _ in task.limits:
                 margins[:, j] = self.caution * self.processes[j].deviation(Z)
-        excess = goal.excess(T, self._learned, margins)
-        columns = [excess, self.risk(Z), goal.violations(points)]
-        return T[:, : goal.n_obj], np.column_stack(columns)
+        excess = task.excess(T, self._learned, margins)
+        columns = [excess, self.risk(Z), task.violations(points)]
+        return T[:, : task.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:
         """Return designs to choose from; see :class:`_Candidates`."""
         T, excess = self.predict(points)
-        Z = self.goal.encode(points)
-        deviations = self.deviations(Z, self.goal.n_obj)
+        Z = self.task.encode(points)
+        deviations = self.deviations(Z, self.task.n_obj)
         F = self._learned.back(T - _OPTIMISM * deviations)
         worth = np.zeros(len(points))
-        if self.goal.is_directed and len(self.front) > 0:
+        if self.task.is_directed and len(self.front) > 0:
             worth = self._worth(T, deviations)
         return _Candidates(points, Z, F, _violation(excess), worth)
 
     def compromise(self, points: Array) -> tuple[Array, Array]:
         """Return what a search for the best compromise minimises, and the excess of each limit."""
         T, excess = self.predict(points)
-        deviations = self.deviations(self.goal.encode(points), self.goal.n_obj)
+        deviations = self.deviations(self.task.encode(points), self.task.n_obj)
         return -self._worth(T, deviations)[:, None], excess
 
     def _worth(self, T: Array, deviations: Array) -> Array:
@@ -426,15 +415,15 @@ def _violation(excess: Array) -> Array:
     return np.asarray(np.maximum(excess, 0).sum(axis=1))
 
 
-def _meets_requirements(points: Array, goal: Goal) -> Mask:
+def _meets_requirements(points: Array, task: Task) -> Mask:
     """Return ``(n,)`` whether points meet all requirements."""
-    return np.asarray((goal.violations(points) <= 0).all(axis=1))
+    return np.asarray((task.violations(points) <= 0).all(axis=1))
 
 
-def _distant_points(seen: Array, risk: Risk, count: int, goal: Goal, random: Random) -> Array:
+def _distant_points(seen: Array, risk: Risk, count: int, task: Task, random: Random) -> Array:
     """Return points far from all tests and from each other, away from failures if possible."""
-    points = _random_points(count, goal, random)
-    Z = goal.encode(points)
+    points = _random_points(count, task, random)
+    Z = task.encode(points)
     distance = cdist(Z, seen).min(axis=1)
     distance[risk(Z) > 0] *= 0.1  # chosen only if little else is left
     chosen = []
@@ -445,13 +434,13 @@ def _distant_points(seen: Array, risk: Risk, count: int, goal: Goal, random: Ran
     return points[chosen]
 
 
-def _random_points(count: int, goal: Goal, random: Random) -> Array:
+def _random_points(count: int, task: Task, random: Random) -> Array:
     """Return at least ``count`` random points within the limits that meet the requirements."""
-    d = len(goal.low)
+    d = len(task.low)
     points = np.zeros((0, d))
     for _ in range(_MAX_DRAWS):
-        drawn = random.uniform(goal.low, goal.high, (_DESIGNS_PER_DRAW, d))
-        drawn = drawn[_meets_requirements(drawn, goal)]
+        drawn = random.uniform(task.low, task.high, (_DESIGNS_PER_DRAW, d))
+        drawn = drawn[_meets_requirements(drawn, task)]
         points = np.vstack([points, drawn])
         if len(points) >= count:
             return points
@@ -469,13 +458,13 @@ def _failure_risk(Z: Array, known: Array, failed: Array) -> Array:
     return np.asarray(np.minimum(excess, 1.0))
 
 
-def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
+def _start_near(best: Array, aim: Aim, task: Task, random: Random) -> _Population:
     """Return designs near the best tests; the search stays near these."""
     d = best.shape[1]
     centres = random.integers(min(_N_NEARBY_CENTRES, len(best)), size=_POPULATION_SIZE)
     centre = best[centres]
-    low = np.maximum(centre - _NEARBY_HALF_WIDTH, goal.low)
-    high = np.minimum(centre + _NEARBY_HALF_WIDTH, goal.high)
+    low = np.maximum(centre - _NEARBY_HALF_WIDTH, task.low)
+    high = np.minimum(centre + _NEARBY_HALF_WIDTH, task.high)
     # at least three variables are changed, or three in ten
     changed = random.random((_POPULATION_SIZE, d)) < max(0.3, 3 / d)
     step = random.uniform(-_NEARBY_HALF_WIDTH, _NEARBY_HALF_WIDTH, (_POPULATION_SIZE, d))
@@ -483,7 +472,7 @@ def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Populatio
     return _Population.of(aim, np.clip(points, low, high), low, high)
 
 
-def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
+def _start_anywhere(best: Array, aim: Aim, task: Task, random: Random) -> _Population:
     """Return the best tests, variations of them, and random designs; the search is not limited."""
     d = best.shape[1]
     quarter = _POPULATION_SIZE // 4
@@ -491,14 +480,14 @@ def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Popul
     origin = best[random.integers(len(best), size=quarter)]
     step = random.normal(0, 0.1, (quarter, d))
     varied = np.where(changed, origin + step, origin)
-    varied = np.clip(varied, goal.low, goal.high)
+    varied = np.clip(varied, task.low, task.high)
     n_random = _POPULATION_SIZE - len(best) - quarter
-    anywhere = random.uniform(goal.low, goal.high, (n_random, d))
+    anywhere = random.uniform(task.low, task.high, (n_random, d))
     points = np.vstack([best, varied, anywhere])
-    return _Population.of(aim, points, goal.low, goal.high)
+    return _Population.of(aim, points, task.low, task.high)
 
 
-def _search(aim: Aim, start: _Population, contraction: float, goal: Goal, random: Random) -> Array:
+def _search(aim: Aim, start: _Population, contraction: float, task: Task, random: Random) -> Array:
     """Return the ``(k, d)`` points at the end of an evolution that meet the requirements.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
@@ -517,7 +506,7 @@ def _search(aim: Aim, start: _Population, contraction: float, goal: Goal, random
     points = population.points
     if (population.excess > 0).any(axis=1).all():
         points = np.vstack([points, *(generation[::8] for generation in tried)])
-    return points[_meets_requirements(points, goal)]
+    return points[_meets_requirements(points, task)]
 
 
 def _children(parents: _Population, aim: Aim, random: Random) -> _Population:
@@ -626,13 +615,13 @@ def _directions(n_obj: int, contraction: float) -> Array:
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
-def _ranges(F: Array, candidates: _Candidates, goal: Goal) -> Array:
+def _ranges(F: Array, candidates: _Candidates, task: Task) -> Array:
     """Return the ``(2, m)`` ranges by which objectives are scaled, given a Pareto set.
 
     They include the promising candidates.
     """
-    if goal.ranges is not None:
-        return goal.ranges
+    if task.ranges is not None:
+        return task.ranges
     promising = candidates.F
     feasible = candidates.violation <= 0
     if feasible.any():
@@ -664,7 +653,7 @@ def _choice(surrogates: _Surrogates, candidates: _Candidates, seen: Array, batch
         batch: How many to choose; there are fewer if fewer are not tested yet.
     """
     rules = _RULES
-    if surrogates.goal.is_directed:
+    if surrogates.task.is_directed:
         rules = _RULES_OF_DECISION
     front = surrogates.front
     F = _scaled(candidates.F, surrogates.ranges)

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, Mask, Received, boolean, integer, invalid
+from pymoo_psi._validation import Array, Received, boolean, integer, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
-from pymoo_psi.algorithms._outputs import Goal, KnownTests
+from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._proposals import best_and_spread, drawn, propose, with_repeats
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
@@ -220,71 +220,61 @@ class _Direction:
         """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
         return self.__dict__ | {"_n_fitted": 0, "_learned": None}
 
-    def learned(
-        self, tests: KnownTests, n_uniform: int, ends: Sequence[int], goal: Goal
-    ) -> Learned | None:
-        """Return what is learned of tests, or ``None`` if too few are known.
+    def learned(self, task: Task, ends: Sequence[int]) -> Learned | None:
+        """Return what is learned of the tests of a task, or ``None`` if too few are known.
 
         Tests after those to which lengths are fitted are appended round by round, also where a run
         continues, as the last digits depend on it.
 
         Args:
-            tests: All tests, those of the last call first.
-            n_uniform: How many of them, the first, are of the sequence or of other runs.
+            task: The task, whose first tests are those of the last call.
             ends: How many tests there were at the start, and after each round.
-            goal: The goal of the search.
         """
-        is_known = ~tests.unknown
-        n_fitted = _n_fitted(is_known, n_uniform, ends)
+        n_fitted = _n_fitted(task, ends)
         if self._n_fitted != n_fitted:
-            self._learned = _fitted(tests, n_fitted, n_uniform, goal, self._most)
+            self._learned = _fitted(task, n_fitted, self._most)
             self._n_fitted = n_fitted
         if self._learned is not None:
-            Z = goal.encode(tests.points)
-            for end in (n_fitted, *ends, len(is_known)):
+            Z = task.encode(task.points)
+            for end in (n_fitted, *ends, len(Z)):
                 if end >= n_fitted:
-                    rows = np.flatnonzero(is_known[:end])
-                    self._learned.extend(tests.numbers[rows], Z[rows])
+                    rows = np.flatnonzero(~task.unknown[:end])
+                    self._learned.extend(task.numbers[rows], Z[rows])
         return self._learned
 
 
-def _n_fitted(is_known: Mask, n_uniform: int, ends: Sequence[int]) -> int:
+def _n_fitted(task: Task, ends: Sequence[int]) -> int:
     """Return to how many of the first tests lengths are fitted."""
-    n_tests = len(is_known)
-    n_fitted = n_uniform
+    n_tests = len(task.points)
+    n_fitted = task.n_uniform
     for end in ends:
         if n_fitted * _GROWTH <= end <= n_tests:
             n_fitted = end
-    if is_known[:n_fitted].sum() < _LEAST_LEARNED:
+    if np.count_nonzero(~task.unknown[:n_fitted]) < _LEAST_LEARNED:
         return n_tests
     return n_fitted
 
 
-def _fitted(
-    tests: KnownTests, n_fitted: int, n_uniform: int, goal: Goal, most: int = sys.maxsize
-) -> Learned | None:
+def _fitted(task: Task, n_fitted: int, most: int = sys.maxsize) -> Learned | None:
     """Return surrogates fitted to the first tests, to which tests can be appended.
 
     Args:
-        tests: The tests.
+        task: The task, with the tests.
         n_fitted: To how many of them surrogates are fitted.
-        n_uniform: How many of them, the first, are of the sequence or of other runs.
-        goal: The goal of the search.
         most: From how many of them, at most, surrogates learn.
 
     Returns:
         The surrogates, or ``None`` if too few of these tests are known.
     """
-    is_known = ~tests.unknown
-    rows = np.flatnonzero(is_known[:n_fitted])
+    rows = np.flatnonzero(~task.unknown[:n_fitted])
     if len(rows) < _LEAST_LEARNED:
         return None
-    Y = bounded(tests.Y[rows])
-    n_known_uniform = max(int(np.count_nonzero(is_known[:n_uniform])), _LEAST_LEARNED)
-    learned = Learned(goal.encode(tests.points[rows]), Y, n_known_uniform, goal.n_obj)
+    Y = bounded(task.Y[rows])
+    n_uniform = max(int(np.count_nonzero(rows < task.n_uniform)), _LEAST_LEARNED)
+    learned = Learned(task.encode(task.points[rows]), Y, n_uniform, task.n_obj)
     if len(rows) > most:
-        best = best_and_spread(Y, learned, goal, most)
-        learned.left_out = tests.numbers[np.delete(rows, best)]
+        best = best_and_spread(Y, learned, task, most)
+        learned.left_out = task.numbers[np.delete(rows, best)]
     return learned
 
 
@@ -505,15 +495,14 @@ class SurrogateSource(Source):
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        goal = Goal(table, self._model.space, self._model)
-        tests = goal.known_tests(n_uniform, pending.cube_points)
+        task = Task(table, self._model.space, self._model, n_uniform, pending.cube_points)
         ends = [len(self._others) + end for end in self._ends]
-        learned = self._direction.learned(tests, n_uniform, ends, goal)
+        learned = self._direction.learned(task, ends)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
-        points = propose(tests, learned, goal, size, round_number, random)
+        points = propose(task, learned, size, round_number, random)
         if self._model.noisy and learned is not None:
-            points = with_repeats(points, tests, learned, goal)
+            points = with_repeats(points, task, learned)
         return points
 
 
@@ -531,10 +520,9 @@ def proposed_now(
         round_number: The number of the round, from 0.
     """
     random = np.random.default_rng([seed, round_number])
-    goal = Goal(table, model.space, model)
+    task = Task(table, model.space, model, _n_uniform(table), pending)
     with threadpool_limits(limits=1, user_api="blas"):
-        tests, learned = _learned_now(goal, table, pending)
-        return propose(tests, learned, goal, size, round_number, random)
+        return propose(task, _learned_now(task), size, round_number, random)
 
 
 class Prospects(NamedTuple):
@@ -576,15 +564,17 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     if n > _MOST_LEARNED:
         remedy = "take some of them, as by table.rows(...)"
         raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"), remedy)
-    goal = Goal(table, space_of_table(table.tested), None)
+    space = space_of_table(table.tested)
+    no_points = np.zeros((0, len(space.searched)))
+    task = Task(table, space, None, _n_uniform(table), no_points)
     random = np.random.default_rng(0)
     with threadpool_limits(limits=1, user_api="blas"):
-        tests, learned = _learned_now(goal, table, np.zeros((0, len(goal.low))))
+        learned = _learned_now(task)
         if learned is None:
             rule = f"of {_LEAST_LEARNED} tests with outputs or more"
             raise invalid("the table", rule, Received(f"{n}"))
-        points = propose(tests, learned, goal, n_tests, 0, random)
-        draws = drawn(tests, learned, goal, points, _DRAWS, random)
+        points = propose(task, learned, n_tests, 0, random)
+        draws = drawn(task, learned, points, _DRAWS, random)
     found = float(np.mean([len(F) > 0 for F in draws]))
     front = table.F[table.pareto()]
     if len(front) < 2:
@@ -599,15 +589,18 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     return Prospects(n_tests, found, float(np.mean(volumes[1:]) / volumes[0] - 1))
 
 
-def _learned_now(goal: Goal, table: TestTable, pending: Array) -> tuple[KnownTests, Learned | None]:
-    """Return what surrogates learn from, and what is learned, outside of a run."""
-    n_uniform = len(table)
-    if PROPOSAL_ROUND in table.layout.outputs:
-        is_proposed = table.column(PROPOSAL_ROUND) > 0
-        n_uniform = int(np.append(is_proposed, True).argmax())
-    tests = goal.known_tests(n_uniform, pending)
-    learned = _fitted(tests, len(table), n_uniform, goal)
+def _n_uniform(table: TestTable) -> int:
+    """Return how many tests there are before the first proposal."""
+    if PROPOSAL_ROUND not in table.layout.outputs:
+        return len(table)
+    is_proposed = table.column(PROPOSAL_ROUND) > 0
+    return int(np.append(is_proposed, True).argmax())
+
+
+def _learned_now(task: Task) -> Learned | None:
+    """Return what surrogates learn of a task outside of a run."""
+    learned = _fitted(task, len(task.points))
     if learned is not None:
-        rows = np.flatnonzero(~tests.unknown)
-        learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
-    return tests, learned
+        rows = np.flatnonzero(~task.unknown)
+        learned.extend(task.numbers[rows], task.encode(task.points[rows]))
+    return learned
