@@ -23,6 +23,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.algorithms._outputs import Task
+from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
@@ -335,6 +336,23 @@ def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(s
         run(get_problem("bnh"), 28, study=study_file).table.X, first.table.X
     )
     assert len(read_table(study_file)) == 53
+
+
+def test_tests_that_end_in_any_order_keep_their_numbers_beside_those_of_other_runs(
+    study_file, monkeypatch
+):
+    """Surrogates know by their numbers which tests they have learned."""
+    points = {}
+
+    def noted(task, *args):
+        for number, point in zip(task.numbers.tolist(), task.points.tolist(), strict=True):
+            assert points.setdefault(number, point) == point
+        return propose(task, *args)
+
+    minimize(Mixed(), PSI(12, study=study_file))
+    monkeypatch.setattr("pymoo_psi.algorithms._surrogate.propose", noted)
+    run(Mixed(elementwise_runner=InAnyOrder(6, 0)), 40, study=study_file, asynchronous=True)
+    assert len(points) > 30  # twelve of them are of the other run
 
 
 @pytest.mark.parametrize(
