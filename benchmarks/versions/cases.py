@@ -31,7 +31,7 @@ from pymoo.problems import get_problem
 from scipy import stats
 
 import pymoo_psi as psi
-from pymoo_psi import chute, pareto, report, table
+from pymoo_psi import chute, pareto, report, selection, table
 from pymoo_psi.cli import main
 
 # What is compared ---------------------------------------------------------------------------------
@@ -344,6 +344,11 @@ def selectors(rng, folder):
         attempt(found, name, lambda selector=selector: selector.do(F))
         attempt(found, f"{name} max", lambda selector=selector: selector.do(F, maximize=maximize))
 
+    def several():
+        compared = selection.compare_selectors(F, chosen, normalize=normalize, maximize=maximize)
+        return dict(compared)
+
+    attempt(found, "compared", several)
     return found
 
 

@@ -18,6 +18,7 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
+from pymoo_psi.selection import compare_selectors
 from tests.refusals import refused
 
 F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
@@ -150,6 +151,9 @@ def test_directions_do_not_matter(F):
     for name, selector in selectors.items():
         chosen = selector.do(cost).tolist()
         assert turned[name].do(gain, maximize=["yield"]).tolist() == chosen
+    plain = compare_selectors(cost, selectors)
+    other = compare_selectors(gain, turned, maximize=["yield"])
+    assert [rows.tolist() for rows in plain.values()] == [rows.tolist() for rows in other.values()]
 
 
 @pytest.mark.parametrize(

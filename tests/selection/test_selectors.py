@@ -1,10 +1,16 @@
-"""Selectors against their definitions."""
+"""Selectors in one pipeline, those of pymoo included, and several at once."""
+
+import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
 from pymoo_psi import (
     CompromiseProgramming,
@@ -12,7 +18,13 @@ from pymoo_psi import (
     SalukvadzeOptimum,
     rank_of_efficiency,
 )
+from pymoo_psi.selection import compare_selectors
 from tests.refusals import refused
+
+with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
+    warnings.simplefilter("ignore", DeprecationWarning)
+    from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+    from pymoo.mcdm.pseudo_weights import PseudoWeights
 
 sets = st.one_of(
     st.tuples(st.integers(1, 20), st.integers(1, 5)).flatmap(
@@ -81,8 +93,68 @@ def test_rounding_errors_count_as_much_as_the_weight_of_their_objective(unit):
     assert len(CompromiseProgramming(1, normalize=False).do(line)) == 50
 
 
+def selectors(m):
+    return {
+        "Salukvadze": SalukvadzeOptimum(),
+        "rank 5": EfficientSubset(5),
+        "L1": CompromiseProgramming(1),
+        "L2": CompromiseProgramming(2),
+        "Chebyshev": CompromiseProgramming(np.inf, weights=np.arange(1, m + 1)),
+        "pseudo weights": PseudoWeights(np.full(m, 1 / m)),
+        "trade-off": HighTradeoffPoints(),
+    }
+
+
+@pytest.mark.parametrize("name", ["bnh", "dtlz2", "kursawe"])
+def test_pipeline(name):
+    problem = get_problem(name, **({"n_obj": 4, "n_var": 8} if name == "dtlz2" else {}))
+    F = minimize(problem, NSGA2(pop_size=40), ("n_gen", 8), seed=1).F
+    n, m = F.shape
+    comparison = compare_selectors(F, selectors(m))
+    for chosen, selector in zip(comparison.values(), selectors(m).values(), strict=True):
+        with warnings.catch_warnings():
+            alone = selector.do(F)  # one loop serves them all; every row here is Pareto optimal
+        alone = [] if alone is None else np.atleast_1d(alone).tolist()
+        assert chosen.tolist() == alone
+        assert all(0 <= i < n for i in alone)
+
+
+class Fixed:
+    def __init__(self, answer):
+        self.answer = answer
+
+    def do(self, F):
+        F[:] = np.nan  # a selector may spoil what it is given
+        return self.answer
+
+
+def test_rows_are_those_of_all_designs():
+    F = pd.DataFrame({"a": [9.0, 0, 1, 2, 3], "b": [9.0, 3, 2, 1, 0]})
+    answers = {"one": np.int64(1), "two": [1, 2], "three": np.array([2, 1, 3])}
+    answers |= {"none": None, "empty": []}
+    chosen = compare_selectors(F, {name: Fixed(answer) for name, answer in answers.items()})
+    # The first row is dominated: indices a selector returns count from the second.
+    assert [rows.tolist() for rows in chosen.values()] == [[2], [2, 3], [3, 2, 4], [], []]
+
+
 def test_given_ranges_of_a_ranking_are_those_of_selectors():
     F = [[0.0, 9.0], [2.0, 5.0], [4.0, 1.0], [9.0, 0.0]]
     ranking = rank_of_efficiency(F, ideal=[0.0, -100.0], nadir=[4.0, 9.0])
-    assert CompromiseProgramming(2).do(ranking).tolist() == ranking.salukvadze.tolist() == [0]
-    assert SalukvadzeOptimum(normalize=False).do(ranking).tolist() == [3]
+    selectors = {"L2": CompromiseProgramming(2), "plain": SalukvadzeOptimum(normalize=False)}
+    chosen = compare_selectors(ranking, selectors)
+    assert chosen["L2"].tolist() == ranking.salukvadze.tolist() == [0]
+    assert chosen["plain"].tolist() == [3]
+
+
+@pytest.mark.parametrize(
+    ("selectors", "kind", "message"),
+    [
+        ([SalukvadzeOptimum()], TypeError, "selectors must be a mapping from names to selectors"),
+        ({"a": Fixed(3)}, ValueError, r"selectors\['a'\] must be .* indices from 0 to 2, got 3"),
+        ({"a": Fixed([-1])}, ValueError, r"indices from 0 to 2, got \[-1\]"),
+        ({"a": Fixed([True, False, True])}, ValueError, "indices from 0 to 2, got .*True"),
+        ({"a": Fixed(0.5)}, ValueError, "indices from 0 to 2, got 0.5"),
+    ],
+)
+def test_bad_selectors(selectors, kind, message):
+    refused(message, compare_selectors, F3, selectors, error=kind)

@@ -6,12 +6,16 @@ scores.
 
 Example:
     >>> import numpy as np
-    >>> from pymoo_psi.selection import CompromiseProgramming, SalukvadzeOptimum
+    >>> from pymoo_psi.selection import CompromiseProgramming, SalukvadzeOptimum, compare_selectors
     >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
     >>> SalukvadzeOptimum().do(F)
     array([2])
-    >>> CompromiseProgramming(1).do(F), CompromiseProgramming(np.inf).do(F)
-    (array([1]), array([2]))
+    >>> compare_selectors(F, {
+    ...     "Salukvadze": SalukvadzeOptimum(),
+    ...     "sum": CompromiseProgramming(1),
+    ...     "worst": CompromiseProgramming(np.inf),
+    ... })
+    {'Salukvadze': array([2]), 'sum': array([1]), 'worst': array([2])}
 
     If parameters of the problem are uncertain, :func:`robustness` evaluates the designs in
     quasi-random scenarios and ranks them in each. It returns how often a design is the optimum, and
@@ -36,11 +40,13 @@ Example:
 
 To write a selector that uses distances or ranks, derive from :class:`RankingSelector` and implement
 ``_choose(self, ranking)``, which returns an array of indices. For any other selector, derive from
-pymoo's ``Indicator`` and implement ``do(self, F, *args, **kwargs)``.
+pymoo's ``Indicator`` and implement ``do(self, F, *args, **kwargs)``. :func:`compare_selectors`
+accepts both.
 
 Public names: :class:`SalukvadzeOptimum`, :class:`EfficientSubset`,
 :class:`CompromiseProgramming`, :class:`ReferencePoint`, :class:`Knee` and their base
-:class:`RankingSelector`; :func:`robustness` and its :class:`Robustness`.
+:class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness` and its
+:class:`Robustness`.
 """
 
 from pymoo_psi._names import attach_names

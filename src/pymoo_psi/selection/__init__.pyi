@@ -8,3 +8,4 @@ from ._selectors import Knee as Knee
 from ._selectors import RankingSelector as RankingSelector
 from ._selectors import ReferencePoint as ReferencePoint
 from ._selectors import SalukvadzeOptimum as SalukvadzeOptimum
+from ._selectors import compare_selectors as compare_selectors

@@ -3,12 +3,14 @@
 Every selector here returns an array of indices, as several designs may be equally good, or none may
 have the requested rank. It chooses among the Pareto-optimal rows and takes ``maximize=`` as
 :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one index, its
-``HighTradeoffPoints`` an array or None.
+``HighTradeoffPoints`` an array or None. :func:`pymoo_psi.selection.compare_selectors` accepts all
+of them.
 """
 
 from __future__ import annotations
 
 import numbers
+import warnings
 from collections.abc import Collection
 from functools import partial
 from typing import Any
@@ -17,7 +19,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import Array, Rows, boolean, finite_array, invalid
+from pymoo_psi._validation import (
+    Array,
+    Entries,
+    Received,
+    Rows,
+    boolean,
+    finite_array,
+    invalid,
+    mapping,
+)
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     front_of,
@@ -159,8 +170,9 @@ class CompromiseProgramming(RankingSelector):
         front, F = front_of(ranking)
         terms = ranking.frame.scaled(F)
         sizes = ranking.frame.sizes(F)
-        measures = [] if np.isinf(self.p) else [partial(_norm, p=self.p)]
-        return least_weighted(front, terms, sizes, self.weights, *measures)
+        if np.isinf(self.p):
+            return least_weighted(front, terms, sizes, self.weights)
+        return least_weighted(front, terms, sizes, self.weights, partial(_norm, p=self.p))
 
 
 class ReferencePoint(RankingSelector):
@@ -232,6 +244,71 @@ class Knee(RankingSelector):
         if bulge.max(initial=0.0) <= _STRAIGHT:
             return front[:0]
         return np.asarray(front[levels(-bulge, _STRAIGHT) == 0])
+
+
+def compare_selectors(
+    F: Any, selectors: Entries, *, normalize: bool | None = None, maximize: Collection[Any] = ()
+) -> dict[str, Rows]:
+    """Return what several selectors choose from one set of designs.
+
+    Selectors of this package receive the ranking, with its directions and fixed points U and N, so
+    that a reference point is in the original directions. Others receive the Pareto-optimal rows
+    only, all objectives minimised; dominated rows would shift the scales of some methods.
+
+    Args:
+        F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
+            accepts, or a ranking.
+        selectors: Selectors by name: objects with pymoo's ``.do(F)`` that returns an index, several
+            indices, or None. They may be those of this package, pymoo's ``PseudoWeights`` and
+            ``HighTradeoffPoints``, or others.
+        normalize: As for :func:`pymoo_psi.rank_of_efficiency`. Selectors of this package have
+            options of their own.
+        maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
+
+    Returns:
+        For each selector by name, the indices of the rows that it chooses, in its order; there may
+        be none.
+
+    Raises:
+        ArgumentValueError: ``F`` or ``maximize`` is invalid, or a selector returns something that
+            is not an index of a row.
+        ArgumentTypeError: ``selectors`` is not a mapping.
+
+    Example:
+        >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
+        >>> compare_selectors(F, {
+        ...     "Salukvadze": SalukvadzeOptimum(),
+        ...     "L1": CompromiseProgramming(1),
+        ...     "L2": CompromiseProgramming(2),
+        ... })
+        {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
+    """
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    front = np.flatnonzero(ranking.pareto)
+    F = ranking.objectives.minimized[front]
+    chosen = {}
+    for name, selector in mapping("selectors", selectors, "names to selectors").items():
+        if isinstance(selector, RankingSelector):
+            chosen[name] = selector.do(ranking)
+            continue
+        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+            answer = selector.do(F.copy())
+        indices = _indices(name, answer, len(front))
+        chosen[name] = front[indices]
+    return chosen
+
+
+def _indices(name: Any, answer: Any, n: int) -> Rows:
+    """Return what a selector has returned as an array of indices below n."""
+    if answer is None:
+        answer = []
+    indices = np.atleast_1d(answer)
+    if len(indices) == 0:
+        return np.zeros(0, dtype=np.intp)
+    if indices.dtype.kind not in "iu" or indices.min() < 0 or indices.max() >= n:
+        rule = f"a selector that returns indices from 0 to {n - 1}"
+        raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
+    return indices.astype(np.intp)
 
 
 def _of_sum_one(weights: ArrayLike | None) -> Array | None:
