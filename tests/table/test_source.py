@@ -13,8 +13,11 @@ import pandas as pd
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from pymoo.core.result import Result
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
-from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.table import Layout, read_table
 from tests.refusals import refused
 
@@ -444,3 +447,19 @@ def test_equal_rows_of_a_file_count_once(read, path):
     path.write_text("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n")  # labels are no numbers
     assert read_table(path).names == ["1.1", "1.10"]
     assert len(read_table(np.ones((3, 2)))) == 3
+
+
+def test_results_of_pymoo_are_sources():
+    result = minimize(get_problem("bnh"), PSI(32))
+    table = read_table(result)
+    assert table.layout.objectives == ("f1", "f2")
+    assert table.layout.variables == ("x1", "x2")
+    np.testing.assert_array_equal(table.F, result.F)
+    np.testing.assert_array_equal(table.X, result.X)
+    mixed = Result()
+    mixed.opt, mixed.F = (), np.array([[1.0, 2.0], [2.0, 1.0]])
+    mixed.X = np.array([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}])
+    table = read_table(mixed, variables=["width", "wood"])
+    assert table["wood"].tolist() == ["oak", "ash"]
+    mixed.F = mixed.X = None
+    refused("a result of pymoo with a feasible design", read_table, mixed)

@@ -129,7 +129,8 @@ def decision_page(
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
-            with one row for each design, an array of objectives, a study, a file.
+            with one row for each design, an array of objectives, a result of pymoo, a study, a
+            file.
         formulation: Objectives, directions, computed columns, and the limits, choice and reason
             that the page opens with, such as ``Formulation.read_json`` of a decision file. Or names
             of the objectives, all minimised. By default that of the source.

@@ -14,7 +14,7 @@ from itertools import compress
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -55,6 +55,9 @@ from pymoo_psi.table._repeats import with_repeats
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
@@ -94,10 +97,10 @@ def read_table(
     the formulation names the objectives, only the columns that it names must be readable.
 
     Args:
-        source: A path, a data frame, an ``(n, m)`` array of objectives, all minimised, or a
-            :class:`TestTable`. A path leads to a study or a folder of studies; a text with commas,
-            semicolons, tabs, bars or spaces between its cells; a workbook (.xlsx); a list of
-            designs in JSON; or a file of a format that was added to ``FORMATS``.
+        source: A path, a data frame, an ``(n, m)`` array of objectives or a result of pymoo, all
+            minimised, or a :class:`TestTable`. A path leads to a study or a folder of studies; a
+            text with commas, semicolons, tabs, bars or spaces between its cells; a workbook
+            (.xlsx); a list of designs in JSON; or a file of a format that was added to ``FORMATS``.
         formulation: Objectives, directions and limits, in addition to what the source states: its
             limits on other columns hold, and it is ranked without normalisation if either says so.
             :meth:`TestTable.under` without a source replaces all of them.
@@ -188,6 +191,8 @@ def _content(
         content = _content_of_file(Path(source), encoding, skip_rows, sheet)
     elif hasattr(source, "itertuples"):  # a frame of pandas
         content = cells_of_frame(source)
+    elif hasattr(source, "opt"):
+        content = cells_of_frame(_frame_of_result(source))
     else:
         F = real_array("source", source, "or give the path of a file")
         if F.ndim != 2 or F.size == 0:
@@ -207,6 +212,21 @@ def _content(
         variables=variables,
         rows=range(1, n_rows + 1),
     )
+
+
+def _frame_of_result(result: Any) -> pd.DataFrame:
+    """Return the designs of a result of pymoo: f1, f2, …, and x1, x2, … or named variables."""
+    import pandas as pd
+
+    if result.F is None:
+        raise invalid("source", "a result of pymoo with a feasible design", Received("none"))
+    X = np.atleast_1d(result.X)
+    if isinstance(X[0], dict):
+        designs = pd.DataFrame([*X])
+    else:
+        designs = pd.DataFrame(np.atleast_2d(X)).rename(columns=lambda j: f"x{j + 1}")
+    F = pd.DataFrame(np.atleast_2d(result.F)).rename(columns=lambda j: f"f{j + 1}")
+    return F.join(designs)
 
 
 def _content_of_file(

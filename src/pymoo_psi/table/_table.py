@@ -421,7 +421,8 @@ class TestTable(Tests, Shown):
             >>> table.under(limits={"f2": 5}).sorted_by("f1").numbers
             array([1, 3])
         """
-        values = self.F[:, self.layout.objective(objective)]
+        names = self.layout.objectives
+        values = self.F[:, names.index(known_name("objective", objective, names))]
         rows = np.flatnonzero(self.feasible())
         # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
         return self.rows(rows[np.argsort(values[rows], kind="stable")])
