@@ -15,7 +15,8 @@ import sys
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from enum import Enum
 from functools import partial
 from typing import Any
 
@@ -55,6 +56,89 @@ _MANY = 2**16
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
+class _Step(Enum):
+    """What a run has done in one step."""
+
+    STORED = "stored the tests that were evaluated"
+    STARTED = "started further points, some of which may have a test already"
+    WAITED = "waited for a test"
+    NOTHING = "nothing, as nothing was left to do"
+
+
+@dataclass
+class _Progress:
+    """The points of a run from the first one on whose test was not taken.
+
+    Attributes:
+        points: The points, by number.
+        n_awaited: How many of them, the first ones, are awaited.
+        last_started: The points up to this number are started: they are submitted to the executor,
+            or they have a test.
+        ready: The tests of started points, as they came.
+    """
+
+    points: Points = field(default_factory=Points.none)
+    n_awaited: int = 0
+    last_started: int = 0
+    ready: list[Block] = field(default_factory=list)
+
+    @property
+    def n_started(self) -> int:
+        """How many points are started."""
+        return int(np.searchsorted(self.points.numbers, self.last_started, "right"))
+
+    @property
+    def last_awaited(self) -> int:
+        """The number of the last point that is awaited, as far as the source has returned it."""
+        return int(self.points.numbers[: self.n_awaited].max(initial=0))
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the tests of all awaited points are ready."""
+        return bool(self._are_ready()[: self.n_awaited].all())
+
+    def _are_ready(self) -> Mask:
+        """``(n,)`` for which of n points the tests are ready."""
+        numbers = [block.numbers for block in self.ready]
+        return np.isin(self.points.numbers, np.concatenate([[], *numbers]))
+
+    def start(self, count: int) -> Points:
+        """Start the first points that are not started; return them."""
+        first = self.n_started
+        points = self.points.at(slice(first, first + count))
+        self.last_started = points.numbers.max(initial=self.last_started)
+        return points
+
+    def take_all(self) -> Generator[Block]:
+        """Take all tests that are ready."""
+        while self.ready:
+            block = self.ready.pop(0)
+            self.drop(block.numbers)  # a filter may have left out some of their tests
+            yield block
+
+    def take(self, last: int) -> list[Block]:
+        """Take the ready tests of the points up to a number."""
+        blocks = []
+        later = []
+        for block in self.ready:
+            is_due = block.numbers <= last
+            if is_due.any():
+                blocks.append(block.rows(is_due))
+                self.drop(blocks[-1].numbers)
+            if not is_due.all():
+                later.append(block.rows(~is_due))
+        self.ready = later
+        return blocks
+
+    def drop(self, numbers: Numbers) -> None:
+        """Drop points."""
+        self.points = self.points.at(~np.isin(self.points.numbers, numbers))
+
+    def drop_untested(self) -> None:
+        """Drop the points whose tests are not ready."""
+        self.points = self.points.at(self._are_ready())
+
+
 class Run:
     """The testing of the points of a source.
 
@@ -82,16 +166,13 @@ class Run:
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        self._points = Points.none()  # those whose tests no block has returned, by number
-        self._n_awaited = 0  # how many of them, the first, the next block has
-        self._last_started = 0  # up to this number they are submitted, or their tests are stored
-        self._ready: list[Block] = []  # the tests of started points, as far as they are there
+        self._progress = _Progress()
         self._session: _Session | None = None  # while points are tested
         self._steered = "continue"  # the last request of people: to continue, pause or stop
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
-        return self.__dict__ | {"_session": None, "_ready": [], "_last_started": 0}
+        return self.__dict__ | {"_session": None, "_progress": _Progress(self._progress.points)}
 
     def __del__(self) -> None:
         """Keep what is evaluated if nobody has closed the run."""
@@ -101,8 +182,8 @@ class Run:
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
         if self._steered == "stop":
-            return len(self._points)
-        return len(self._points) + self.source.n_left
+            return len(self._progress.points)
+        return len(self._progress.points) + self.source.n_left
 
     # Blocks of tests
 
@@ -114,13 +195,10 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._n_awaited = sys.maxsize
+        self._progress.n_awaited = sys.maxsize
         try:
             while self._advance():
-                while self._ready:
-                    block = self._ready.pop(0)
-                    self._drop(block.numbers)  # of which a filter may have left some tests out
-                    yield block
+                yield from self._progress.take_all()
         finally:
             self.close()
 
@@ -131,16 +209,17 @@ class Run:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         least = count or 1
-        self._n_awaited = 0
-        while len(self._points) < least:
+        progress = self._progress
+        progress.n_awaited = 0
+        while len(progress.points) < least:
             self._follow_requests()
             if self._steered == "stop":
                 break
             if self._steered == "pause":
                 self._step()
-            elif self._ask(least - len(self._points)) == 0 and not self.source.wait():
+            elif self._ask(least - len(progress.points)) == 0 and not self.source.wait():
                 break
-        return self._points.at(slice(0, count))
+        return progress.points.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
         """Test the next points; tests are stored within a second or two.
@@ -152,47 +231,32 @@ class Run:
             All their tests, by number, unless the run was stopped.
         """
         points = self.next_points(count)
-        self._n_awaited = len(points)
+        progress = self._progress
+        progress.n_awaited = len(points)
         with stored_at_termination(self.store):
             try:
                 is_left = True
-                while is_left and not self._are_ready(points).all():
+                while is_left and not progress.is_complete:
                     is_left = self._advance()
                 if self.executor.n_pending_tasks == 0:
                     self._end_session()  # which releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        return self._taken(points.numbers.max(initial=0))
-
-    def _taken(self, last: int) -> Block:
-        """Take the ready tests of the points up to a number; drop these points."""
-        tables = [self.store.empty]
-        n_called = 0
-        later = []
-        for block in self._ready:
-            is_due = block.numbers <= last
-            due = block.rows(is_due)
-            tables.append(due.tests)
-            n_called += due.n_called
-            if not is_due.all():
-                later.append(block.rows(~is_due))
-        self._ready = later
-        tests = by_number(tables)
-        self._drop(tests.numbers)
-        return Block(tests.numbers, tests, n_called)
+        blocks = progress.take(points.numbers.max(initial=0))
+        tests = by_number([block.tests for block in blocks] or [self.store.empty])
+        return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
-        self._drop(tests.numbers)
+        self._progress.drop(tests.numbers)
         self.source.tell(tests)
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
         self._end_session()
-        self._ready = []
-        self._last_started = 0
+        self._progress = _Progress(self._progress.points)
 
     def _end_session(self) -> None:
         if self._session is None:
@@ -203,14 +267,6 @@ class Run:
             self.executor.close()
             self._session.close()
             self._session = None
-
-    def _drop(self, numbers: Numbers) -> None:
-        self._points = self._points.at(~np.isin(self._points.numbers, numbers))
-
-    def _are_ready(self, points: Points) -> Mask:
-        """``(n,)`` for which of n points the tests are ready."""
-        numbers = [block.numbers for block in self._ready]
-        return np.isin(points.numbers, np.concatenate([[], *numbers]))
 
     # What people ask for
 
@@ -262,39 +318,40 @@ class Run:
     def _ask(self, count: int) -> int:
         """Ask the source for ``count`` points; return how many it has returned."""
         points = self.source.ask(count)
-        self._points = self._points.joined(points)
+        self._progress.points = self._progress.points.joined(points)
         return len(points)
 
     def _advance(self) -> bool:
-        """Do steps until further tests are ready; return whether there are any."""
-        n_blocks = len(self._ready)
-        while len(self._ready) == n_blocks:
-            if not self._step():
-                return False
-        return True
+        """Do steps, the last of which may make tests ready; return whether anything was left."""
+        step = _Step.WAITED
+        while step is _Step.WAITED:
+            step = self._step()
+        return step is not _Step.NOTHING
 
-    def _step(self) -> bool:
-        """Store tests, start points or wait for a test; return whether anything was left to do."""
+    def _step(self) -> _Step:
+        """Store tests, start points or wait for a test."""
         if self._session is None:
             self._session = _Session(self.store)
             if self._repeats is not None:
                 self._repeats.restart()
         session = self._session
-        executor = self.executor
         self._follow_requests()
         if self._is_commit_due(session):
             self._keep_evaluated(session)
-        elif self._start(session):
-            pass
-        elif executor.n_pending_tasks:
-            session.computed += executor.wait()
-        elif self._steered == "pause":
+            return _Step.STORED
+        points = self._next_to_start()
+        if len(points):
+            self._start(points, session)
+            return _Step.STARTED
+        if self.executor.n_pending_tasks:
+            session.computed += self.executor.wait()
+            return _Step.WAITED
+        if self._steered == "pause":
             time.sleep(_PAUSE_SECONDS)
-        else:
-            if self._steered == "stop":  # points without a test are left
-                self._drop(self._points.numbers[~self._are_ready(self._points)])
-            return False
-        return True
+            return _Step.WAITED
+        if self._steered == "stop":
+            self._progress.drop_untested()
+        return _Step.NOTHING
 
     def _is_commit_due(self, session: _Session) -> bool:
         """Whether to store the evaluated tests now."""
@@ -304,39 +361,33 @@ class Run:
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * executor.n_workers)
         is_late = session.computed >= much or time.monotonic() - session.last_commit >= SECONDS
-        last_awaited = self._points.numbers[: self._n_awaited].max(initial=0)
+        last_awaited = self._progress.last_awaited
         is_complete = executor.n_pending_tasks == 0 or executor.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
-    def _start(self, session: _Session) -> bool:
-        """Start further points, unless enough are started; return whether there were any."""
-        points = self._next_to_start()
-        if len(points) == 0:
-            return False
-        stored = session.recall(points)
-        if len(stored):
-            points = points.at(~np.isin(points.numbers, stored.numbers))
-            self._report(Block(stored.numbers, stored))
-        self._submit(points)
-        return True
-
     def _next_to_start(self) -> Points:
-        """Return the points to start next, for which the source may be asked."""
+        """Return the points to start next; ask the source if it has not returned them yet."""
         if self._steered != "continue":
             return Points.none()
-        n_started = int(np.searchsorted(self._points.numbers, self._last_started, "right"))
-        n_new = self._n_awaited - n_started
+        progress = self._progress
+        n_new = progress.n_awaited - progress.n_started
         if self.executor.n_pending_tasks:  # nothing ahead of points whose tests are all stored
             n_new += self.executor.n_ahead
         n_new = min(n_new, self.executor.room)
         if n_new <= 0:
             return Points.none()
-        if n_started == len(self._points) and self.source.n_left > 0:
+        if progress.n_started == len(progress.points) and self.source.n_left > 0:
             self._ask(n_new)
-        points = self._points.at(slice(n_started, n_started + n_new))
-        self._last_started = points.numbers.max(initial=self._last_started)
-        return points
+        return progress.start(n_new)
+
+    def _start(self, points: Points, session: _Session) -> None:
+        """Recall the stored tests of points, and submit the other points."""
+        stored = session.recall(points)
+        if len(stored):
+            points = points.at(~np.isin(points.numbers, stored.numbers))
+            self._report(Block(stored.numbers, stored))
+        self._submit(points)
 
     def _submit(self, points: Points) -> None:
         """Submit points; those that need no evaluation are answered."""
@@ -368,14 +419,15 @@ class Run:
     def _report(self, block: Block) -> None:
         """Report stored tests to the source; they are ready, and those of their repetitions."""
         self.source.tell(block.tests)
-        self._ready.append(block)
+        self._progress.ready.append(block)
         if self._repeats is not None:
             self._answer_repeats(self._repeats.learn(block.tests))
 
     def _answer_repeats(self, answers: dict[int, Values]) -> None:
         """Answer points by the values that their designs have."""
-        rows = np.searchsorted(self._points.numbers, [*answers])
-        self._answer(self._points.at(rows), [*answers.values()])
+        points = self._progress.points
+        rows = np.searchsorted(points.numbers, [*answers])
+        self._answer(points.at(rows), [*answers.values()])
 
     def _answer(self, points: Points, values: Sequence[Values]) -> None:
         """Store and report tests whose values are known without the model."""
