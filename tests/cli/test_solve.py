@@ -214,6 +214,14 @@ def test_a_problem_is_made_of_options(run, said):
         assert message in err
 
 
+def test_a_runner_of_a_module_evaluates(said):
+    Path("site_runner.py").write_text(
+        "from pymoo_psi import JoblibRunner\nrunner = JoblibRunner(n_jobs=1)\n"
+    )
+    words = ["solve", "models:Mended", "--points", 8]
+    assert said(*words, "--cluster", "site_runner:runner") == said(*words)
+
+
 @pytest.fixture
 def interruptible():
     """A job in the background ignores SIGINT."""

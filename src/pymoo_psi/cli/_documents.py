@@ -27,6 +27,7 @@ from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options, path_in
 from pymoo_psi.cli._console import print_frame, require_output, results_folder, say, write_frame
 from pymoo_psi.cli._source import (
+    OF_FORMULATION,
     decision_remarks,
     formulation_of,
     opened,
@@ -36,7 +37,6 @@ from pymoo_psi.cli._source import (
 )
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.pareto import (
-    EfficiencyRanking,
     cautions,
     explain,
     localized,
@@ -70,12 +70,21 @@ _N_REASONS = 4  # sentences that a reader takes in at a glance
 _HTML = (".html", ".htm")
 
 
-def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
-    """Return designs with their ranking, by place, for a file or to be printed.
+def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) -> pd.DataFrame:
+    """Rank the feasible designs, write them if a file is named, and return them by place.
 
-    Columns: ``place``; ``test_point``, ``test`` or, of a file, ``row``; texts carried along;
-    variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``.
+    Args:
+        table: The tests.
+        out: The file, if any; it is written before anything is printed, which may fail.
+        only_pareto: Whether dominated designs are left out.
+
+    Returns:
+        Columns: ``place``; ``test_point``, ``test`` or, of a file, ``row``; texts carried along;
+        variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``
+        unless dominated designs are left out.
     """
+    ranking = table.feasible_ranking()
+    designs = table.rows(ranking.rows)
     layout = designs.layout
     number = number_column(designs.extra) if layout.label is None else "row"
     columns: Values = {number: designs.numbers}
@@ -85,7 +94,12 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
         columns[name] = cells
     for name in (*layout.variables, *layout.objectives, *layout.outputs):
         columns[name] = designs.column(name)
-    return ranking_frame(ranking, columns)
+    frame = ranking_frame(ranking, columns)
+    if only_pareto:
+        frame = frame[frame["pareto"]].drop(columns="pareto")
+    if out is not None:
+        write_frame(frame, out, designs)
+    return frame
 
 
 def most_violated(table: TestTable) -> str:
@@ -108,31 +122,27 @@ def run_rank(options: Options) -> int:
     table, formulation = opened_by_options(options, suffixes_for("designs"))
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
-    ranking = table.feasible_ranking()
-    designs = table.rows(ranking.rows)
-    frame = designs_frame(designs, ranking)
-    if options.out is not None:  # before anything is printed, which may fail
-        write_frame(frame, options.out, designs)
-
+    frame = ranked_frame(table, options.out)
     say_source(path, table, formulation)
     if formulation.positions:
         print_frame(positions_frame(table), "Positions:")
     say(*separation_sentences(table), *decision_sentences(formulation.decided))
-    _say_set(path, designs, ranking)
+    _say_set(path, table)
     say_best(frame, "The best compromises, by place:", table, options.out)
     say(*table.switching())
     return 0
 
 
-def _say_set(path: Path, designs: TestTable, ranking: EfficiencyRanking) -> None:
+def _say_set(path: Path, table: TestTable) -> None:
     """Print the size of the set, its optima, and the ideal and the nadir of each objective."""
+    ranking = table.feasible_ranking()
     optima = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
     if len(ranking.salukvadze) > 5:
         optima += "; …"
     size = f"{counted(len(ranking.rank), 'design')}, {ranking.pareto.sum()} Pareto optimal"
     say(f"{path}: {size}; Salukvadze optimum: {optima}")
     title = "Best and worst values of the Pareto set:"
-    if designs.formulation.ranges:
+    if table.formulation.ranges:
         title = "Best and worst values as fixed:"
     names = ranking.objectives.headings()
     frame = pd.DataFrame({"objective": names, "best": ranking.ideal, "worst": ranking.nadir})
@@ -143,7 +153,7 @@ def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None
     """Print reasons against relying on the ranking, the best designs, and why the optimum is one.
 
     Args:
-        frame: The frame of :func:`designs_frame`.
+        frame: The frame of :func:`ranked_frame`.
         title: Heading of the table.
         table: The tests.
         out: The file to which the frame was written, if it was.
@@ -173,7 +183,8 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
     """Return designs with numbers rounded as on the page, and units in the headings."""
     from pymoo_psi.page import notations, written
 
-    rounded = frame.drop(columns=["mu2", "mu3", "pareto"]).round({"mu1": 4})
+    rounded = frame.drop(columns=["mu2", "mu3", "pareto"], errors="ignore")
+    rounded = rounded.round({"mu1": 4})
     for column, notation in notations(table).items():
         if column in rounded:
             rounded[column] = [written(notation, value) for value in rounded[column]]
@@ -278,7 +289,7 @@ def run_report(options: Options) -> int:
         about=[origin, *table.remarks, *remarks],
         prototype=_prototype(options, formulation, table.layout),
     )
-    further = _further_tests(path, table, typed_options(_PURPOSE))
+    further = _further_tests(path, table, typed_options(OF_FORMULATION))
     replace(report, further=further).save(out)
     say_source(path, table, formulation)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
@@ -466,8 +477,6 @@ _ANALYSES = {
 }
 _LITTLE_GAIN = 0.01  # of the hypervolume
 _QUICKLY_LEARNED = 512  # tests; with more of them surrogates take several seconds
-# Options that say what further tests are for.
-_PURPOSE = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
 
 
 def run_export(options: Options) -> int:

@@ -32,7 +32,7 @@ from pymoo_psi._validation import (
     known_name,
     positive_number,
 )
-from pymoo_psi.cli._app import print_error
+from pymoo_psi.cli._app import Options, print_error
 from pymoo_psi.cli._console import print_frame, say
 from pymoo_psi.cli._source import pairs_in, typed_options
 from pymoo_psi.errors import PsiError
@@ -216,16 +216,12 @@ def _literal(text: str) -> Any:
         return text
 
 
-def set_runner(
-    problem: Problem, jobs: int, timeout: float | None, cluster: str | None
-) -> Runner | None:
-    """Let other processes evaluate a problem, as the options say.
+def set_runner(problem: Problem, options: Options) -> Runner | None:
+    """Let other processes evaluate a problem, as ``--jobs``, ``--timeout`` and ``--cluster`` say.
 
     Args:
         problem: The problem; one that evaluates one design at a time gets a runner.
-        jobs: The number of processes on this machine.
-        timeout: Seconds allowed for a design, if limited.
-        cluster: Where a cluster is; see :func:`_cluster_runner`.
+        options: The options.
 
     Returns:
         The runner for a problem that takes many designs at once.
@@ -233,25 +229,28 @@ def set_runner(
     Raises:
         PsiError: The options contradict each other, or there is no such cluster.
     """
+    timeout = options.timeout
     if not problem.elementwise and timeout is not None:
         received = Received(f"{problem_name(problem)}, which takes many at once")
         rule = "a problem that evaluates one design at a time if --timeout is given"
         raise invalid("PROBLEM", rule, received)
     if isinstance(layers(problem)[-1], ProgramProblem):
         timeout = None  # the program's own
-    runner: Runner
-    if cluster is not None:
-        if jobs != 1:
-            raise invalid("--jobs", "left out with --cluster", jobs)
-        runner = _cluster_runner(cluster, timeout)
-    elif jobs != 1 or timeout is not None:
+    runner: Runner | None = None
+    if options.cluster is not None:
+        if options.jobs != 1:
+            raise invalid("--jobs", "left out with --cluster", options.jobs)
+        if not problem.elementwise and options.algorithm != "psi":
+            rule = "used with --algorithm psi if a problem takes many designs at once"
+            raise invalid("--cluster", rule, options.algorithm)
+        runner = _cluster_runner(options.cluster, timeout)
+    elif options.jobs != 1 or timeout is not None:
         # In other processes, as a model may end its own.
-        runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
-    else:
-        return None
+        runner = JoblibRunner(n_jobs=options.jobs, timeout=timeout, in_process=False)
     if not problem.elementwise:
         return runner
-    problem.elementwise_runner = runner
+    if runner is not None:
+        problem.elementwise_runner = runner
     return None
 
 
@@ -268,12 +267,12 @@ def _cluster_runner(place: str, timeout: float | None) -> Runner:
     if re.fullmatch(r"[\w.]+:[A-Za-z_][\w.]*", place):
         rule = "a module:attribute that gives an executor, a cluster of Dask or a runner"
         cluster = _attribute(place, "--cluster", rule)
-        if callable(cluster) and not hasattr(cluster, "submit"):
+        if callable(cluster) and not isinstance(cluster, Runner):
             cluster = cluster()
         if isinstance(cluster, Runner):
             return cluster
     if not hasattr(cluster, "submit"):
-        cluster = _dask_client(place, cluster)
+        cluster = _dask_client(cluster)
     runner = ExecutorRunner(cluster, timeout=timeout)
     if runner.n_workers == 0:
         print_error(f"pymoo-psi: {place} has no workers yet; waiting for the first one")
@@ -282,8 +281,8 @@ def _cluster_runner(place: str, timeout: float | None) -> Runner:
     return runner
 
 
-def _dask_client(place: str, cluster: Any) -> Any:
-    """Return a client of Dask for a cluster, an address, or a file that an option names."""
+def _dask_client(cluster: Any) -> Any:
+    """Return a client of Dask for a cluster, an address, or the file of a scheduler."""
     try:
         distributed = importlib.import_module("distributed")
     except ImportError as error:
@@ -291,14 +290,14 @@ def _dask_client(place: str, cluster: Any) -> Any:
         raise PsiError(f"--cluster needs dask.distributed: {remedy}") from error
     # What it reports of a lost scheduler comes as an error of the run, in one line.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
-    options = {"timeout": _CONNECTING}
+    argument = "address"
+    if isinstance(cluster, str) and Path(cluster).is_file():
+        argument = "scheduler_file"
     try:
-        if cluster is place and "//" not in place and Path(place).is_file():
-            return distributed.Client(scheduler_file=place, **options)
-        return distributed.Client(cluster, **options)
+        return distributed.Client(**{argument: cluster}, timeout=_CONNECTING)
     except (OSError, TypeError, ValueError, asyncio.TimeoutError) as error:
         rule = "the address or the file of a running scheduler of Dask, or a module:attribute"
-        raise invalid("--cluster", rule, place, one_line(error)) from error
+        raise invalid("--cluster", rule, cluster, one_line(error)) from error
 
 
 def _box_in(entries: Names, problem: Problem) -> Values:

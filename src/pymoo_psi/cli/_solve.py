@@ -34,9 +34,15 @@ from pymoo_psi.algorithms import (
 )
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
-from pymoo_psi.cli._documents import designs_frame, most_violated, say_best
+from pymoo_psi.cli._documents import most_violated, ranked_frame, say_best
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._source import formulation_of, pairs_in, require_free_names
+from pymoo_psi.cli._source import (
+    OF_FORMULATION,
+    formulation_of,
+    pairs_in,
+    require_free_names,
+    typed_options,
+)
 from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
@@ -62,6 +68,13 @@ _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
 _KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry", "share")
 _OF_STUDY = ("share", "study_key", "retry", "from", "live")  # options that need one
+_RANKED_LATER = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
+# Algorithms, the options that the others do not use, and what to do instead.
+_USED_BY = (
+    (("psi",), ("share", "repeat"), ""),
+    (("psi", "surrogate"), ("sampling",), ""),
+    (("psi", "surrogate"), OF_FORMULATION, _RANKED_LATER),
+)
 
 Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
@@ -112,7 +125,7 @@ def run_solve(options: Options) -> int:
         return write_example(options.problem)
     formulation = formulation_of(options)  # before a user's model is imported
     n_points, more = options.points or (_default_points(options), False)
-    _require_effect(options, formulation, more)
+    _require_effect(options, more)
     keywords = {name: getattr(options, name) for name in _KEYWORDS}
     settings = RunOptions(**keywords, more=more, formulation=formulation)
     problem = load_problem(
@@ -143,21 +156,19 @@ def run_solve(options: Options) -> int:
 # The plan
 
 
-def _require_effect(options: Options, formulation: Formulation, more: bool) -> None:
+def _require_effect(options: Options, more: bool) -> None:
     """Refuse options that would have no effect."""
     algorithm = options.algorithm
-    if algorithm == "nsga3" and formulation != Formulation():
-        rule = "psi or surrogate for other objectives, limits or columns than the problem's"
-        remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
-        raise invalid("--algorithm", rule, algorithm, remedy)
-    if algorithm == "nsga3" and (options.sampling or more):
-        raise invalid("--algorithm", "psi or surrogate for --sampling and --points +N", algorithm)
-    if algorithm != "psi" and (options.share or options.repeat > 1):
-        raise invalid("--algorithm", "psi for --share and --repeat", algorithm)
-    for name in _OF_STUDY:
-        if getattr(options, name) and options.study is None:
-            option = f"--{name.replace('_', '-')}"
-            raise invalid(option, "used with --study", Received("no --study"))
+    for algorithms, names, remedy in _USED_BY:
+        words = typed_options(names)
+        if words and algorithm not in algorithms:
+            rule = f"{' or '.join(algorithms)} if {words[0]} is given"
+            raise invalid("--algorithm", rule, algorithm, remedy)
+    if more and algorithm == "nsga3":
+        raise invalid("--algorithm", "psi or surrogate for --points +N", algorithm)
+    words = typed_options(_OF_STUDY)
+    if words and options.study is None:
+        raise invalid(words[0], "used with --study", Received("no --study"))
 
 
 def _default_points(options: Options) -> int:
@@ -171,11 +182,8 @@ def _plan(options: Options, problem: Problem, n_points: int, settings: RunOption
     """Return the plan, after what can be refused before the search."""
     model = Model(problem, settings)
     require_free_names((*model.layout.columns, *model.formulation.computed))
-    runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
-    if runner is not None and options.cluster is not None and options.algorithm != "psi":
-        rule = "used with --algorithm psi if a problem takes many designs at once"
-        raise invalid("--cluster", rule, options.algorithm)
     settings = replace(settings, formulation=model.formulation)
+    runner = set_runner(problem, options)
     return Plan(problem, n_points, settings, model.formulation, runner)
 
 
@@ -219,30 +227,11 @@ def _watched(options: Options) -> Iterator[None]:
         yield
 
 
-class _Tally:
-    """The progress of a search: it counts tests as they arrive, and shows how many there are.
-
-    Args:
-        show: Shows a share of 1 and a note.
-        plan: The plan.
-
-    Attributes:
-        n_evaluated: How many designs were evaluated for them.
-    """
-
-    def __init__(self, show: Show, plan: Plan) -> None:
-        self.n_evaluated = 0
-        self._show = show
-        self._plan = plan
-        self._statuses: Counter[str] = Counter()
-
-    def add(self, tests: TestTable, n_left: int, n_evaluated: int = 0) -> None:
-        """Count further tests before some that are left; a column that is not there is refused."""
-        self.n_evaluated += n_evaluated
-        self._statuses.update(_under(tests, self._plan).status.tolist())
-        note = f"{self._statuses['ok']} feasible, {self._statuses['failed']} failed"
-        n_tests = self._statuses.total()
-        self._show(n_tests / max(1, n_tests + n_left), note)
+def _show_counts(show: Show, statuses: Counter[str], n_left: int) -> None:
+    """Show what share of the tests is done, and how many are feasible or failed."""
+    n_tests = statuses.total()
+    note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
+    show(n_tests / max(1, n_tests + n_left), note)
 
 
 def _under(tests: TestTable, plan: Plan) -> TestTable:
@@ -259,19 +248,23 @@ def _by_psi(plan: Plan, show: Show) -> Result:
     # enough for the bar to move.
     block_size = min(65_536, max(64, -(-plan.n_points // 32)))
     options = replace(plan.options, block_size=block_size)
-    tally = _Tally(show, plan)
+    statuses: Counter[str] = Counter()
+    called = []
 
     def tested(run: Run) -> TestTable:
         tables = [run.store.empty]
         with closing(run.tests()) as blocks:
             for block in blocks:
-                tally.add(block.tests, run.n_left, block.n_called)
                 tables.append(block.tests)
+                called.append(block.n_called)
+                # Under the formulation, so that a column that is not there is refused at once.
+                statuses.update(_under(block.tests, plan).status.tolist())
+                _show_counts(show, statuses, run.n_left)
         return by_number(tables)
 
     pieces = Pieces(plan.runner)
     _, tests = repeated_tests(tested, plan.problem, plan.n_points, options, pieces)
-    return _result(plan, tests, tally.n_evaluated)
+    return _result(plan, tests, sum(called))
 
 
 def _by_surrogate(plan: Plan, show: Show) -> Result:
@@ -289,7 +282,8 @@ def _by_surrogate(plan: Plan, show: Show) -> Result:
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        _Tally(show, plan).add(algorithm.table.tested, algorithm.n_left)
+        statuses = Counter(algorithm.table.tested.status.tolist())
+        _show_counts(show, statuses, algorithm.n_left)
 
     algorithm = minimize(plan.problem, algorithm, seed=options.seed, callback=callback).algorithm
     return _result(plan, algorithm.table.tested, algorithm.evaluator.n_eval)
@@ -334,17 +328,11 @@ def _by_nsga3(plan: Plan, show: Show) -> Result:
 
 def _say_best(options: Options, problem: Problem, result: Result, out: Path | None) -> None:
     """Write the Pareto set if a file is named, and print the best designs."""
-    table = result.table
-    ranking = table.feasible_ranking()
-    designs = table.rows(ranking.rows)
-    frame = designs_frame(designs, ranking)
-    frame = frame[frame["pareto"]]
-    if out is not None:  # before anything is printed, which may fail
-        write_frame(frame.drop(columns="pareto"), out, designs)
+    frame = ranked_frame(result.table, out, only_pareto=True)
     size = counted(len(frame), "Pareto-optimal design")
     name = problem_name(problem)
     title = f"{name} by {options.algorithm}: {size}, {_counts(problem, result)}, by place"
-    say_best(frame, title, table, options.out)
+    say_best(frame, title, result.table, options.out)
     _say_remarks(result)
 
 

@@ -19,6 +19,9 @@ from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.pareto import RANKING_NAMES, decimal_mark, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
+# The options of a formulation.
+OF_FORMULATION = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
+
 
 def formulation_of(options: Options) -> Formulation:
     """Return the formulation of ``--decision`` with the additions of the other options.
