@@ -573,26 +573,27 @@ def limits_of(limits: Any, argument: str = "limits") -> Values:
     if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
         limits = _limits_of_texts(limits, argument)
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
-    limit_by_column: Values = {}
+    limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
         if not isinstance(column, str):
             raise wrong_type(argument, "of columns by their names", column)
-        if isinstance(limit, str) and re.search("[<>=]", limit):
-            sides = sides_of_text(f"the limit on {column!r}", limit)
-            limit = (sides.get(">="), sides.get("<="))
-        elif isinstance(limit, str):
-            limit = [limit]
-        if is_of_texts(limit):
-            limit_by_column[column] = list(limit)
-            continue
-        # As JSON can hold it, with None for an open end.
-        pair: list[float | None] = []
-        for end in ends(column, limit):
-            pair.append(None if np.isinf(end) else plain_number(end))
-        limit_by_column[column] = tuple(pair)
-        if not isinstance(limit, (tuple, list)) and pair[1] is not None:
-            limit_by_column[column] = pair[1]
+        limit_by_column[column] = _normal(column, limit)
     return limit_by_column
+
+
+def _normal(column: str, limit: Any) -> Any:
+    """Return a limit as JSON can hold it: a number, a pair with None for an open end, or texts."""
+    if isinstance(limit, str):
+        if re.search("[<>=]", limit) is None:
+            return [limit]
+        sides = sides_of_text(f"the limit on {column!r}", limit)
+        return _normal(column, (sides.get(">="), sides.get("<=")))
+    if is_of_texts(limit):
+        return list(limit)
+    lower, upper = (None if np.isinf(end) else plain_number(end) for end in ends(column, limit))
+    if upper is None or isinstance(limit, (tuple, list)):
+        return lower, upper
+    return upper
 
 
 def is_of_texts(limit: Any) -> bool:

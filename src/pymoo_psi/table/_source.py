@@ -14,7 +14,7 @@ from itertools import compress
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from pymoo_psi._validation import (
     Mask,
     Names,
     Received,
+    Values,
     counted,
     invalid,
     known_name,
@@ -351,10 +352,11 @@ def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column
 
 
 def _label(columns: Mapping[str, Column]) -> str | None:
-    """Return the column that names the designs.
+    """Return the column that names the designs, or None.
 
-    If no name tells it, or only that of a column that numbers rows, it is the first other column,
-    if that holds texts that all differ: such lists are common, under "Variante" as under "Model".
+    A column such as "id" names them. Without one, the first column that does not number rows names
+    them if it holds texts that all differ: such lists are common, under "Variante" as under
+    "Model". Otherwise a column that numbers the rows does.
     """
     labels = {}
     others = []
@@ -419,6 +421,57 @@ def _numbered(names: Names) -> tuple[list[str], list[str]]:
 # From columns to a table
 
 
+class _Roles(NamedTuple):
+    """The n values of each column of designs, by its name, other than objectives.
+
+    Attributes:
+        variables: Numbers, booleans or texts.
+        outputs: Numbers.
+        extra: The cells of the columns without a role.
+    """
+
+    variables: Values
+    outputs: Values
+    extra: Values
+
+
+def _roles(
+    columns: Mapping[str, Column], objectives: Names, variables: Names, required: Names
+) -> _Roles:
+    """Return the columns by their roles.
+
+    Args:
+        columns: All columns.
+        objectives: Names of the objectives.
+        variables: Names of the variables; one with uncertain values has another role.
+        required: Names of columns that must be of numbers.
+
+    Raises:
+        ArgumentValueError: A required column is not of numbers.
+    """
+    roles = _Roles({}, {}, {})
+    for name, column in columns.items():
+        is_certain = not (column.problem or any(map(is_blank, column.cells)))
+        if name in objectives:
+            continue
+        if name in variables and is_certain:
+            roles.variables[name] = _values(column)
+        elif name in required or (column.numbers is not None and not column.is_label):
+            roles.outputs[name] = column.require_numbers()
+        else:
+            roles.extra[name] = _cells_of_extra(column.cells)
+    return roles
+
+
+def _numbers(cells: Cells, extra: Values) -> Sequence[int]:
+    """Return the numbers of designs: those in their column test_point, else those of their rows."""
+    numbers = extra.get(POINT, cells.rows)
+    are_numbers = all(type(number) is int and number > 0 for number in numbers)
+    if not are_numbers or len({*numbers}) < len(numbers):
+        raise UnfitError("its column test_point must number the designs from 1; rename it")
+    return numbers
+
+
 def _table(
     cells: Cells,
     columns: Mapping[str, Column],
@@ -432,19 +485,7 @@ def _table(
         cells, columns, formulation, variables or cells.variables
     )
     F = np.column_stack([columns[name].require_numbers() for name in objectives])
-    designs = {}
-    outputs = {}
-    extra = {}
-    for name, column in columns.items():
-        is_certain = not (column.problem or any(map(is_blank, column.cells)))
-        if name in objectives:
-            continue
-        if name in variables and is_certain:
-            designs[name] = _values(column)
-        elif name in formulation.columns or (column.numbers is not None and not column.is_label):
-            outputs[name] = column.require_numbers()
-        else:
-            extra[name] = _cells_of_extra(column.cells)
+    designs, outputs, extra = _roles(columns, objectives, variables, formulation.columns)
     remarks = [*cells.remarks]
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], F[:, 0])
@@ -454,13 +495,13 @@ def _table(
         names = ", ".join(uncertain)
         remarks.append(f"No variable, as not all of its values are certain: {names}.")
 
-    label = cells.label
-    if label not in extra:
-        label = "row"
+    numbers = _numbers(cells, extra)
+    label = "row"  # designs without names are called by their rows
+    if cells.label in extra:
+        label = cells.label
+    else:
         extra.setdefault(label, [*cells.rows])
-    numbers = extra.pop(POINT, cells.rows)  # the table adds a column of this name itself
-    if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
-        raise UnfitError("its column test_point must number the designs from 1; rename it")
+    extra.pop(POINT, None)  # the table adds a column of this name itself
     dependent = (*objectives, *outputs)
     layout = Layout.of(
         [*designs],
@@ -469,7 +510,7 @@ def _table(
         maximize=[name for name in stated.maximize if name in dependent],
         units=units_of((*designs, *dependent), stated.units),
     )
-    if label in extra:
+    if label in extra:  # else test_point names the designs
         layout = replace(layout, label=label)
     X = [*map(list, zip(*designs.values(), strict=True))] or np.empty((len(F), 0))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
