@@ -242,7 +242,7 @@ def test_tests_that_lack_an_output_with_a_limit_are_made_again_on_request_only(s
     model = Weighed(True)
     table = investigate(model, 4, study=study)
     assert (model.n_evaluated, table.feasible().sum()) == (0, 0)
-    assert "Not known is mass of 4 tests" in table.remarks[0]
+    assert "missing, mass in 4 tests" in table.remarks[0]
     X = table.X[:2]
     refused(
         "an output with a limit is not known",

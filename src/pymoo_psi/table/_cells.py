@@ -382,7 +382,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
     if certain == {decimal} or (is_printed and not certain):
         return Column(name, column, np.array(readings[decimal]), decimal)
     either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
-    remedy = f"settle it by --decimal '{_OTHER[decimal]}' or --decimal '{decimal}'"
+    remedy = f"state the decimal mark by --decimal '{_OTHER[decimal]}' or --decimal '{decimal}'"
     return Column(name, column, problem=f"{cells.place(name, row)}, either {either}; {remedy}")
 
 
@@ -402,8 +402,8 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
         is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
-                f"{cells.place(name, row)}, no plain number; write it without a unit, settle it by "
-                "--decimal, leave its line out by --skip-rows "
+                f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
+                "decimal mark by --decimal, leave its line out by --skip-rows "
                 f"{cells.line(row)}, or name the objectives by --objectives"
             )
     return ""

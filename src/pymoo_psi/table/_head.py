@@ -94,7 +94,7 @@ class StoredTests(NamedTuple):
         Raises:
             ArgumentValueError: They are those of no table; the message says where.
         """
-        from pymoo_psi.table._table import TestTable  # which stands above this module
+        from pymoo_psi.table._table import TestTable  # TestTable imports this module
 
         columns = self.columns
         with described(where):
@@ -234,7 +234,7 @@ def columns_of_designs(names: Names, kinds: Sequence[Kind], X: AnyArray) -> Colu
 
 
 def lacking(columns: Columns, names: Names) -> tuple[str, ...]:
-    """Return a remark on tests of a study that lack values, as they are older than an output.
+    """Return a remark on tests of a study that are older than an output and lack its values.
 
     Args:
         columns: The columns of the tests.
@@ -247,12 +247,12 @@ def lacking(columns: Columns, names: Names) -> tuple[str, ...]:
         cells = columns.get(name, unknown)[was_ok]
         n_unknown = int((cells != cells).sum())  # NaN
         if n_unknown:
-            counts.append(f"{name} of {counted(n_unknown, 'test')}")
+            counts.append(f"{name} in {counted(n_unknown, 'test')}")
     if not counts:
         return ()
     return (
-        f"Not known is {' and '.join(counts)}, older than this output: "
-        "--retry incomplete tests them again.",
+        f"Values are missing, {' and '.join(counts)}: the model did not return them then; "
+        "--retry incomplete runs these tests again.",
     )
 
 
@@ -424,7 +424,7 @@ def blocks_of(layout: Layout, columns: Columns, n: int) -> Columns:
 
 @contextmanager
 def described(where: object) -> Iterator[None]:
-    """Name the source in the errors of what is no table, whose cause is what was found there."""
+    """Turn errors of a source that holds no table into one that names the source and the problem."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:

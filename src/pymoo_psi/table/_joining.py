@@ -161,7 +161,7 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
             "tables",
             "under one formulation to be joined",
             Received("several"),
-            "ask each of them by the same table.under(...)",
+            "give each of them the same formulation by table.under(...)",
         )
 
 

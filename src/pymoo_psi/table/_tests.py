@@ -108,7 +108,7 @@ class Tests:
     G: Array
     H: Array
     reasons: Mapping[int, str] = field(default_factory=dict)
-    outputs: Array = None  # type: ignore[assignment]  # of shape (n, 0) unless given
+    outputs: Array = None  # type: ignore[assignment]  # its default has the shape (n, 0)
     problem: Entries | None = None
     extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
@@ -160,7 +160,7 @@ class Tests:
         """Derive the status of the tests, and the reasons of failures.
 
         A test failed if it has a reason, or if it meets its constraints and limits but an objective
-        is not finite. All other tests are infeasible or ok, as constraints and limits have it.
+        is not finite. Of all other tests, those that violate a constraint or a limit are infeasible.
         """
         reasons = _writable_reasons(reasons)
         failed = np.isin(self.numbers, list(reasons))
@@ -264,7 +264,7 @@ class Tests:
 
     def _limits(self, failed: Mask) -> dict[str, Allowed]:
         limits = limits_of(self.formulation.limits)
-        if failed.all():  # as the first tests may: then it is unknown which outputs there are
+        if failed.all():  # the first tests may fail: which outputs there are is unknown then
             columns = self.columns
             limits = {name: limit for name, limit in limits.items() if name in columns}
         return limits_on(limits, self.layout)

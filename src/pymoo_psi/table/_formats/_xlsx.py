@@ -130,7 +130,9 @@ def _openpyxl() -> Any:
 def _rows_of_workbook(
     content: bytes, skip_rows: Collection[int], name: str | None
 ) -> tuple[Head, RowsByLine]:
-    """Return what a sheet of ours says of the rows, and these by number, of one length.
+    """Return the head in a workbook that pymoo-psi wrote, else an empty one, and the rows by number.
+
+    All rows are filled up to one length.
 
     Raises:
         ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
@@ -172,7 +174,7 @@ def _rows_of_workbook(
 
 
 def _title(titles: Names, name: str | None) -> str:
-    """Return the title of the sheet with the designs, of which ``name`` is what the user says."""
+    """Return the title of the sheet with the designs: the user's ``name``, or the only title."""
     if name is not None:
         return known_name("sheet", name, titles)
     # Taking the first sheet would rank the wrong one where a cover comes first.
