@@ -67,7 +67,7 @@ def test_what_is_not_one_problem_is_refused():
             {"a": table, "b": other},
             "tables must be of one problem and formulation .*objectives .*f1.* against .*mass",
         ),
-        ({"a": table, "b": sub}, "under one formulation .*, got several; ask each"),
+        ({"a": table, "b": sub}, "under one formulation .*, got several; give each"),
         ({"a": table, "b": turned}, "direction of f1 min against max"),
         ({"a": bnh, "b": another}, "parameters"),
         (

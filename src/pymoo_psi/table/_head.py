@@ -424,7 +424,7 @@ def blocks_of(layout: Layout, columns: Columns, n: int) -> Columns:
 
 @contextmanager
 def described(where: object) -> Iterator[None]:
-    """Turn errors of a source that holds no table into one that names the source and the problem."""
+    """Turn errors of a source without a table into one that names the source and the problem."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:

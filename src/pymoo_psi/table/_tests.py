@@ -160,7 +160,7 @@ class Tests:
         """Derive the status of the tests, and the reasons of failures.
 
         A test failed if it has a reason, or if it meets its constraints and limits but an objective
-        is not finite. Of all other tests, those that violate a constraint or a limit are infeasible.
+        is not finite. All others are infeasible if they violate a constraint or a limit, else ok.
         """
         reasons = _writable_reasons(reasons)
         failed = np.isin(self.numbers, list(reasons))

@@ -130,7 +130,7 @@ def _openpyxl() -> Any:
 def _rows_of_workbook(
     content: bytes, skip_rows: Collection[int], name: str | None
 ) -> tuple[Head, RowsByLine]:
-    """Return the head in a workbook that pymoo-psi wrote, else an empty one, and the rows by number.
+    """Return the head in a workbook of pymoo-psi, else an empty one, and its rows by number.
 
     All rows are filled up to one length.
 
