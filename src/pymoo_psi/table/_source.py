@@ -465,7 +465,7 @@ def _roles(
 
 def _numbers(cells: Cells, extra: Values) -> Sequence[int]:
     """Return the numbers of designs: those in their column test_point, else those of their rows."""
-    numbers = extra.get(POINT, cells.rows)
+    numbers: Sequence[int] = extra.get(POINT, cells.rows)
     are_numbers = all(type(number) is int and number > 0 for number in numbers)
     if not are_numbers or len({*numbers}) < len(numbers):
         raise UnfitError("its column test_point must number the designs from 1; rename it")
