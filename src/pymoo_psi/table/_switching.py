@@ -40,15 +40,15 @@ if TYPE_CHECKING:
 Position: TypeAlias = Mapping[str, Any]
 """A name with its date, choice, limits, weights and aspirations, as a formulation has it."""
 
-# Up to this number of values each is tried; of more, every 64th part, which is then halved.
+# Up to this number of values each is tried; of more, one in each of 64 parts, and then bisection.
 _MOST_STEPS = 200
 _PARTS = 64
 # Steps of values and weights, as shares of the way to the end.
 _FINE = np.arange(1, 2**20 + 1) / 2**20
-_MOST_DESIGNS = 500  # Pareto optimal, of which it is said; of more ranking again takes long
+_MOST_DESIGNS = 500  # ranking more Pareto-optimal designs again and again takes too long
 _TIE = 1e-9  # regrets that differ by less are equal
-_GREATEST_FACTOR = 1024.0  # by which a weight is multiplied at most
-_DOUBLINGS = 10  # how often a weight is doubled, at most, so that two people agree
+_GREATEST_FACTOR = 1024.0  # a weight is multiplied by this at most
+_DOUBLINGS = 10  # a weight is doubled so often, at most, for two people to agree
 
 
 def switching_values(
@@ -111,6 +111,24 @@ def switching_values(
     return frame
 
 
+class _End(NamedTuple):
+    """An end of a limit.
+
+    Attributes:
+        name: "lower" or "upper".
+        place: Its index in a pair.
+        sign: Its direction: times this, the greatest values are those that it rejects first.
+    """
+
+    name: str
+    place: int
+    sign: float
+
+
+_LOWER = _End("lower", 0, -1.0)
+_UPPER = _End("upper", 1, 1.0)
+
+
 class _Path(NamedTuple):
     """Values of a limit, an objective or a weight, in the order in which they are tried.
 
@@ -140,30 +158,46 @@ class _Path(NamedTuple):
 def _change(table: TestTable, path: _Path) -> tuple[Any, ...]:
     """Return a row of :func:`switching_values`: the first value of a path with another design."""
     count = len(path.values)
-    is_exact = count <= _MOST_STEPS
-    stride = 1
-    if not is_exact:
-        stride = -(-count // _PARTS)
+    changed = first_change(path.values, lambda value: path.best in path.at(value))
     value = np.nan
     design = None
-    before = -1
-    while before < count - 1:
-        step = min(before + stride, count - 1)
-        rows = path.at(path.values[step])
-        while path.best not in rows and step - before > 1:
-            middle = (step + before) // 2
-            rows_there = path.at(path.values[middle])
-            if path.best in rows_there:
-                before = middle
-            else:
-                step, rows = middle, rows_there
-        if path.best not in rows:
-            value = path.values[step] - path.back
-            if len(rows):
-                design = str(table.names[rows[0]])
-            break
-        before = step
-    return (*path[:5], value, design, is_exact)
+    if changed < count:
+        value = path.values[changed] - path.back
+        rows = path.at(path.values[changed])
+        if len(rows):
+            design = str(table.names[rows[0]])
+    return (*path[:5], value, design, count <= _MOST_STEPS)
+
+
+def first_change(values: Array, keeps_best: Callable[[float], bool]) -> int:
+    """Return the index of the first of k values at which the best design changes, k if none.
+
+    Up to 200 values are tried one after the other. Of more, the last one of each of 64 parts is
+    tried; the change within a part is found by bisection, in which the design is the best at
+    ``values[kept]``, or ``kept`` is -1, and is not the best at ``values[changed]``.
+
+    Args:
+        values: ``(k,)`` the values, in the order in which they are tried.
+        keeps_best: Whether the design is still the best at a value.
+    """
+    last = len(values) - 1
+    size = 1
+    if len(values) > _MOST_STEPS:
+        size = -(-len(values) // _PARTS)
+    kept = -1
+    changed = min(size - 1, last)
+    while kept < last and keeps_best(values[changed]):
+        kept = changed
+        changed = min(kept + size, last)
+    if kept == last:
+        return len(values)
+    while changed - kept > 1:
+        middle = (kept + changed) // 2
+        if keeps_best(values[middle]):
+            kept = middle
+        else:
+            changed = middle
+    return changed
 
 
 def _of_limits(table: TestTable, ranking: EfficiencyRanking) -> Iterator[_Path]:
@@ -175,18 +209,26 @@ def _of_limits(table: TestTable, ranking: EfficiencyRanking) -> Iterator[_Path]:
     layout = table.layout
     for name in dict.fromkeys([*layout.objectives, *layout.columns]):
         pair = _limit(table, name)
-        for k, end in enumerate(("lower", "upper")):
-            is_set = np.isfinite(pair[k])
-            is_worse = name in layout.objectives and (end == "lower") == (name in layout.maximize)
+        for end in (_LOWER, _UPPER):
+            is_set = np.isfinite(pair[end.place])
+            is_worse = name in layout.objectives and end is _worse_end(table, name)
+            tables = {}
             if is_worse or is_set:
-                candidates = table.pareto() if is_worse else table.eligible()
-                yield _of_limit(table, ranking, candidates, name, k, "tighter")
+                tables["tighter"] = table
             if is_set:
                 free = [*pair]
-                free[k] = OPEN[k]
-                other = table.under(limits={**table.limits, name: free})
-                candidates = other.pareto() if is_worse else other.eligible()
-                yield _of_limit(table, ranking, candidates, name, k, "looser")
+                free[end.place] = OPEN[end.place]
+                tables["looser"] = table.under(limits={**table.limits, name: free})
+            for direction, tests in tables.items():
+                candidates = tests.pareto() if is_worse else tests.eligible()
+                yield _of_limit(table, ranking, candidates, name, end, direction)
+
+
+def _worse_end(table: TestTable, objective: str) -> _End:
+    """Return the end of a limit that rejects the worse values of an objective."""
+    if objective in table.layout.maximize:
+        return _LOWER
+    return _UPPER
 
 
 def _of_limit(
@@ -194,7 +236,7 @@ def _of_limit(
     ranking: EfficiencyRanking,
     candidates: Mask,
     name: str,
-    k: int,
+    end: _End,
     direction: str,
 ) -> _Path:
     """Return the path of an end of a limit over the values that designs have.
@@ -204,26 +246,25 @@ def _of_limit(
         ranking: The ranking of the feasible ones.
         candidates: ``(n,)`` which designs count, those within the other limits.
         name: The column.
-        k: 0 for the lower end, 1 for the upper one.
+        end: The end.
         direction: "tighter" or "looser".
     """
-    sign = 2 * k - 1  # values that a tighter limit rejects first are the greatest
-    values = sign * table.column(name).astype(np.float64)
-    limit = _limit(table, name)[k]
+    limit = _limit(table, name)[end.place]
+    values = end.sign * table.column(name).astype(np.float64)
     steps = np.flip(np.unique(values[candidates]))
-    is_within: np.ufunc = np.less  # each step leaves out the designs with its value
     if direction == "looser":
-        steps = np.flip(steps[steps > sign * limit])
-        is_within = np.less_equal
+        steps = np.flip(steps[steps > end.sign * limit])
 
     def at(value: float) -> Rows:
-        within = candidates & is_within(values, sign * value)
-        return _recommended(ranking.frame, within, table.F)
+        bound = end.sign * value
+        is_within = values < bound  # each step leaves out the designs with its value
+        if direction == "looser":
+            is_within = values <= bound
+        return _recommended(ranking.frame, candidates & is_within, table.F)
 
     present = limit if np.isfinite(limit) else np.nan
     best = ranking.rows[ranking.salukvadze[0]]
-    end = ("lower", "upper")[k]
-    return _Path("limit", name, end, direction, present, sign * steps, at, best)
+    return _Path("limit", name, end.name, direction, present, end.sign * steps, at, best)
 
 
 def _limit(table: TestTable, name: str) -> tuple[float, float]:
@@ -496,15 +537,14 @@ def _reconciled(
     better = np.array(layout.objectives)[is_better].tolist()
     for name in better:
         value = float(table.column(name)[row])
-        k = 0 if name in layout.maximize else 1
-        end = ("lower", "upper")[k]
+        end = _worse_end(table, name)
         pair = [*ends(name, one["limits"].get(name, OPEN))]
-        pair[k] = _outward(end, value)
+        pair[end.place] = _outward(end.name, value)
         if pair[0] > pair[1]:  # the other end rejects that choice
             continue
         is_eligible = table.under(limits={**one["limits"], name: pair}).eligible()
         if row in _recommended(frame, is_eligible, table.F):
-            limit = f"{name} {_limit_words(table, name, end, value)}"
+            limit = f"{name} {_limit_words(table, name, end.name, value)}"
             return sentence("by limit", **names, limit=limit)
     tests = table.under(limits=one["limits"])
     if tests.eligible().any():
