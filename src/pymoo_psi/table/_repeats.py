@@ -6,14 +6,17 @@ differences between tests of the same design, as far as designs do not differ in
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Integers,
+    Mask,
     Received,
     Rows,
     counted,
@@ -68,98 +71,134 @@ def error_column(objective: str) -> str:
     return f"{objective} standard error"
 
 
+class _Groups(NamedTuple):
+    """The n tests of k designs.
+
+    Attributes:
+        first: ``(k,)`` the row of the first test of each design.
+        design: ``(n,)`` the design of each test.
+        usable: ``(n,)`` which tests have values.
+        counts: ``(k,)`` how many of these each design has.
+    """
+
+    first: Rows
+    design: Rows
+    usable: Mask
+    counts: Integers
+
+    def sums(self, values: Array) -> Array:
+        """Return ``(k, m)`` sums of the ``(n, m)`` values of usable tests."""
+        sums = np.zeros((len(self.first), values.shape[1]))
+        np.add.at(sums, self.design[self.usable], values[self.usable])
+        return sums
+
+    def means(self, values: Array) -> Array:
+        """Return ``(k, m)`` means of ``(n, m)`` values; of the first test if none is usable."""
+        n = self.counts[:, None]
+        return np.where(n == 0, values[self.first], self.sums(values) / np.maximum(n, 1))
+
+
 def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
     layout = tested.layout
     by, labels = _labels(tested, by)
-    # Of k designs the first test; of n tests the design, and whether they have values.
-    first, design = np.unique(first_of(labels), return_inverse=True)
-    _check_groups(tested, by, labels, first[design])
-    usable = ~tested.failed() & np.isfinite(tested.F).all(axis=1)
-    counts = np.bincount(design[usable], minlength=len(first))
-
-    def sums(values: Array) -> Array:
-        """Return ``(k, m)`` sums of the ``(n, m)`` values of usable tests."""
-        sums = np.zeros((len(first), values.shape[1]))
-        np.add.at(sums, design[usable], values[usable])
-        return sums
-
-    def means(values: Array) -> Array:
-        """Return ``(k, m)`` means of ``(n, m)`` values; of the first test if none is usable."""
-        n = counts[:, None]
-        return np.where(n == 0, values[first], sums(values) / np.maximum(n, 1))
-
-    F = means(tested.F)
-    with np.errstate(invalid="ignore"):  # a design without usable tests has no mean
-        deviations = tested.F - F[design]
-    deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F)] = 0.0
-    errors = _standard_errors(sums(deviations**2), counts)
-    outputs = means(tested.outputs)
+    groups = _groups(tested, by, labels)
+    first = groups.first
+    outputs = groups.means(tested.outputs)
     if PROPOSAL_ROUND in layout.outputs:  # the round that first proposed the design
         j = layout.outputs.index(PROPOSAL_ROUND)
         outputs[:, j] = tested.outputs[first, j]
-
-    remarks = [*tested.remarks]
-    size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
-    remarks.append(f"{size}: rows with the same {by} are tests of one design.")
-    if not usable.all():
-        n_unusable = counted((~usable).sum(), "test")
-        remarks.append(f"{n_unusable} have no values and do not count.")
-    extra = {}
-    for name, cells in tested.extra.items():
-        if not unequal(cells, cells[first[design]]).any():
-            extra[name] = cells[first]
-        elif name not in ("row", RUN, POINT):  # which differ in all tests
-            remarks.append(f"Left out, as tests of one design differ in it: {name}.")
+    errors = _standard_errors(tested.F, groups)
     names = (*layout.outputs, N_TESTS, *map(error_column, layout.objectives))
+    extra = _common_extra(tested, groups)
     label = next((name for name in (by, layout.label) if name in extra), None)
-    lost = tested.numbers[first[counts == 0]].tolist()
+    lost = tested.numbers[first[groups.counts == 0]].tolist()
     designs = replace(
         tested.rows(first),
         layout=replace(layout, outputs=names, label=label),
-        F=F,
-        G=means(tested.G),
-        H=means(tested.H),
-        outputs=np.column_stack([outputs, counts, errors]),
+        F=groups.means(tested.F),
+        G=groups.means(tested.G),
+        H=groups.means(tested.H),
+        outputs=np.column_stack([outputs, groups.counts, errors]),
         problem=None,  # no run continues a study of means
         reasons={number: tested.reasons[number] for number in lost if number in tested.reasons},
         extra=extra,
-        remarks=tuple(remarks),
+        remarks=_remarks(tested, by, groups, extra),
     )
     return table._asked_as_before(designs)
 
 
+def _groups(table: TestTable, by: str, labels: list[Any]) -> _Groups:
+    """Return the tests by their designs.
+
+    Args:
+        table: The tests.
+        by: Name of the column whose equal values mark tests of one design.
+        labels: Its values.
+
+    Raises:
+        ArgumentValueError: No value recurs, or tests with equal ones have different variables.
+    """
+    first_of_label = first_of(labels)
+    first, design = np.unique(first_of_label, return_inverse=True)
+    if len(first) == len(table):
+        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
+    keys = design_keys(table.X)
+    for row, i in enumerate(first_of_label.tolist()):
+        if keys[row] != keys[i]:
+            received = Received(f"{by} {labels[row]} with different ones")
+            raise invalid("repeats", "a column whose equal values have equal variables", received)
+    usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
+    counts = np.bincount(design[usable], minlength=len(first))
+    return _Groups(first, design, usable, counts)
+
+
 @np.errstate(divide="ignore", invalid="ignore")
-def _standard_errors(squares: Array, counts: Integers) -> Array:
-    """Return the ``(k, m)`` standard errors of means.
+def _standard_errors(F: Array, groups: _Groups) -> Array:
+    """Return the ``(k, m)`` standard errors of the means of designs.
 
     They are not finite if no design has two usable tests, or this one has none.
 
     Args:
-        squares: ``(k, m)`` sums of the squared deviations from the mean of the design.
-        counts: ``(k,)`` how many tests each design has.
+        F: ``(n, m)`` objectives of the tests.
+        groups: The tests by their designs.
     """
+    deviations = F - groups.means(F)[groups.design]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
+    squares = groups.sums(deviations**2)
+    counts = groups.counts
     variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
     return np.asarray(np.sqrt(variances / counts[:, None]))
 
 
-def _check_groups(table: TestTable, by: str, labels: list[Any], first: Rows) -> None:
-    """Refuse labels of which none recurs, or with equal ones for different variables.
+def _common_extra(table: TestTable, groups: _Groups) -> dict[str, AnyArray]:
+    """Return the extra columns in which all tests of a design agree, a cell for each design."""
+    extra = {}
+    for name, cells in table.extra.items():
+        if not unequal(cells, cells[groups.first[groups.design]]).any():
+            extra[name] = cells[groups.first]
+    return extra
+
+
+def _remarks(table: TestTable, by: str, groups: _Groups, kept: Collection[str]) -> tuple[str, ...]:
+    """Return the remarks on designs: those on their tests, what was averaged, what was left out.
 
     Args:
         table: The tests.
-        by: Name of the column.
-        labels: Its values.
-        first: ``(n,)`` row of the first test with the same one.
+        by: Name of the column that marks tests of one design.
+        groups: The tests by their designs.
+        kept: Names of the extra columns of the designs.
     """
-    if len(np.unique(first)) == len(table):
-        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
-    keys = design_keys(table.X)
-    for row, i in enumerate(first.tolist()):
-        if keys[row] != keys[i]:
-            received = Received(f"{by} {labels[row]} with different ones")
-            raise invalid("repeats", "a column whose equal values have equal variables", received)
+    size = f"{counted(len(groups.first), 'design')}, {counted(len(table), 'test')}"
+    remarks = [*table.remarks, f"{size}: rows with the same {by} are tests of one design."]
+    if not groups.usable.all():
+        n_unusable = counted((~groups.usable).sum(), "test")
+        remarks.append(f"{n_unusable} have no values and do not count.")
+    for name in table.extra:
+        if name not in (*kept, "row", RUN, POINT):  # the last three differ in all tests
+            remarks.append(f"Left out, as tests of one design differ in it: {name}.")
+    return tuple(remarks)
 
 
 def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
@@ -213,7 +252,7 @@ def averaged_repeats(table: TestTable) -> TestTable:
     return table.averaged()
 
 
-def with_repeats(
+def average_repeats(
     table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
 ) -> TestTable:
     """Return the designs of a source, repeated tests averaged or reported.
@@ -339,7 +378,7 @@ def certainty_sentences(table: TestTable, row: int) -> list[str]:
 
 
 def _confidence_sentence(table: TestTable, row: int) -> str:
-    """Say how probable it is that a design is the best, and which tests would settle it."""
+    """Say how probable it is that a design is the best, and which tests would decide it."""
     frame = table.confidence()
     chances = frame.iloc[row]
     text = sentence(
