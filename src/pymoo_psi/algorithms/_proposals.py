@@ -8,8 +8,8 @@ max_j (F_j / w_j), the achievement function of Wierzbicki (1980), where F is 0 a
 and 1 at the worst values of the Pareto set.
 
 :func:`propose` makes a round. A search on the means of the surrogates (:func:`_search`) finds
-candidates; under a decision, a second search finds more near its best compromise. :func:`_choice`
-takes the most promising ones.
+candidates; under a decision, a second search finds more near its best compromise. :func:`_selected`
+takes the most promising ones, by rules that take turns.
 
 Points lie in the unit cube of the variables. ``Z`` stands for points as surrogates see them
 (:meth:`Task.encode`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
@@ -33,7 +33,8 @@ from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
-Risk = Callable[[Array], Array]  # of (k, e) designs: (k,), above 0 for those to avoid
+# From (k, e) designs to (k,) values, above 0 for those to avoid.
+Risk = Callable[[Array], Array]
 # What a search minimises: from (n, d) points to (n, m) values and the (n, c) excess of each limit.
 Aim = Callable[[Array], tuple[Array, Array]]
 
@@ -62,10 +63,6 @@ _MAX_DRAWS = 100
 _DESIGNS_PER_DRAW = 1000
 # Designs that are closer than this, in units of the cube's width, are the same.
 _SAME_DESIGN_DISTANCE = 1e-6
-# If surrogates see no design that keeps all limits, the next designs have these distances from
-# tests and from each other, alternating, in units of the cube's diagonal. Otherwise all of them
-# would lie in the one place that looks best. One design in four is exempt.
-_INFEASIBLE_SPACINGS = (0.01, 0.03, 0.1)
 # If the errors of the surrogates of objectives reach this many standard deviations, only the middle
 # of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
 _ERROR_OF_FULL_CONTRACTION = 0.2
@@ -80,10 +77,6 @@ _MIN_DISTANCE_FROM_TEST = 1e-3
 # distance counts where a gain in it is too improbable for a number.
 _WORTH_OF_DISTANCE = 1e-6
 _LEAST_DIVISOR = 1e-6  # instead of distances and deviations of 0
-# By what designs are chosen, alternating. Where surrogates err, the largest gain is promised again
-# and again, whatever is tested near it; so most designs are chosen for their distance.
-_RULES = ("gain", "distance", "distance", "distance")
-_RULES_OF_DECISION = ("gain", "distance", "compromise", "distance")
 
 
 def propose(
@@ -118,10 +111,10 @@ def propose(
         surrogates.caution = 1.0
     order = _best_tests(surrogates.T, learned, task)[: _POPULATION_SIZE // 4]
     best = np.clip(task.points[surrogates.rows][order], task.low, task.high)
+    start_of_search = _start_anywhere
     if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
-        start = _start_near(best, surrogates.predict, task, random)
-    else:
-        start = _start_anywhere(best, surrogates.predict, task, random)
+        start_of_search = _start_near
+    start = start_of_search(best, surrogates.predict, task, random)
     points = _search(surrogates.predict, start, surrogates.contraction, task, random)
     candidates = surrogates.candidates(points)
     pending = surrogates.candidates(task.pending)
@@ -134,8 +127,7 @@ def propose(
         start = _Population.of(aim, points, task.low, task.high).best(_POPULATION_SIZE, 0.0)
         compromises = _search(aim, start, 0.0, task, random)[:_N_COMPROMISES]
         candidates = surrogates.candidates(np.vstack([points, compromises]))
-    chosen = _choice(surrogates, candidates, seen, batch)
-    proposals = candidates.points[chosen]
+    proposals = candidates.points[_selected(candidates, surrogates, seen, batch)]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, task.encode(proposals)])
@@ -177,7 +169,7 @@ def with_repeats(points: Array, task: Task, learned: Learned) -> Array:
     if task.ranges is not None:
         ranges = learned.to(task.ranges)
     worth = _knowledge_gradients(F, errors, noise, ranges, n)
-    to_pending = cdist(designs, task.pending).min(axis=1, initial=np.inf)
+    to_pending = _nearest(designs, task.pending)
     worth[:n][to_pending <= _SAME_DESIGN_DISTANCE] = 0.0
     proposed = points.copy()
     least = np.argsort(worth[n:])[: len(points) // 2]
@@ -383,18 +375,18 @@ class _Surrogates:
         return _Candidates(points, Z, F, _violation(excess), worth)
 
     def compromise(self, points: Array) -> tuple[Array, Array]:
-        """Return what a search for the best compromise minimises, and the excess of each limit."""
-        T, excess = self.predict(points)
-        deviations = self.deviations(self.task.encode(points), self.task.n_obj)
-        return -self._worth(T, deviations)[:, None], excess
+        """Return what a search for the best compromise minimises, and what exceeds limits."""
+        candidates = self.candidates(points)
+        return -candidates.worth[:, None], candidates.violation[:, None]
 
     def _worth(self, T: Array, deviations: Array) -> Array:
         """Return ``(n,)`` what tests are worth for the best compromise.
 
         This is the design nearest to the ideal point. A test is worth by how much it is expected to
         bring the nearest one nearer (the expected improvement of Jones, Schonlau and Welch, J.
-        Global Optim. 13, 1998). So a search returns to where surrogates err, such as an edge of two
-        stresses, which they make round.
+        Global Optim. 13, 1998). So a search returns to where surrogates err, for example where the
+        larger one of two stresses changes: the true objective has an edge there, and surrogates
+        round it off.
 
         Args:
             T: ``(n, m)`` expected objectives on their scales.
@@ -424,13 +416,13 @@ def _distant_points(seen: Array, risk: Risk, count: int, task: Task, random: Ran
     """Return points far from all tests and from each other, away from failures if possible."""
     points = _random_points(count, task, random)
     Z = task.encode(points)
-    distance = cdist(Z, seen).min(axis=1)
+    distance = _nearest(Z, seen)
     distance[risk(Z) > 0] *= 0.1  # chosen only if little else is left
     chosen = []
     for _ in range(count):
         row = distance.argmax()
         chosen.append(row)
-        distance = np.minimum(distance, cdist(Z, Z[[row]])[:, 0])
+        distance = np.minimum(distance, _nearest(Z, Z[[row]]))
     return points[chosen]
 
 
@@ -449,12 +441,16 @@ def _random_points(count: int, task: Task, random: Random) -> Array:
     raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
 
+def _nearest(A: Array, B: Array) -> Array:
+    """Return the ``(n,)`` distances of points from the nearest of ``(k, d)`` others."""
+    return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
+
+
 def _failure_risk(Z: Array, known: Array, failed: Array) -> Array:
     """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones."""
     if len(failed) == 0:
         return np.zeros(len(Z))
-    to_known = cdist(Z, known).min(axis=1, initial=np.inf)
-    excess = to_known - _SAFE_DISTANCE_RATIO * cdist(Z, failed).min(axis=1)
+    excess = _nearest(Z, known) - _SAFE_DISTANCE_RATIO * _nearest(Z, failed)
     return np.asarray(np.minimum(excess, 1.0))
 
 
@@ -491,7 +487,7 @@ def _search(aim: Aim, start: _Population, contraction: float, task: Task, random
     """Return the ``(k, d)`` points at the end of an evolution that meet the requirements.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
-    of the points on the way is added, for :func:`_choice` to choose from.
+    of the points on the way is added, for :func:`_selected` to choose from.
 
     It is differential evolution (Storn and Price 1997) with small mutations, on arrays of all
     points: pymoo's NSGA-II, with an object for each point, tripled the time of a proposal.
@@ -638,69 +634,125 @@ def _scaled(F: Array, ranges: Array) -> Array:
     return np.asarray((F - ranges[0]) / _lengths(ranges))
 
 
-def _choice(surrogates: _Surrogates, candidates: _Candidates, seen: Array, batch: int) -> list[int]:
-    """Return the indices of the candidates to be tested.
+class _Selection:
+    """The candidates of a round, and those of them that are selected.
 
-    One in four promises the largest gain; the others are farthest from all known objectives. Where
-    a decision directs the search, another one in four is worth most for the best compromise, or
-    promises the largest gain while no test is eligible. If all candidates exceed limits, those are
-    taken that do so least, at some distance. Every chosen one counts like a test from then on.
+    A selected candidate counts like a test from then on.
 
     Args:
-        surrogates: The surrogates.
         candidates: The candidates.
+        surrogates: The surrogates, with the Pareto set of the tests.
         seen: ``(t, e)`` the tests, as surrogates see them.
-        batch: How many to choose; there are fewer if fewer are not tested yet.
+
+    Attributes:
+        rows: The indices of the selected candidates, in their order.
+        candidates: The candidates.
+        distance: ``(n,)`` the distance of each candidate from the nearest test.
+        gap: ``(n,)`` the distance between its objectives and the nearest ones of the Pareto set;
+            infinite while there is no Pareto set.
+        achievements: ``(n, w)`` its achievements in w directions.
+        best: ``(w,)`` the best achievements so far.
+        weights: ``(w,)`` the weights of gains in them.
+    """
+
+    def __init__(self, candidates: _Candidates, surrogates: _Surrogates, seen: Array) -> None:
+        front = surrogates.front
+        contraction = surrogates.contraction
+        self.rows: list[int] = []
+        self.candidates = candidates
+        self.distance = _nearest(candidates.Z, seen)
+        self._F = _scaled(candidates.F, surrogates.ranges)
+        self.gap = _nearest(self._F, front)
+        self.achievements = _achievements(self._F, contraction)
+        self.weights = _directions(front.shape[1], contraction).max(axis=1)
+        self.best = self.achievements.max(axis=0, initial=-np.inf)
+        if len(front) > 0:
+            self.best = _achievements(front, contraction).min(axis=0)
+
+    def add(self, row: int) -> None:
+        """Select a candidate."""
+        Z = self.candidates.Z
+        self.rows.append(row)
+        self.distance = np.minimum(self.distance, _nearest(Z, Z[[row]]))
+        self.gap = np.minimum(self.gap, _nearest(self._F, self._F[[row]]))
+        self.best = np.minimum(self.best, self.achievements[row])
+
+
+# Rules by which a candidate is selected: each returns the scores of (k,) rows, the highest of which
+# wins.
+
+
+def _distance_score(selection: _Selection, rows: Rows) -> Array:
+    """Return the distances from all known objectives; without any, from all tests."""
+    gap = selection.gap[rows]
+    return np.where(np.isinf(gap), selection.distance[rows], gap)
+
+
+def _gain_score(selection: _Selection, rows: Rows) -> Array:
+    """Return the gains; where nothing promises one, the scores by distance."""
+    gains = np.maximum(selection.best - selection.achievements[rows], 0) * selection.weights
+    gains = np.asarray(gains.sum(axis=1))
+    if gains.max() > 0:
+        return gains
+    return _distance_score(selection, rows)
+
+
+def _compromise_score(selection: _Selection, rows: Rows) -> Array:
+    """Return the worth for the best compromise; while no test is eligible, the gains."""
+    worth = selection.candidates.worth
+    if not worth.any():
+        return _gain_score(selection, rows)
+    return np.where(selection.distance[rows] > _MIN_DISTANCE_FROM_TEST, worth[rows], -np.inf)
+
+
+def _violation_score(selection: _Selection, rows: Rows, spacing: float) -> Array:
+    """Return the negative violations of candidates that have a distance from tests.
+
+    Args:
+        selection: The candidates.
+        rows: The rows to score.
+        spacing: This distance, in units of the cube's diagonal.
+    """
+    distance = selection.distance[rows]
+    # After a search near the best tests, no candidate may be that far away.
+    least = min(spacing * np.sqrt(selection.candidates.Z.shape[1]), distance.max() / 2)
+    return np.where(distance >= least, -selection.candidates.violation[rows], -np.inf)
+
+
+# The rules, which take turns. Where surrogates err, the largest gain is promised again and again,
+# whatever is tested near it; so most designs are selected by distance.
+_RULES = (_gain_score, _distance_score, _distance_score, _distance_score)
+_RULES_OF_DECISION = (_gain_score, _distance_score, _compromise_score, _distance_score)
+# While surrogates see no design that keeps all limits, the next ones have these distances from
+# tests, in turn. Without distances, all of them would lie in the one place that looks best.
+_INFEASIBLE_SPACINGS = (0.0, 0.03, 0.1, 0.01)
+
+
+def _selected(
+    candidates: _Candidates, surrogates: _Surrogates, seen: Array, batch: int
+) -> list[int]:
+    """Return the indices of the candidates to be tested.
+
+    Args:
+        candidates: The candidates.
+        surrogates: The surrogates, with the Pareto set of the tests.
+        seen: ``(t, e)`` the tests, as surrogates see them.
+        batch: How many to select; there are fewer if fewer are not tested yet.
     """
     rules = _RULES
     if surrogates.task.is_directed:
         rules = _RULES_OF_DECISION
-    front = surrogates.front
-    F = _scaled(candidates.F, surrogates.ranges)
-    achievements = _achievements(F, surrogates.contraction)
-    weights = _directions(F.shape[1], surrogates.contraction).max(axis=1)
-    best = achievements.max(axis=0, initial=-np.inf)  # in each direction
-    if len(front) > 0:
-        best = _achievements(front, surrogates.contraction).min(axis=0)
-    gap = cdist(F, front).min(axis=1, initial=np.inf)  # from known objectives
-    distance = cdist(candidates.Z, seen).min(axis=1)  # from the nearest test
-    chosen: list[int] = []
+    selection = _Selection(candidates, surrogates, seen)
     for n_known in range(len(seen), len(seen) + batch):
-        untested = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
+        untested = np.flatnonzero(selection.distance > _SAME_DESIGN_DISTANCE)
         if len(untested) == 0:
             break
-        index = n_known % len(rules)
-        rule = rules[index]
+        turn = n_known % len(rules)
         rows = untested[candidates.violation[untested] <= 0]
-        score = np.where(np.isinf(gap), distance, gap)
-        if len(rows) == 0:
-            rows = _least_violating(candidates, untested, distance, index)
-        elif rule == "compromise" and candidates.worth.any():
-            score = np.where(distance > _MIN_DISTANCE_FROM_TEST, candidates.worth, -np.inf)
-        elif rule != "distance":
-            gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
-            if gains[rows].max() > 0:
-                score = gains
-        row = rows[score[rows].argmax()]
-        chosen.append(row)
-        best = np.minimum(best, achievements[row])
-        gap = np.minimum(gap, cdist(F, F[[row]])[:, 0])
-        distance = np.minimum(distance, cdist(candidates.Z, candidates.Z[[row]])[:, 0])
-    return chosen
-
-
-def _least_violating(candidates: _Candidates, rows: Rows, distance: Array, index: int) -> Rows:
-    """Return ``(1,)`` the row that exceeds limits least, of those far enough from tests.
-
-    Args:
-        candidates: The candidates.
-        rows: The rows to choose from.
-        distance: ``(n,)`` the distance of each candidate from the nearest test.
-        index: Index of the rule by which a candidate would be chosen; 0 for any distance.
-    """
-    if index > 0:
-        diagonal = np.sqrt(candidates.Z.shape[1])
-        spacing = _INFEASIBLE_SPACINGS[index % len(_INFEASIBLE_SPACINGS)] * diagonal
-        # After a search near the best tests, no candidate may be that far away.
-        rows = rows[distance[rows] >= min(spacing, distance[rows].max() / 2)]
-    return rows[[candidates.violation[rows].argmin()]]
+        if len(rows) > 0:
+            scores = rules[turn](selection, rows)
+        else:
+            rows = untested
+            scores = _violation_score(selection, rows, _INFEASIBLE_SPACINGS[turn])
+        selection.add(rows[scores.argmax()])
+    return selection.rows
