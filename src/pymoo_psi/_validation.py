@@ -177,11 +177,11 @@ def positive_number(name: str, value: object) -> float:
 
 def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
     """Return ``value``; it must be one of ``names``, and the error names the nearest one."""
+    if isinstance(value, str) and value in names:
+        return value
     rule = f"one of {', '.join(map(repr, sorted(names))) or 'no names'}"
     if not isinstance(value, str):
         raise wrong_type(name, rule, value, remedy)
-    if value in names:
-        return value
     # Without regard to case: F1 differs from f1 in all its letters.
     folded = {option.casefold(): option for option in names}
     for near in difflib.get_close_matches(value.casefold(), folded, n=1):

@@ -116,6 +116,7 @@ FILES = {
     "names with such words in them": ("m,a,b\nmin mass,1,4\nSummit,2,3\nPro Max,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
     "a sum without a name": ("name,a,b\n,7,9\nA,1,4\nB,2,3\nC,4,2\n", {}, "line 2. alone has no name, so"),
     "a sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,9\n", {}, "line 5. is the sum of all others, so"),
+    "a sum of deviations": ("mass,cost,dev\n1,2,.3\n2,1,-.1\n3,1,-.2\n6,4,0\n", {}, r"row 4 \(line 5\) is the sum of all others"),
     "no sum of two": ("a,b\n1,4\n2,3\n3,7\n", {}, {"a": [1, 2, 3], "b": [4, 3, 7]}),
     "no sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,8\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 8]}),
     "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {"objectives": ["a", "b"]}, "'Total', so that it may"),
@@ -140,8 +141,10 @@ FILES = {
     "shares in per cent": (workbook([["a", "b"], [0.57, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, "'57 %' in the column 'a', no plain number"),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "row 1 .line 2. alone has no name"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
-    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides rows or columns; show or delete them"),
-    "hidden columns": (workbook([["n", "a", "b"], ["A", 1, 7], ["B", 2, 8]], edit=hide("column_dimensions", "B")), {}, "hides rows or columns; show or delete them"),
+    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides the rows 4; show them, or leave them out by --skip-rows 4"),
+    "hidden rows left out, or below the designs": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4, 9)), {"skip_rows": [4]}, COST),
+    "hidden columns": (workbook([["n", "a", "b"], ["A", 1, 7], ["B", 2, 8]], edit=hide("column_dimensions", "B", "E")), {}, "hides the columns B; show or delete them"),
+    "hidden columns beside the designs": (workbook(TYPED, edit=hide("column_dimensions", "C", "XFD")), {}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     # What else a file may be
@@ -332,6 +335,12 @@ def test_arrays_and_frames():
     assert (table.names, table.layout.objectives) == (["A", "B"], ("a", "b"))
     assert (table.status.tolist(), table.extra["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
     refused("row 2 holds no number in the column 'b'", read_table, frame)
+    # The name of an index may be that of a column that follows from others.
+    assert read_table(frame.rename_axis("rank"), drop_incomplete=True).layout.label == "kind"
+    places = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
+    assert read_table(places, Formulation(["f1", "f2"])).names == ["row 1", "row 2"]
+    refused("repeats must be one of 'a', 'b', 'index', 'kind'", read_table, frame.assign(status="x"),
+            repeats="status", drop_incomplete=True)  # fmt: skip
     for wrong in (np.zeros(3), frame[:0], pd.DataFrame([[1, 2]], columns=["a", "a"])):
         refused("source must be", read_table, wrong)
 

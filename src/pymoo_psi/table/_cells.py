@@ -439,11 +439,8 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
         blanks = [i for i, cell in enumerate(cells.columns[cells.label]) if is_blank(cell)]
         if len(blanks) == 1:
             problems[blanks[0]] = "alone has no name"
-    elif len(numbers) > 1 and last > 2:
-        sums = [sum(filter(math.isfinite, column[:-1].tolist())) for column in numbers]
-        lasts = [column[-1] for column in numbers]
-        if all(sums) and np.allclose(sums, lasts, rtol=1e-9, atol=0):
-            problems[last] = "is the sum of all others"
+    elif len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
+        problems[last] = "is the sum of all others"
     if problems:
         first = min(problems)
         lines = ",".join(str(cells.line(i)) for i in sorted(problems))
@@ -451,3 +448,11 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
             f"{cells.where(first)} {problems[first]}, so that it may summarise other rows",
             f"leave it out by --skip-rows {lines}, or rename it",
         )
+
+
+def _ends_with_sum(numbers: Array) -> bool:
+    """Say whether the last number is the sum of those above it, which are not all 0."""
+    *cells, last = numbers.tolist()
+    above = list(filter(math.isfinite, cells))
+    rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
+    return any(above) and math.isclose(sum(above), last, rel_tol=0, abs_tol=rounding)

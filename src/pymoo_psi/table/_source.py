@@ -343,7 +343,9 @@ def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column
         derived = (*_DERIVED, *_DERIVED_OF_RANKINGS)
     for name in derived:
         columns.pop(name, None)
-    label = cells.label or _label(columns)
+    label = cells.label
+    if label not in columns:  # also where it follows from others
+        label = _label(columns)
     if label is not None:
         columns[label] = columns[label]._replace(is_label=True)
     cells = replace(cells, label=label)

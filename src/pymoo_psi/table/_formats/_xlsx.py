@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from io import BytesIO
@@ -33,7 +32,6 @@ _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
 _OLE = b"\xd0\xcf\x11\xe0"  # a compound file
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
-_HIDDEN = re.compile(rb"<(?:\w+:)?(?:row|col)\b[^>]*\shidden=[\"'](?:1|true)")
 _WIDTH = 16  # the width of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 
@@ -136,7 +134,7 @@ def _rows_of_workbook(
 
     Raises:
         ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
-            one is meant, or the sheet hides rows or columns.
+            one is meant, or the sheet hides columns, or rows that are not left out.
         PsiError: openpyxl is not installed.
     """
     openpyxl = _openpyxl()
@@ -151,8 +149,6 @@ def _rows_of_workbook(
                 head = _sheet_head(book[_HEAD_SHEET].iter_rows(values_only=True))
                 titles = titles[:1]
             sheet = book[_title(titles, name)]
-            with sheet._get_source() as file:  # openpyxl tells only where it loads everything
-                hides = _HIDDEN.search(file.read()) is not None
             sheet.reset_dimensions()  # what a file declares may be more than it holds
             rows = {}
             for number, cells in enumerate(sheet.iter_rows(), start=1):
@@ -161,13 +157,12 @@ def _rows_of_workbook(
                     row.pop()
                 if row and number not in skip_rows:
                     rows[number] = row
+            width = max(map(len, rows.values()), default=0)
+            _require_visible(sheet, rows, width)
     except PsiError:
         raise
     except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    if hides:
-        raise UnfitError("the sheet hides rows or columns", "show or delete them")
-    width = max(map(len, rows.values()), default=0)
     for row in rows.values():
         row += [""] * (width - len(row))
     return head, rows
@@ -197,6 +192,45 @@ def _sheet_head(rows: Iterable[Sequence[Any]]) -> Values:
         text = "".join(str(part) for part in parts if part is not None)
         head[str(name)] = json.loads(text)
     return head
+
+
+def _require_visible(sheet: Any, rows: RowsByLine, width: int) -> None:
+    """Refuse a sheet that hides one of the rows, or one of its first columns.
+
+    openpyxl tells what is hidden only where it loads everything.
+
+    Args:
+        sheet: The sheet.
+        rows: The rows that count.
+        width: The number of columns that count.
+
+    Raises:
+        UnfitError: It hides some; the message names them.
+    """
+    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
+
+    hidden_rows = []
+    hidden_columns: list[int] = []
+    with sheet._get_source() as file:
+        for _, element in iterparse(file):
+            is_hidden = element.get("hidden") in ("1", "true")
+            if is_hidden and element.tag.endswith("}col"):
+                last = min(int(element.attrib["max"]), width)
+                hidden_columns += range(int(element.attrib["min"]), last + 1)
+            elif is_hidden and element.tag.endswith("}row"):
+                number = int(element.attrib["r"])
+                if number in rows:
+                    hidden_rows.append(str(number))
+            element.clear()
+    if hidden_columns:
+        letters = map(_openpyxl().utils.get_column_letter, hidden_columns)
+        raise UnfitError(f"the sheet hides the columns {', '.join(letters)}", "show or delete them")
+    if hidden_rows:
+        numbers = ",".join(hidden_rows)
+        raise UnfitError(
+            f"the sheet hides the rows {numbers}",
+            f"show them, or leave them out by --skip-rows {numbers}",
+        )
 
 
 def _typed(cell: Any) -> Any:
