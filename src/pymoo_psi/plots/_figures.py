@@ -303,10 +303,11 @@ def plot_ranking(
     if len(names) > MATRIX:
         height = 90.0
     with panels(1, 1, height=height) as (figure, (ax,)):
-        for name, group in groups_by_place(ranking).items():
-            lines = _lines(shares[group.mask], group.marker)
-            lines.set_label(f"{name} ({group.mask.sum()})")
-            ax.add_collection(lines)
+        for name, (marker, mask) in groups_by_place(ranking).items():
+            if mask.any():
+                lines = _lines(shares[mask], marker)
+                lines.set_label(f"{name} ({mask.sum()})")
+                ax.add_collection(lines)
         if row is not None:
             label = f"chosen: {literal(ranking.name_of(row))}"
             ax.plot(shares[row], "ko--", markersize=4.0, linewidth=2.0, zorder=7.0, label=label)

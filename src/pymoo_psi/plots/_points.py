@@ -1,6 +1,7 @@
 """Designs as points: the one way in which a plane of two columns is drawn.
 
-Every design is in one group. Groups differ in marker and lightness.
+Every design is in one group. Groups differ in marker and lightness; one without designs is not
+drawn.
 """
 
 from __future__ import annotations
@@ -46,13 +47,37 @@ _CHOSEN: Style = {
 
 
 class Marker(NamedTuple):
-    """A marker with its diameter in points. Groups of a higher level are drawn on top."""
+    """How a group of designs is drawn.
+
+    Attributes:
+        shape: The shape, in matplotlib's notation.
+        colour: Its colour.
+        size: Diameter in points.
+        level: Groups of a higher level are drawn on top.
+    """
 
     shape: str
     colour: str
     size: float
     level: float
 
+    def style(self, name: str, n: int) -> Style:
+        """Return the arguments of ``plot`` for ``n`` designs; more of them are drawn smaller."""
+        shrink = np.clip((_MANY / n) ** 0.3, 0.3, 1.0)
+        return {
+            "linestyle": "none",
+            "marker": self.shape,
+            "color": self.colour,
+            "markersize": self.size * shrink,
+            "markeredgewidth": 0.5 * shrink,
+            "zorder": self.level,
+            "label": f"{name} ({n})",
+            "rasterized": n > _RASTERIZED,
+        }
+
+
+Groups = Mapping[str, tuple[Marker, Mask]]
+"""Groups of designs by name: how they are drawn, and ``(n,)`` which designs these are."""
 
 _DOMINATED = Marker("s", BLUE, 2.6, 3.0)
 OPTIMUM = Marker("*", "#D55E00", 11.0, 6.0)
@@ -66,35 +91,6 @@ _RANKS = {
     4: Marker("s", BLUE, 3.4, 3.0),
     5: Marker("D", "#08519C", 5.0, 5.0),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Designs that are drawn alike.
-
-    Attributes:
-        mask: ``(n,)`` which designs these are.
-        marker: Their marker.
-    """
-
-    mask: Mask
-    marker: Marker
-
-    def style(self, name: str) -> Style:
-        """Return the arguments of ``plot``. The larger the group, the smaller its markers."""
-        shape, colour, size, level = self.marker
-        n = self.mask.sum()
-        shrink = np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0)
-        return {
-            "linestyle": "none",
-            "marker": shape,
-            "color": colour,
-            "markersize": size * shrink,
-            "markeredgewidth": 0.5 * shrink,
-            "zorder": level,
-            "label": f"{name} ({n})",
-            "rasterized": n > _RASTERIZED,
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,12 +171,12 @@ class Points:
 
     Attributes:
         columns: Columns by name.
-        groups: Groups of designs by name.
+        groups: Groups of designs.
         marks: Rows of single designs that are marked, each with the arguments of ``plot``.
     """
 
     columns: Mapping[str, Column]
-    groups: Mapping[str, Group]
+    groups: Groups
     marks: Sequence[tuple[int, Style]] = ()
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
@@ -188,9 +184,10 @@ class Points:
         x = self.columns[first]
         y = self.columns[second]
         visible = x.visible & y.visible
-        for name, group in self.groups.items():
-            rows = group.mask & visible
-            axes.plot(x.places[rows], y.places[rows], **group.style(name))
+        for name, (marker, mask) in self.groups.items():
+            if mask.any():
+                rows = mask & visible
+                axes.plot(x.places[rows], y.places[rows], **marker.style(name, mask.sum()))
         for row, style in self.marks:
             axes.plot(x.places[row], y.places[row], **style)
         x.set_axis(axes, "x")
@@ -239,19 +236,18 @@ def points_of_table(table: TestTable, names: Names, chosen: int | None = None) -
     return Points(columns, _groups(table), marks)
 
 
-def _groups(table: TestTable) -> dict[str, Group]:
+def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
     """Return the tests that are not failed in groups by name."""
     feasible = table.feasible()
     pareto = table.pareto()
-    groups = {
-        "infeasible": Group(~feasible & (table.status != "failed"), _INFEASIBLE),
-        "feasible, dominated": Group(feasible & ~pareto, _DOMINATED),
-        PARETO: Group(pareto, _PARETO),
+    return {
+        "infeasible": (_INFEASIBLE, ~feasible & (table.status != "failed")),
+        "feasible, dominated": (_DOMINATED, feasible & ~pareto),
+        PARETO: (_PARETO, pareto),
     }
-    return {name: group for name, group in groups.items() if group.mask.any()}
 
 
-def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
+def shaded_groups(table: TestTable, shares: Array) -> Groups:
     """Return the tests in groups, the Pareto-optimal ones by shares, the larger the darker.
 
     Args:
@@ -265,11 +261,9 @@ def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
     share[~table.pareto()] = np.nan
     low = -1.0
     for colour, high in SHADES.items():
-        mask = (share > low) & (share <= high)
+        marker = Marker("D", colour, _PARETO.size, _PARETO.level + high)
+        groups[f"up to {100 * high:g} %"] = (marker, (share > low) & (share <= high))
         low = high
-        if mask.any():
-            marker = Marker("D", colour, _PARETO.size, _PARETO.level + high)
-            groups[f"up to {100 * high:g} %"] = Group(mask, marker)
     return groups
 
 
@@ -326,24 +320,20 @@ def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
 # Rankings
 
 
-def groups_by_place(ranking: EfficiencyRanking) -> dict[str, Group]:
+def groups_by_place(ranking: EfficiencyRanking) -> Groups:
     """Return the Pareto-optimal designs in groups: the best, those near it, the others."""
     place = ranking.place
     best = ranking.name_of(int(ranking.salukvadze[0]))
-    masks = {
-        "other Pareto-optimal designs": (place > _NEAR, _REST),
-        f"places 2 to {_NEAR}": ((place > 1) & (place <= _NEAR), _RANKS[5]),
-        f"place 1: {literal(best)}": (place == 1, OPTIMUM),
+    return {
+        "other Pareto-optimal designs": (_REST, place > _NEAR),
+        f"places 2 to {_NEAR}": (_RANKS[5], (place > 1) & (place <= _NEAR)),
+        f"place 1: {literal(best)}": (OPTIMUM, place == 1),
     }
-    return {name: Group(mask, marker) for name, (mask, marker) in masks.items() if mask.any()}
 
 
-def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
+def ranked_groups(ranking: EfficiencyRanking) -> Groups:
     """Return the Pareto-optimal designs in groups by rank, and the Salukvadze optimum."""
     groups = {}
     for rank, marker in _RANKS.items():
-        mask = (ranking.place > 1) & (ranking.rank == rank)
-        if mask.any():
-            groups[f"rank {rank}"] = Group(mask, marker)
-    groups["Salukvadze optimum"] = Group(ranking.place == 1, OPTIMUM)
-    return groups
+        groups[f"rank {rank}"] = (marker, (ranking.place > 1) & (ranking.rank == rank))
+    return groups | {"Salukvadze optimum": (OPTIMUM, ranking.place == 1)}
