@@ -232,7 +232,7 @@ def objective_matrix(name: str, value: Any) -> Array:
 
 
 def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the entries of an object; of two with one name JSON would keep the last in silence."""
+    """Return the entries of an object; JSON would silently drop the first of two with one name."""
     entries = dict(pairs)
     if len(entries) < len(pairs):
         raise ValueError("a name occurs twice")

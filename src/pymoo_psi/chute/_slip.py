@@ -74,7 +74,7 @@ NUMBERS = SimpleNamespace(
 )
 POOL = 16384  # designs that are followed at a time
 ROUNDS = 3  # steps before the unfinished designs of all pools are gathered
-EVALUATIONS = 32768  # of integrands in one quadrature: its arrays stay in the cache
+EVALUATIONS = 32768  # integrands in one quadrature, so that its arrays stay in the cache
 STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
 ENDLESS = "the slip of a design does not end; report it"
 # glibc keeps freed memory for the next array only up to the largest block ever freed. Without this
@@ -117,7 +117,7 @@ QUADRATURES = (
     _quadrature(24, crowding=8.0),
     _quadrature(26, crowding=4.0, fall=3.7),
 )
-# For each quadrature but the last the longest step, in units of `_advance`.
+# The longest step of each quadrature but the last, in units of `_advance`.
 LONGEST = (0.0045, 0.1, 0.4, 0.75, 1e300)
 LONG = 4
 
@@ -252,7 +252,7 @@ def _aim(xp: Any, slip: Slip) -> Aim:
     dt, w, _ = _reach(xp, slip, rate, cosine, cosine)
     turn = sine * sine * (tau - cosine) * rate * dt
     turn = turn / (1.0 + 0.5 * xp.maximum(w, -1.0))
-    limit = abs(xp.minimum(tau, 1.0) - cosine)  # to the direction in which the slip ends
+    limit = abs(xp.minimum(tau, 1.0) - cosine)  # the slip cannot turn beyond its last direction
     turn = xp.maximum(xp.minimum(turn, limit), -limit)  # far from the exit the order does not hold
     dt, w, stops = _reach(xp, slip, rate, cosine + turn / 3.0, cosine + turn / 2.0)
     w = xp.where(rho > NONE * slip.b, w, -np.inf)
@@ -292,7 +292,7 @@ def _error(xp: Any, aim: Aim) -> Any:
 
 
 def _finish(xp: Any, slip: Slip, aim: Aim) -> tuple[Any, ...]:
-    """Take the last, tiny or straight, piece of slip as it was aimed; see `follow_slip`."""
+    """Return the state after the last, tiny or straight, piece of slip; see `follow_slip`."""
     cosine = slip.vx / aim.rho
     push = aim.dt * slip.b * (slip.tau - 3.5 * (cosine + aim.turn / 2.0))
     y = slip.y * xp.exp(-2.5 * aim.ds)

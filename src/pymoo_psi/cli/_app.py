@@ -101,7 +101,7 @@ _READING = [
 ]
 _FILE = click.Argument(["file"], type=path_in)
 _PROBLEM = click.Argument(["problem"])
-# What is known of the argument PROBLEM.
+# Options that describe the argument PROBLEM.
 _OF_PROBLEM = [
     _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),

@@ -92,7 +92,7 @@ def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> 
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
-    for file in (path, metadata_path(path)):  # which are written with a CSV
+    for file in (path, metadata_path(path)):  # a CSV is written with its metadata
         if file.exists() and not _is_ours(file):
             rule = "a new file, or one that pymoo-psi has written"
             remedy = "choose another name, or remove the file first"

@@ -89,7 +89,7 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
     number = number_column(designs.extra) if layout.label is None else "row"
     columns: Values = {number: designs.numbers}
     for name, cells in designs.extra.items():
-        if name == "place":  # of words
+        if name == "place":  # a column of the file's own
             name = "place (text)"
         columns[name] = cells
     for name in (*layout.variables, *layout.objectives, *layout.outputs):
@@ -376,7 +376,7 @@ def _sections(table: TestTable) -> pd.DataFrame:
     from pymoo_psi.algorithms import sections
 
     lines = sections(table, n_values=17)
-    for name in ("expected", "low", "high", "error"):  # more digits would be none
+    for name in ("expected", "low", "high", "error"):  # further digits mean nothing
         lines[name] = [float(f"{value:.4g}") for value in lines[name]]
     ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
     texts = ends["min"].map("{:.4g}".format) + " … " + ends["max"].map("{:.4g}".format)
@@ -475,7 +475,7 @@ _ANALYSES = {
     "convergence": _convergence,
     "prospects": _prospects,
 }
-_LITTLE_GAIN = 0.01  # of the hypervolume
+_LITTLE_GAIN = 0.01  # smallest share of the hypervolume that is worth more tests
 _QUICKLY_LEARNED = 512  # tests; with more of them surrogates take several seconds
 
 

@@ -52,7 +52,7 @@ def run_compare(options: Options) -> int:
     except KeyboardInterrupt:
         remedy = f"finished runs are kept in {out}; the same command continues"
         raise KeyboardInterrupt(remedy) from None
-    _write_comparison(result, folder)  # before anything is printed, which may fail
+    _write_comparison(result, folder)  # first, as printing may fail
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
     medians = result.summary()[columns].round(4)
     medians["seconds"] = medians["seconds"].map("{:.4f}".format)
@@ -119,7 +119,8 @@ def run_reproduce(options: Options) -> int:
 
 def _folder_of(out: Path, model: str) -> Path:
     """Return the folder for the figures of a model."""
-    if model == "rolling":  # which only checks the paper's figures; the full model has the results
+    # The rolling model only checks the paper's figures; the full model has the results.
+    if model == "rolling":
         return out / "rolling"
     return out
 
@@ -128,7 +129,7 @@ def _draw_paper(result: Reproduction, options: Options, model: str) -> str:
     """Write the figures of a model, and return its name."""
     folder = results_folder(_folder_of(options.out, model))
     dpi = 200
-    if options.width is not None:  # for a journal
+    if options.width is not None:  # the figures are for a journal
         dpi = 300
     figures = paper_figures(result, model=model)
     save_figures(figures, folder, dpi, f".{options.format}", width=options.width)

@@ -176,7 +176,7 @@ def _construct(name: str, source: Any) -> Problem:
         if not isinstance(source, Problem):
             problem = source(**arguments)
         instance(f"PROBLEM {name}", problem, Problem, _REMEDY)
-        problem_name(problem)  # which messages need; it may be a method of the user's
+        problem_name(problem)  # messages need it; it may be a method of the user's
     except PsiError:
         raise
     except (Exception, SystemExit) as error:
@@ -288,7 +288,7 @@ def _dask_client(cluster: Any) -> Any:
     except ImportError as error:
         remedy = "pip install 'pymoo-psi[cluster]'"
         raise PsiError(f"--cluster needs dask.distributed: {remedy}") from error
-    # What it reports of a lost scheduler comes as an error of the run, in one line.
+    # The run reports a lost scheduler as an error in one line; Dask's own log is left out.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     argument = "address"
     if isinstance(cluster, str) and Path(cluster).is_file():

@@ -62,7 +62,7 @@ from pymoo_psi.table import (
     suffixes_for,
 )
 
-_N_REASONS = 3  # of failures, the most frequent ones
+_N_REASONS = 3  # most frequent reasons of failures
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128

@@ -183,7 +183,7 @@ def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
     changes = []
     for name in table.layout.objectives:
         value = float(table.column(name)[row])
-        if name in values and values[name] != value:  # which may be anything
+        if name in values and values[name] != value:  # a decision may hold any value
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
     if changes:
         return f"{warning} has changed: {', '.join(changes)}."

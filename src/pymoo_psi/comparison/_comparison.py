@@ -173,7 +173,7 @@ class Reference:
 
 # Powers of 2: so many LPτ points form complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
-# With surrogates: a run with 4096 evaluations would take minutes.
+# Surrogates get fewer: a run with 4096 evaluations would take minutes.
 FEW_EVALUATIONS = (64, 128, 256)
 _WITH_SURROGATES = (SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"])
 _DETERMINISTIC = SEARCHES["psi"]
@@ -400,7 +400,7 @@ def compare(
     problem = with_requirements(problem)
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
-    problem_layout(problem, design_space(problem))  # what it lacks is reported before any run
+    problem_layout(problem, design_space(problem))  # reports flaws before any run
     fronts = []
     if reference_front is not None:
         front = objective_matrix("reference_front", reference_front)
@@ -454,7 +454,7 @@ def _tasks(
     for name, search in by_name.items():
         seeds_of_search = several
         if search is _DETERMINISTIC:
-            seeds_of_search = [None]  # the tests know it by that
+            seeds_of_search = [None]  # the statistical tests recognize it by this
         for budget in budgets:
             for seed in seeds_of_search:
                 tasks.append(Task(name, budget, seed))

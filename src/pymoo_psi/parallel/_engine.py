@@ -45,7 +45,7 @@ from pymoo_psi.parallel._evaluation import (
     pickled_function,
     sendable,
 )
-from pymoo_psi.parallel._pool import Answer, Processes, Setting, Work
+from pymoo_psi.parallel._pool import Answer, Environment, Processes, Work
 from pymoo_psi.parallel._runner import Runner
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
@@ -201,7 +201,7 @@ class Tasks:
         if executor is None:
             count = runner.n_workers
             threads = max(1, (os.cpu_count() or 1) // count)
-            self._workers = Processes(count, Setting.now(self._identity, threads), pickled)
+            self._workers = Processes(count, Environment.now(self._identity, threads), pickled)
         else:
             self._workers = _Cluster(executor, pickled)
         self._sent: dict[Any, Waiting] = {}  # designs that were sent together, by their future
@@ -423,7 +423,7 @@ def evaluate(
         return _VERSIONS, None
     if sys.platform != "win32":
         # One thread: the cores of a machine belong to all of its workers.
-        processes = Processes(1, Setting.now(work.identity, threads=1), pickled)
+        processes = Processes(1, Environment.now(work.identity, threads=1), pickled)
         results, failure = processes.evaluate(work)
     else:
         results = [*evaluate_here(cloudpickle.loads(pickled), work.designs, moment=0.0)]

@@ -7,7 +7,7 @@ recorded, its worker is replaced, and nothing else is affected. ``_worker`` desc
 ends with all that it has started.
 
 Workers are kept for the next run of this process, for some minutes. One that is kept answers as a
-new one would: it is used again under the same setting only, and ends where a module has changed
+new one would: it is used again under the same environment only, and ends where a module has changed
 that it has imported.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
@@ -60,13 +60,13 @@ _THREAD_LIMITS = (
 _KEPT = 2
 
 
-class Setting(NamedTuple):
+class Environment(NamedTuple):
     """What may change the values of a model besides its code and its arguments.
 
     Attributes:
         identity: What the sender says; see :class:`Work`.
         threads: How many threads libraries may use, unless the environment limits them.
-        environment: The variables of the environment.
+        variables: The environment variables.
         folder: The current folder.
         path: Where modules are found.
         arguments: Those of the program.
@@ -74,14 +74,14 @@ class Setting(NamedTuple):
 
     identity: tuple[str, bytes]
     threads: int
-    environment: dict[str, str]
+    variables: dict[str, str]
     folder: str
     path: list[str]
     arguments: list[str]
 
     @classmethod
-    def now(cls, identity: tuple[str, bytes], threads: int) -> Setting:
-        """Return the setting of this process."""
+    def now(cls, identity: tuple[str, bytes], threads: int) -> Environment:
+        """Return the environment of this process."""
         return cls(identity, threads, {**os.environ}, os.getcwd(), [*sys.path], [*sys.argv])
 
 
@@ -116,13 +116,13 @@ class Processes:
 
     Args:
         count: How many, at most.
-        setting: What the workers must agree with.
+        environment: What the workers must agree with.
         function: The pickled function.
     """
 
-    def __init__(self, count: int, setting: Setting, function: bytes) -> None:
+    def __init__(self, count: int, environment: Environment, function: bytes) -> None:
         self._count = count
-        self._setting = setting
+        self._environment = environment
         self._function = function
         self._free = threading.Semaphore(count)
         self._busy: set[_Worker] = set()
@@ -199,14 +199,14 @@ class Processes:
         raise CancelledError
 
     def _hire(self) -> _Worker:
-        """Return a worker that is idle under the setting, or else a new one."""
+        """Return a worker that is idle under the environment, or else a new one."""
         for worker in _IDLE[::-1]:
-            if worker.setting == self._setting:
+            if worker.environment == self._environment:
                 with suppress(ValueError):  # other threads take them, too
                     _IDLE.remove(worker)
                     break
         else:
-            worker = _Worker(self._setting)
+            worker = _Worker(self._environment)
         self._busy.add(worker)
         if self._is_closed:  # it is closed in another thread
             worker.hang_up()
@@ -230,7 +230,7 @@ class _Worker:
     """A worker process as this one sees it.
 
     Attributes:
-        setting: Under which it was started.
+        environment: The environment in which it was started.
         process: The process that Popen started: the guard of the one that evaluates.
         channel: The connection to it.
         run: The run whose function it has loaded last; empty if none.
@@ -238,8 +238,8 @@ class _Worker:
         is_late: Whether it was ended, as a design took too long.
     """
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
+    def __init__(self, environment: Environment) -> None:
+        self.environment = environment
         self.run = ""
         self.lost = ""
         self.is_late = False
@@ -247,18 +247,18 @@ class _Worker:
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         command = [spawn.get_executable(), *flags, _worker.__file__]
-        environment = dict.fromkeys(_THREAD_LIMITS, str(setting.threads)) | setting.environment
+        variables = dict.fromkeys(_THREAD_LIMITS, str(environment.threads)) | environment.variables
         with theirs:
             self.process = subprocess.Popen(
                 command,
                 stdin=theirs.fileno(),
-                env=environment,
-                cwd=setting.folder,
+                env=variables,
+                cwd=environment.folder,
                 start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that
         # defines is sent by value, so that a script needs no guard and a notebook works.
-        self.send((setting.path, setting.arguments))
+        self.send((environment.path, environment.arguments))
 
     def evaluate(
         self, work: Work, function: bytes, waiting: Waiting, results: list[Result]
@@ -365,8 +365,8 @@ def run_program(
     if sys.platform == "win32":
         return _worker.run_program(call)
     work = Work("programs", ("", b"programs"), deque([(0, call)]), None, math.inf)
-    setting = Setting.now(work.identity, threads=1)
-    processes = Processes(1, setting, pickle.dumps(_worker.run_program))
+    environment = Environment.now(work.identity, threads=1)
+    processes = Processes(1, environment, pickle.dumps(_worker.run_program))
     results, failure = processes.evaluate(work)
     processes.close()
     if failure is not None:

@@ -61,9 +61,9 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
 _MANY = 100  # lines; from here on those of a group are thin and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
-_LETTERS = 66  # of ticks over the width of a column of a journal
+_LETTERS = 66  # letters of ticks over the width of a column of a journal
 
-_PANELS = 3  # side by side
+_PANELS = 3  # panels side by side
 # Indicators with their labels.
 _INDICATORS = {
     "hypervolume": "hypervolume (share of the box)",

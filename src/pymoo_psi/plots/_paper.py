@@ -22,9 +22,9 @@ from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_f
 from pymoo_psi.plots._points import Column, Points, ranked_groups
 from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure, panels, view
 
-_MU = 0.4  # of the paper's Figures 7 and 8; it gives none for Figures 3 to 6
+_MU = 0.4  # as in the paper's Figures 7 and 8; Figures 3 to 6 state none
 _SURFACES_MU = (0.2, 0.6)
-_N_LEVELS = 12  # at most; as many as colours tell apart
+_N_LEVELS = 12  # colours tell no more levels apart
 _UNITS = (
     "All quantities dimensionless: lengths over $L$, times over $(L/g)^{1/2}$, speeds over "
     "$(Lg)^{1/2}$, forces over $mg$."
@@ -39,7 +39,7 @@ _LABELS = {
     "f2": "$f_2$, energy balance",
     "f3": "$f_3$, height",
     "f4": "$f_4$, plane speed",
-    # With a ring, as in the paper's Figure 3, because μ alone is the friction coefficient.
+    # The ring is that of the paper's Figure 3: μ alone is the friction coefficient.
     "mu1": r"$\mu_1^\circ$, distance to $U$",
     "mu2": r"$\mu_2^\circ$, distance to line $UN$",
     "mu3": r"$\mu_3^\circ$, distance along $UN$",

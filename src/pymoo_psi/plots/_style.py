@@ -38,8 +38,8 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
-_LEAST_TEXT = 0.75  # of the size of texts; those of ticks then have 5 points, as journals demand
-_WIDTH = 180.0  # of a figure in mm, over both columns of a journal
+_LEAST_TEXT = 0.75  # least scale of texts; those of ticks then have 5 points, as journals demand
+_WIDTH = 180.0  # width of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
 _FLAT = 1 / 5  # outliers are left out if the other values would take less of the axis than this
@@ -209,7 +209,7 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
         return 0.0, 1.0
     low = float(inside.min())
     high = float(inside.max())
-    pad = 0.05 * (high - low)  # as matplotlib's own margins
+    pad = 0.05 * (high - low)  # matplotlib has the same margins
     # One value but for rounding has a margin of its size.
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         pad = 0.05 * abs(low) or 0.5

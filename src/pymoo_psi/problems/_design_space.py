@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
-_TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # of a vector
+_TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Variable:
             values = low + (high - low) * points
             if self.kind is Kind.LOG:
                 values = np.exp(values)
-            # at a point 1, which no sequence has, rounding may lead above the bound
+            # A point 1, which no sequence has, may be rounded to a value above the bound.
             return np.asarray(np.clip(values, self.lower, self.upper))
         # n values share [0, 1) in n equal parts; a point 1 gives upper, the last one
         count = self.upper - self.lower + 1
@@ -86,7 +86,7 @@ class Variable:
             steps = self._on_scale(values.astype(np.float64)) - low
             return np.asarray(np.clip(steps / (high - low), 0, 1))
         if self.kind is Kind.CHOICE:
-            texts = list(map(str, self.options))  # as a study has them
+            texts = list(map(str, self.options))  # a study holds them as texts
             values = np.array([texts.index(str(value)) for value in values.tolist()])
         count = self.upper - self.lower + 1
         return (values.astype(np.float64) - self.lower + 0.5) / count
@@ -266,7 +266,7 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         ArgumentValueError: A bound is missing, infinite or above the other one, or a logarithmic
             scale does not begin above 0.
     """
-    space = getattr(problem, "space", None)  # of a wrapper whose variables differ
+    space = getattr(problem, "space", None)  # a wrapper with other variables has its own
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     if log is None:

@@ -15,11 +15,11 @@ from pymoo_psi._validation import AnyArray, Array, Mask, Received, invalid
 
 Rows = tuple[tuple[float, ...], ...]
 
-_INTERVALS = 1 << 14  # of a distribution function, linear in each: errors are about 1e-8
-_ROUNDING = 1e-12  # of the ranges of variables
+_INTERVALS = 1 << 14  # pieces of a distribution function, all linear: errors are about 1e-8
+_ROUNDING = 1e-12  # share of the ranges of variables
 _TINY = 1e-300
 _TRIED = 200  # points to find one that meets all equalities
-_LEAST = 0.1  # of all points that meet them, so that these are enough
+_LEAST = 0.1  # least share of points that meet them, so that these are enough
 
 
 class _Equality:

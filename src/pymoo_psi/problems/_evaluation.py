@@ -211,7 +211,7 @@ class _CheckedFunction:
                 out[name] = _floats(name, raw.get(name), (len(X), size))
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # as for one design
+        except BaseException as error:  # the same errors as for one design
             if len(X) == 1:
                 return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)

@@ -144,7 +144,7 @@ class Identification(NamedProblem):
         where = f"what simulate returns for {experiment!r}"
         simulated: Any = self.simulate(dict(design), data.copy())
         if isinstance(simulated, (Mapping, pd.DataFrame)):
-            simulated = pd.DataFrame(simulated).reset_index()  # which may be the abscissa
+            simulated = pd.DataFrame(simulated).reset_index()  # the index may be the abscissa
             for column in columns:
                 known_name("a measured series", column, [*simulated])
             places = simulated.get(abscissa, data[abscissa])

@@ -93,7 +93,7 @@ class OutputLimit:
     @property
     def text(self) -> str:
         """The name of its constraint, with all digits of the limit."""
-        number = f"{self.value:.12g}"  # as in studies of version 0.3: 1e+12
+        number = f"{self.value:.12g}"  # studies of version 0.3 write 1e+12, too
         if float(number) != self.value:
             number = repr(self.value)
         return f"{self.output}{self.sign}{number}"
@@ -118,7 +118,7 @@ class NamedProblem(ElementwiseProblem):
         **kwargs: pymoo's own.
     """
 
-    has_named_outputs = True  # objectives and limits may be others of them in the same study
+    has_named_outputs = True  # in one study, other outputs may become objectives and limits
 
     def __init__(
         self,
@@ -149,7 +149,7 @@ class NamedProblem(ElementwiseProblem):
         self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
         kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
-            # for pymoo a vector, without names
+            # pymoo takes such variables as a vector, without names.
             self.names |= numbered("x", self.variables)
             bounds = np.array([variable.bounds for variable in self.variables.values()])
             super().__init__(n_var=len(bounds), xl=bounds[:, 0], xu=bounds[:, 1], **kwargs)

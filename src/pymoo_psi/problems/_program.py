@@ -1,8 +1,8 @@
 """An external program as a pymoo problem, with values in its input files and numbers as outputs.
 
 The sections of its file are values of :class:`Setting`, :class:`Output`, :class:`Program` and
-``Goals``. A :class:`ProgramProblem` checks them before any run, has a fingerprint for studies, runs
-the program in a folder for each design, and completes the outputs of stored tests.
+``Directions``. A :class:`ProgramProblem` checks them before any run, has a fingerprint for studies,
+runs the program in a folder for each design, and completes the outputs of stored tests.
 """
 
 from __future__ import annotations
@@ -57,8 +57,9 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-_WAYS = "given as file with one of pattern, key and column, or as expression"  # of an output
-# In a template, but neither copied nor part of the model: Python, git and macOS leave these there.
+# How an output can be given.
+_WAYS = "given as file with one of pattern, key and column, or as expression"
+# Python, git and macOS leave these in a template; they are neither copied nor part of the model.
 _LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
 # Fortran writes 1.5D+03.
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
@@ -171,7 +172,7 @@ class Output:
 
 def _require_inside(argument: str, file: str) -> None:
     """Refuse a file that is not in the folder of a run, where no design meets another one."""
-    path = PureWindowsPath(file)  # which knows the marks of all systems
+    path = PureWindowsPath(file)  # it knows the separators of all systems
     if path.anchor or ".." in path.parts:
         rule = "a relative path inside the folder in which the program runs, without '..'"
         raise invalid(argument, rule, file)
@@ -202,7 +203,7 @@ class Program:
         """Check the settings."""
         try:
             words = shlex.split(self.command)
-        except ValueError:  # of quotation marks
+        except ValueError:  # a quotation mark has no partner
             words = []
         if not words or {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
             rule = "one program with its arguments, quotation marks in pairs, without a shell"
@@ -244,7 +245,7 @@ def _last_line(folder: Path) -> str:
 
 
 @dataclass(frozen=True)
-class Goals:
+class Directions:
     """The objectives: the section ``[objectives]``.
 
     Attributes:
@@ -345,11 +346,11 @@ class ProgramProblem(NamedProblem):
         self.noisy = boolean("noisy", noisy)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
         self.by_people = program is None
-        goals = section("objectives", Goals, objectives)
+        directions = section("objectives", Directions, objectives)
         super().__init__(
             variables,
-            [*goals.minimize, *goals.maximize],
-            goals.maximize,
+            [*directions.minimize, *directions.maximize],
+            directions.maximize,
             limits,
             requirements,
             units=units_of(self.outputs),
@@ -403,7 +404,7 @@ class ProgramProblem(NamedProblem):
     def _check_outputs(self) -> None:
         """Divide the outputs into expressions and others; refuse those that cannot be found."""
         require_output_names(self.outputs)
-        names = [*self.variables]  # which an expression may use
+        names = [*self.variables]  # names that an expression may use
         for name, output in self.outputs.items():
             if name in self.variables:
                 raise invalid("the name of an output", "unlike those of variables", name)
@@ -556,7 +557,7 @@ class ProgramProblem(NamedProblem):
                 run.folder,
                 dirs_exist_ok=True,
                 ignore=left_out,
-                ignore_dangling_symlinks=True,  # as editors leave for files that they have open
+                ignore_dangling_symlinks=True,  # editors leave such links for open files
             )
         for output in self.outputs.values():
             if output.file:
@@ -641,7 +642,8 @@ class ProgramProblem(NamedProblem):
         Other studies, and repeats, may have left folders of the same design. That of a test is
         known by the outputs that the test has.
         """
-        tests = defaultdict(list)  # by the texts of their designs: rows, and outputs that they have
+        # The row of each test and the outputs that it has, by the texts of its design.
+        tests = defaultdict(list)
         for row in rows.tolist():
             design = [str(columns[name].tolist()[row]) for name in self.variables]
             known = {name: v[row] for name, v in outputs.items() if not np.isnan(v[row])}

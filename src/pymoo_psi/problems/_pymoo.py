@@ -179,5 +179,5 @@ def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
         kept = []
         for individual in algorithm.opt:
             kept.append(not individual.get("failure") and bool(np.isfinite(individual.F).all()))
-        if any(kept):  # with none, pymoo itself returns no result
+        if any(kept):  # if none is kept, pymoo itself returns no result
             algorithm.opt = algorithm.opt[kept]

@@ -31,10 +31,11 @@ from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 Rule: TypeAlias = str | Callable[[Entries], Any]
 
 _SIGN = re.compile(r"(<=|>=|=)")
-_FACTORS = {"<=": -1.0, ">=": 1.0}  # of b - a for neighbours a, b, whose product is then >= 0
+# The factor times b - a is the amount by which neighbours a, b violate the sign.
+_FACTORS = {"<=": -1.0, ">=": 1.0}
 _LARGE = 2.0**60  # beside it, a constant does not count
 _LINEAR = 1e-9  # largest relative difference between an equality and a linear one
-_ACCURACY = 5e-3  # of the terms of an equality, as designs of others are weighed or rounded
+_ACCURACY = 5e-3  # share of an equality's terms: designs of people are weighed or rounded
 _PROBES = 4096  # designs whose answers identify a function
 
 
@@ -254,7 +255,7 @@ class Required(WrappedProblem):
         """
         columns = {}
         for title, column in zip(self._space.titles, matrix.T, strict=True):
-            # by a list, as a matrix of several kinds of variables holds objects
+            # The list gives the column a type: a matrix of several kinds of variables has objects.
             columns[title] = np.array(column.tolist())
         violations = [requirement.violation(columns) for requirement in self.required]
         return np.column_stack([np.zeros((len(matrix), 0)), *violations])

@@ -246,7 +246,7 @@ class Robust(WrappedProblem):
         return np.column_stack(columns)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # for a design that is valid in no scenario
+@np.errstate(over="ignore", invalid="ignore")  # a design may be valid in no scenario
 def mean_of_worst(share: float, ordered: Array, counts: Rows) -> Array:
     """Return the mean of the worst scenarios, all of them equally likely.
 

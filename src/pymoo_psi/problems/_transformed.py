@@ -101,7 +101,7 @@ class LogScaled(Transformed):
                 upper = np.log10(variable.upper)
                 variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
         self.logarithms = [variable.title for variable in self._log.values()]
-        self.log = ()  # to others, these variables are plain ones
+        self.log = ()  # for other wrappers, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
 
     def _values_within(self, matrix: AnyArray) -> AnyArray:
@@ -216,7 +216,7 @@ def _parts_by_title(box: Any, titles: Names) -> Values:
     bounds = real_array("box", box, "or a mapping from variables to bounds or values")
     require_shape("box", bounds, (2, len(titles)))
     for title, pair in zip(titles, bounds.T.tolist(), strict=True):
-        if not np.isnan(pair).any():  # as those of choices are
+        if not np.isnan(pair).any():  # bounds of choices are NaN
             parts[title] = tuple(pair)
     return parts
 

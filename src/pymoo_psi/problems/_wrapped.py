@@ -192,5 +192,5 @@ def known_expressions(problem: Any) -> Entries:
     A problem that has some has a method ``computed`` like that of :class:`ProgramProblem`.
     """
     model = within_same_columns(problem)
-    # of the class, as a wrapper of other columns has the attributes of the problem within it
+    # The class is asked, as a wrapper of other columns has the attributes of its problem.
     return model.known_expressions if hasattr(type(model), "computed") else {}

@@ -77,11 +77,11 @@ class GrowingStudy:
         self._facts = Facts({})
         self._limits: Any = {}
         self._modified = 0  # time of the file that was read
-        self._key = ""  # of the edition: what its tests have in common
-        self._n_first = 0  # tests with which it began
+        self._key = ""  # what all tests of the edition have in common
+        self._n_first = 0  # tests with which the edition began
         self._pages: dict[str, str] = {}  # the last one made, by its edition
-        self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # when, and of how many tests
-        self._steered: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # when
+        self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # times, and numbers of tests
+        self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
 
     def look(self) -> None:
         """Read what is new in the study."""
@@ -93,8 +93,8 @@ class GrowingStudy:
             lines = self._lines(time.time() - state.st_mtime)
         except (OSError, PsiError) as error:
             lines = [str(error)]
-        steered = self._facts.requests[-_SHOWN:]
-        self.progress = {"tests": len(self.tests), "lines": lines, "steered": steered}
+        requests = self._facts.requests[-_SHOWN:]
+        self.progress = {"tests": len(self.tests), "lines": lines, "steered": requests}
 
     def _read(self) -> None:
         """Read new tests, or all of them for another edition."""
@@ -151,7 +151,7 @@ class GrowingStudy:
         (began, n_then), (now, n_now) = self._counts[0], self._counts[-1]
         rate = (n_now - n_then) / max(now - began, _PAUSE)
         done = [request["action"] for request in facts.steering if request["answer"] == "done"]
-        if n_left == 0:  # of a problem that is recorded, nothing is planned
+        if n_left == 0:  # always so for a Recorded problem, which plans no tests
             return f"All planned tests are done, the last {age:.0f} s ago."
         if not _is_alive(*facts.process):
             return "No run is at work: it has ended or was killed. Its command continues it."
@@ -204,16 +204,16 @@ class GrowingStudy:
         if not name:
             raise PsiError("give your name, for the record")
         now = time.monotonic()
-        if len(self._steered) == _MOST_A_MINUTE and now < self._steered[0] + 60:
+        if len(self._requested) == _MOST_A_MINUTE and now < self._requested[0] + 60:
             raise PsiError(f"at most {_MOST_A_MINUTE} requests a minute")
-        self._steered.append(now)
+        self._requested.append(now)
         details = {key: received.get(key) for key in ("formulation", "count")}
         with self.study.changes() as database:
             database.steer({"name": name, "action": action, **details})
 
 
 def _is_alive(host: str, process: int) -> bool:
-    """Whether a process is there; of another machine it is believed."""
+    """Whether a process is there; one of another machine is assumed to be."""
     if host != node() or sys.platform == "win32":
         return True
     try:
@@ -342,7 +342,7 @@ def _token(path: Path) -> str:
     """
     file = path.with_name(f"{path.name}-live")
     token = secrets.token_urlsafe(24)
-    with suppress(OSError):  # then it is another one every time
+    with suppress(OSError):  # without the file the token changes every time
         if not file.exists():
             with whole_file(file) as new:  # another server never reads a part of it
                 new.touch(0o600)
