@@ -33,6 +33,7 @@ from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
 from time import monotonic
@@ -94,7 +95,8 @@ class Work(NamedTuple):
             value, or else none; and what the problem says that its values depend on, pickled.
         designs: The designs, with their indices.
         timeout: Seconds that a design may take, or ``None``.
-        lasting: Seconds after twice of which the designs that are not begun are left to others.
+        lasting: Seconds that the designs may take together. After twice that time, the designs that
+            are not begun are left to other workers.
     """
 
     run: str
@@ -167,33 +169,31 @@ class Processes:
         Raises:
             WorkerError: No worker starts, or none can load the function.
         """
+        designs = list(work.designs)
         results: list[Result] = []
-        waiting = deque(work.designs)
-        tried = None
+        n_at_loss = -1  # how many results there were when a process was lost
         while not self._is_closed:
             worker = self._hire()
-            is_new = worker.run == ""
             try:
-                failure = worker.evaluate(work, self._function, waiting, results)
+                more, end = worker.evaluate(work, self._function, designs[len(results) :])
             except BaseException:
                 worker.end()
                 raise
             finally:
                 self._busy.discard(worker)
-            if worker.lost == "":
+            results += more
+            if not isinstance(end, _Loss):
                 _IDLE.append(worker)
-                return results, failure
-            if worker.run != work.run:  # it has not loaded the function
-                if is_new:
-                    raise _cannot_load(f"the process ends before ({worker.lost})")
+                return results, end
+            if not end.has_loaded:
                 continue
-            index, _ = waiting[0]
-            reason = worker.lost
-            if not worker.is_late:
-                if tried != index:
-                    tried = index
+            reason = end.reason
+            if not end.is_late:
+                if n_at_loss != len(results):
+                    n_at_loss = len(results)
                     continue
-                reason = f"its worker process died ({worker.lost}, 2 times)"
+                reason = f"its worker process died ({reason}, 2 times)"
+            index, _ = designs[len(results)]
             results.append((index, LostDesign(reason), 0.0))
             return results, None
         raise CancelledError
@@ -226,6 +226,21 @@ def _end(workers: list[_Worker]) -> None:
         worker.end(patient - monotonic())
 
 
+@dataclass
+class _Loss:
+    """The loss of a worker process.
+
+    Attributes:
+        reason: How it has ended.
+        is_late: Whether it was ended, as a design took too long.
+        has_loaded: Whether it had loaded the function, and was at work on a design.
+    """
+
+    reason: str
+    is_late: bool = False
+    has_loaded: bool = True
+
+
 class _Worker:
     """A worker process as this one sees it.
 
@@ -234,15 +249,11 @@ class _Worker:
         process: The process that Popen started: the guard of the one that evaluates.
         channel: The connection to it.
         run: The run whose function it has loaded last; empty if none.
-        lost: How its process has ended; empty while it works.
-        is_late: Whether it was ended, as a design took too long.
     """
 
     def __init__(self, environment: Environment) -> None:
         self.environment = environment
         self.run = ""
-        self.lost = ""
-        self.is_late = False
         self.channel, theirs = Pipe()
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
@@ -261,15 +272,15 @@ class _Worker:
         self.send((environment.path, environment.arguments))
 
     def evaluate(
-        self, work: Work, function: bytes, waiting: Waiting, results: list[Result]
-    ) -> EvaluationError | None:
-        """Let it evaluate designs, which move from the queue to the results.
+        self, work: Work, function: bytes, designs: Sequence[tuple[int, Any]]
+    ) -> tuple[list[Result], EvaluationError | _Loss | None]:
+        """Let it evaluate designs, one after the other.
 
-        If the process is lost, it was at work on the first design that is left. While it loads the
-        function, it has read all that was sent: this process never waits for it.
+        While it loads the function, it has read all that was sent: this process never waits for it.
 
         Returns:
-            The error that ended the evaluation, if there was one.
+            The results of the first designs, and what happened at the next one: its error, or the
+            loss of the process; ``None`` if there is no next one, or if it is left to others.
 
         Raises:
             WorkerError: It cannot load the function.
@@ -277,19 +288,22 @@ class _Worker:
         to_load = None
         if self.run != work.run:
             to_load = function
-        self.send((to_load, waiting, work.lasting))
-        problem = self.receive()
-        if problem:
-            raise _cannot_load(problem)
-        if not self.lost:
-            self.run = work.run
-        while waiting and not self.lost:
+        self.send((to_load, deque(designs), work.lasting))
+        flaw = self.receive()
+        if isinstance(flaw, _Loss):
+            if self.run:  # a module has changed, or it has waited too long
+                return [], replace(flaw, has_loaded=False)
+            flaw = f"the process ends before ({flaw.reason})"
+        if flaw:
+            raise _cannot_load(flaw)
+        self.run = work.run
+        results: list[Result] = []
+        while len(results) < len(designs):
             answer = self.receive(work.timeout)
-            if answer is None or isinstance(answer, EvaluationError):
-                return answer
-            waiting.popleft()
+            if not isinstance(answer, tuple):
+                return results, answer
             results.append(answer)
-        return None
+        return results, None
 
     def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when its answer is read."""
@@ -299,17 +313,14 @@ class _Worker:
             self.channel.send_bytes(data)
 
     def receive(self, timeout: float | None = None) -> Any:
-        """Return the next message; None if the process has ended, or none comes in time."""
+        """Return the next message, or a loss: the process has ended, or no message came in time."""
         try:
             if self.channel.poll(timeout):
                 return self.channel.recv()
         except (EOFError, OSError):  # it was closed, or reset
-            self.lost = self.end(_PATIENCE)
-        else:
-            self.is_late = True
-            self.lost = f"timed out after {timeout:g} s"
-            self.end()
-        return None
+            return _Loss(self.end(_PATIENCE))
+        self.end()
+        return _Loss(f"timed out after {timeout:g} s", is_late=True)
 
     def hang_up(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
