@@ -30,7 +30,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.algorithms._executor import BlockFilter, Pieces
+from pymoo_psi.algorithms._executor import Pieces, needed_tests
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import (
     InvestigateKeywords,
@@ -206,7 +206,7 @@ class PointAlgorithm(WithTable, Algorithm):
                 self.archive = self.archive.add(self.off)
             if self.termination.has_terminated():
                 self.finalize()
-        except BaseException:  # of a callback
+        except BaseException:  # a callback has raised it
             self._run.close()
             raise
 
@@ -235,7 +235,8 @@ class PointAlgorithm(WithTable, Algorithm):
         tests = self._tests_of(infills)
         violation = self._run.model.total_violation(tests)
         infills.set("CV", violation[:, None])  # pymoo's, with that of the limits
-        self._population = Population.merge(self.pop, infills)  # of the table without the block
+        # The block is not in the table yet, from which ``pop`` is made.
+        self._population = Population.merge(self.pop, infills)
         self._run.tell(tests)
         self._add(tests)
         return True
@@ -310,7 +311,7 @@ class PointAlgorithm(WithTable, Algorithm):
             for individual, iteration in zip(block, iterations[n_known:].tolist(), strict=True):
                 individual.data["n_gen"] = iteration
                 individual.data["n_iter"] = iteration
-            self._population = Population.merge(self._population, block).view(_Designs)
+            self._population = Population.merge(self._population, block)
         return self._population
 
     def _last(self) -> Population | None:
@@ -341,21 +342,6 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _set_optimum(self) -> None:
         pass  # `opt` is computed when it is read
-
-
-class _Designs(Population):
-    """A population that is read in half the time, as for the result of thousands of designs."""
-
-    def get(self, *names: str, to_numpy: bool = True) -> Any:
-        """Return the values of the individuals, an array for each name."""
-        lists = []
-        for name in names:
-            if hasattr(Individual, name):
-                values = [getattr(individual, name) for individual in self]
-            else:
-                values = [individual.data.get(name) for individual in self]
-            lists.append(np.array(values) if to_numpy else values)
-        return lists[0] if len(lists) == 1 else tuple(lists)
 
 
 class _Evaluator(Evaluator):
@@ -504,11 +490,11 @@ def investigate(
     run, table = repeated_tests(tested, problem, n_points, settings, pieces)
     model = run.model
     if is_noisy:
-        table = BlockFilter(keep, model)(averaged_repeats(table))
+        table = needed_tests(averaged_repeats(table), model, keep)
     table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = _pareto_tests(table, model, runner)
-    # of tests that are left out it is unknown whether they failed
+    # Whether tests that are left out have failed is unknown.
     table = model.under(table)
     if keep != "all":
         limits_on(model.formulation.limits, table.layout)
@@ -519,8 +505,6 @@ def investigate(
 
 def _tests_of(run: Run, pieces: Pieces, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
-    # Workers may have filtered their tests already; then it takes hardly any time.
-    block_filter = BlockFilter(pieces.keep, run.model)
     n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -529,7 +513,8 @@ def _tests_of(run: Run, pieces: Pieces, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for block in blocks:
-            tables.append(block_filter(block.tests))
+            # Workers may have filtered them already; then it takes hardly any time.
+            tables.append(needed_tests(block.tests, run.model, pieces.keep))
             n_tested += len(block.numbers)
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))

@@ -181,9 +181,10 @@ class Run:
     @property
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
-        if self._steered == "stop":
-            return len(self._progress.points)
-        return len(self._progress.points) + self.source.n_left
+        n_left = len(self._progress.points)
+        if self._steered != "stop":
+            n_left += self.source.n_left
+        return n_left
 
     # Blocks of tests
 
@@ -239,7 +240,7 @@ class Run:
                 while is_left and not progress.is_complete:
                     is_left = self._advance()
                 if self.executor.n_pending_tasks == 0:
-                    self._end_session()  # which releases the lock; workers are kept
+                    self._end_session()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
@@ -485,7 +486,7 @@ class Repeats:
 
     def __init__(self, model: Model, tests: TestTable) -> None:
         self._model = model
-        self._values: dict[tuple[str, ...], Values] = {}  # of each design with a result
+        self._values: dict[tuple[str, ...], Values] = {}  # those of each design with a result
         self._waiting: dict[tuple[str, ...], list[int]] = {}  # points, by design
         self.learn(tests)
 
@@ -561,7 +562,7 @@ def run_of_sequence(
     is_here = model.problem.elementwise or pieces.runner is None
     if model.space.finite and not model.noisy and is_here:
         repeats = Repeats(model, store.known())
-    if options.study is not None or repeats is not None:
+    if options.study is not None or repeats is not None or pieces.runner is None:
         pieces = pieces._replace(keep="all")
     executor = executor_of(model, options, len(points), pieces)
     continued = None
