@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
-_POINTS = 20  # of the sequence, which come before proposals of surrogates
-_TRIED = 200  # points for each design, of which one may be new
+_POINTS = 20  # how many points of the sequence come before proposals of surrogates
+_TRIED = 200  # points that are tried for each new design
 OF_LOG = "above 0, as its scale is logarithmic"
 TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
 
@@ -258,7 +258,7 @@ class _NewDesigns:
         return proposals
 
     def _first(self, X: Designs, n: int) -> list[Values]:
-        """Return the first n of designs that are new, which are known and pending from now on."""
+        """Return the first n new ones of some designs; from now on they are known and pending."""
         layout = self._model.layout
         columns = columns_of_designs(layout.variables, layout.kinds, X)
         designs: list[Values] = []

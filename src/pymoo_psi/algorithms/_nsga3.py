@@ -111,7 +111,7 @@ def _undo_logarithms(result: Result, scaled: LogScaled) -> None:
     """Replace the logarithms in a result by the values of the variables."""
     optimum = scaled.original(result.opt.get("X"))
     result.pop.set("X", scaled.original(result.pop.get("X")))
-    result.opt.set("X", optimum)  # which are in the population, too
+    result.opt.set("X", optimum)  # the population has these individuals, too
     result.problem = scaled.wrapped
     if result.X is not None:
         result.X = result.opt.get("X")

@@ -33,7 +33,7 @@ from pymoo_psi.table import TestTable, design_keys, design_matrix
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-_Key = tuple[str, ...]  # of a design; equal keys are equal bit for bit
+_Key = tuple[str, ...]  # identifies a design; designs with equal keys are equal bit for bit
 
 
 class Recorded(WithTable, WrappedProblem):
@@ -119,10 +119,10 @@ class Recorded(WithTable, WrappedProblem):
         table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
         self._store = StudyStore(table, run_options, self._model)
         self._executor = executor_of(self._model, run_options)
-        self._values: dict[_Key, Values] = {}  # of the first test of each design, by the design
+        self._values: dict[_Key, Values] = {}  # those of the first test of each design
         self._retried: dict[_Key, int] = {}  # the test points to be evaluated again, by the design
-        self._test_points: set[int] = set()  # of all tests of the run
-        self._state: object = None  # of the study when it was last read
+        self._test_points: set[int] = set()  # those of all tests of the run
+        self._state: object = None  # the state of the study when it was last read
         self.returned: set[int] = set()
         self._read()
         self.n_evaluated = 0

@@ -359,7 +359,7 @@ def _study_of(options: RunOptions) -> Study:
 def _head_of_run(table: TestTable, model: Model) -> Head:
     """Return what a study says of its model, and how its tests are asked."""
     problem = dict(table.problem or {})
-    del problem["sampling"]  # which is of the run
+    del problem["sampling"]  # it belongs to the run
     head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
     if model.default_limits:
         head["limits"] = model.default_limits
@@ -373,7 +373,7 @@ def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
     """Return what determines the points of a run."""
     identity = identity_of_run(head, sampling, requirement_texts(model.problem), model.repeat)
     choices = head["problem"]["choices"]
-    only = {}  # the values of choices and binary variables of which some are left out
+    only = {}  # the values of choices and binary variables, where some are left out
     for variable in model.space.variables:
         values = [str(option) for option in variable.options]
         if variable.kind is Kind.BINARY and variable.fixed:

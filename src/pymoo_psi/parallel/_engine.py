@@ -147,7 +147,7 @@ class ExecutorRunner(Runner):
         if now - self._asked >= _ASKING:
             try:
                 count = self._count()
-            except (OSError, asyncio.TimeoutError) as error:  # of a scheduler that is gone
+            except (OSError, asyncio.TimeoutError) as error:  # the scheduler is gone
                 raise _gone(error) from error
             self._n_workers = integer("the result of workers", count, minimum=0)
             self._asked = now
@@ -235,7 +235,8 @@ class Tasks:
         if not self._waiting:
             return
         cost = self._runner.cost
-        n_workers = max(1, self._runner.n_workers)  # one task calls for the first of a cluster
+        # A cluster may start its first worker when it has a task.
+        n_workers = max(1, self._runner.n_workers)
         lasting = max(CHUNK_SECONDS, _TASK_SECONDS * n_workers)
         while self._waiting and len(self._sent) < _TASKS_AHEAD * n_workers:
             size = cost.chunk(len(self._waiting), n_workers, lasting)
@@ -251,7 +252,7 @@ class Tasks:
             Thread(target=self._await, args=(future,), daemon=True).start()
 
     def _await(self, future: Any) -> None:
-        with suppress(BaseException):  # which is raised again where the result is read
+        with suppress(BaseException):  # it is raised again where the result is read
             future.result()
         self._done.put(future)
 
@@ -266,7 +267,7 @@ class Tasks:
         """Yield the results of designs that were sent together; send what is left of them again."""
         try:
             answer = self._workers.answer(future)
-        except PsiError:  # of the guard in the worker
+        except PsiError:  # the guard in the worker has raised it
             raise
         except Exception as error:
             yield from self._given_up(waiting, error)
@@ -376,13 +377,13 @@ def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes
     """Return by what runs know that they may share workers; see :class:`Work`.
 
     A worker may keep what a module has read from a file that the fingerprint of the function's
-    ``problem`` includes. A class of the main module is sent by value: whatever of its last version
-    is left in a worker, a call that is not of the same runner must not meet it.
+    ``problem`` includes. A class of the main module is sent by value, and a worker may also keep
+    parts of its last version, which only calls of the same runner may use.
     """
     fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
     parameters = None
     if callable(fingerprint):
-        with suppress(Exception):  # which a run without a study does not need
+        with suppress(Exception):  # a run without a study needs no fingerprint
             parameters = fingerprint()
     owner = ""
     if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
@@ -438,7 +439,7 @@ def evaluate(
 
 def _count_in(engine: Any) -> Callable[[], int] | None:
     """Return a function that returns how many tasks an engine runs at the same time, if known."""
-    # of clusters and MPI, executorlib, Python's executors and Python's pools
+    # The names are those of clusters and MPI, executorlib, Python's executors and Python's pools.
     for name in ("num_workers", "max_workers", "_max_workers", "_processes"):
         if isinstance(getattr(engine, name, None), int):
             return partial(getattr, engine, name)

@@ -46,7 +46,7 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import LostDesign, Result, Waiting
 
-_PATIENCE = 2.0  # seconds in which a worker may end by itself, which takes some hundredths
+_PATIENCE = 2.0  # seconds in which a worker may end by itself; some hundredths are enough
 # Seconds in which a guard may end its worker and all processes that were started there; a busy
 # machine may need them. If the guard is killed before, some processes are left behind.
 _KILLING = 20.0

@@ -120,7 +120,7 @@ def _prctl(option: int, value: int) -> None:
 
 # Programs of users
 
-_GRACE = 1.0  # seconds in which processes may end that a program has started
+_GRACE = 1.0  # seconds in which processes that a program has started may end
 
 
 def run_program(call: tuple[list[str], str, float | None, dict[str, str]]) -> tuple[Any, bool]:

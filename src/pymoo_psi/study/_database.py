@@ -277,7 +277,8 @@ class Database:
         run = self.facts.run(number)
         for other in self.facts.runs:
             if run.start < other.start < run.start + last:
-                rule = f"at most {other.start - run.start} for run {number}, behind which are tests"
+                most = other.start - run.start
+                rule = f"at most {most} for run {number}, as run {other.number} follows"
                 remedy = "export the tests and continue with that study"
                 raise invalid("the number of test points", rule, last, remedy)
         run.last = max(run.last, last)

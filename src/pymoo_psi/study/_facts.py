@@ -118,8 +118,8 @@ class StudyRun:
     """A run of a study.
 
     The number of a test says its run and test point: 3 000 017 is test point 17 of run 4, and 17
-    that of the first run. A run with more than a million test points takes up the numbers of the
-    runs after it, which then do not exist.
+    that of the first run. A run with more than a million test points also uses the numbers of the
+    next runs, so that these runs do not exist.
 
     Attributes:
         number: Its number, from 1.
