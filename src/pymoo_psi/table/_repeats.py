@@ -75,12 +75,14 @@ class _Groups(NamedTuple):
     """The n tests of k designs.
 
     Attributes:
+        by: Name of the column whose equal values mark tests of one design.
         first: ``(k,)`` the row of the first test of each design.
         design: ``(n,)`` the design of each test.
         usable: ``(n,)`` which tests have values.
         counts: ``(k,)`` how many of these each design has.
     """
 
+    by: str
     first: Rows
     design: Rows
     usable: Mask
@@ -102,8 +104,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
     layout = tested.layout
-    by, labels = _labels(tested, by)
-    groups = _groups(tested, by, labels)
+    groups = _groups(tested, by)
     first = groups.first
     outputs = groups.means(tested.outputs)
     if PROPOSAL_ROUND in layout.outputs:  # the round that first proposed the design
@@ -112,7 +113,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     errors = _standard_errors(tested.F, groups)
     names = (*layout.outputs, N_TESTS, *map(error_column, layout.objectives))
     extra = _common_extra(tested, groups)
-    label = next((name for name in (by, layout.label) if name in extra), None)
+    label = next((name for name in (groups.by, layout.label) if name in extra), None)
     lost = tested.numbers[first[groups.counts == 0]].tolist()
     designs = replace(
         tested.rows(first),
@@ -124,22 +125,22 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
         problem=None,  # no run continues a study of means
         reasons={number: tested.reasons[number] for number in lost if number in tested.reasons},
         extra=extra,
-        remarks=_remarks(tested, by, groups, extra),
+        remarks=_remarks(tested, groups, extra),
     )
     return table._asked_as_before(designs)
 
 
-def _groups(table: TestTable, by: str, labels: list[Any]) -> _Groups:
+def _groups(table: TestTable, by: str | None) -> _Groups:
     """Return the tests by their designs.
 
     Args:
         table: The tests.
-        by: Name of the column whose equal values mark tests of one design.
-        labels: Its values.
+        by: As for :meth:`TestTable.averaged`.
 
     Raises:
         ArgumentValueError: No value recurs, or tests with equal ones have different variables.
     """
+    by, labels = _labels(table, by)
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
@@ -151,7 +152,7 @@ def _groups(table: TestTable, by: str, labels: list[Any]) -> _Groups:
             raise invalid("repeats", "a column whose equal values have equal variables", received)
     usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
     counts = np.bincount(design[usable], minlength=len(first))
-    return _Groups(first, design, usable, counts)
+    return _Groups(by, first, design, usable, counts)
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -181,17 +182,16 @@ def _common_extra(table: TestTable, groups: _Groups) -> dict[str, AnyArray]:
     return extra
 
 
-def _remarks(table: TestTable, by: str, groups: _Groups, kept: Collection[str]) -> tuple[str, ...]:
+def _remarks(table: TestTable, groups: _Groups, kept: Collection[str]) -> tuple[str, ...]:
     """Return the remarks on designs: those on their tests, what was averaged, what was left out.
 
     Args:
         table: The tests.
-        by: Name of the column that marks tests of one design.
         groups: The tests by their designs.
         kept: Names of the extra columns of the designs.
     """
     size = f"{counted(len(groups.first), 'design')}, {counted(len(table), 'test')}"
-    remarks = [*table.remarks, f"{size}: rows with the same {by} are tests of one design."]
+    remarks = [*table.remarks, f"{size}: rows with the same {groups.by} are tests of one design."]
     if not groups.usable.all():
         n_unusable = counted((~groups.usable).sum(), "test")
         remarks.append(f"{n_unusable} have no values and do not count.")

@@ -14,7 +14,7 @@ from itertools import compress
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -423,24 +423,10 @@ def _numbered(names: Names) -> tuple[list[str], list[str]]:
 # From columns to a table
 
 
-class _Roles(NamedTuple):
-    """The n values of each column of designs, by its name, other than objectives.
-
-    Attributes:
-        variables: Numbers, booleans or texts.
-        outputs: Numbers.
-        extra: The cells of the columns without a role.
-    """
-
-    variables: Values
-    outputs: Values
-    extra: Values
-
-
 def _roles(
     columns: Mapping[str, Column], objectives: Names, variables: Names, required: Names
-) -> _Roles:
-    """Return the columns by their roles.
+) -> tuple[Values, Values, Values]:
+    """Return the columns by their roles, each as n values by name.
 
     Args:
         columns: All columns.
@@ -448,21 +434,27 @@ def _roles(
         variables: Names of the variables; one with uncertain values has another role.
         required: Names of columns that must be of numbers.
 
+    Returns:
+        The variables: numbers, booleans or texts; the outputs: numbers; and the cells of all other
+        columns except objectives.
+
     Raises:
         ArgumentValueError: A required column is not of numbers.
     """
-    roles = _Roles({}, {}, {})
+    designs = {}
+    outputs = {}
+    extra = {}
     for name, column in columns.items():
         is_certain = not (column.problem or any(map(is_blank, column.cells)))
         if name in objectives:
             continue
         if name in variables and is_certain:
-            roles.variables[name] = _values(column)
+            designs[name] = _values(column)
         elif name in required or (column.numbers is not None and not column.is_label):
-            roles.outputs[name] = column.require_numbers()
+            outputs[name] = column.require_numbers()
         else:
-            roles.extra[name] = _cells_of_extra(column.cells)
-    return roles
+            extra[name] = _cells_of_extra(column.cells)
+    return designs, outputs, extra
 
 
 def _numbers(cells: Cells, extra: Values) -> Sequence[int]:
