@@ -33,7 +33,8 @@ from pymoo_psi.pareto._sentences import (
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
 # that lie symmetrically tie, and far below any difference that counts.
 _TIE = 1e-9
-# Of the range. On a dense front the least step that is better at all is hardly another design.
+# A step is at least this share of the range: on a dense front, the least step is hardly another
+# design.
 _STEP = 0.01
 
 

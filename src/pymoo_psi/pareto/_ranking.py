@@ -176,7 +176,7 @@ def _row_norm(rows: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
 
 
-# What is ranked
+# The objective values that are ranked
 
 
 @dataclass(frozen=True, eq=False)
@@ -633,7 +633,7 @@ def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
     return rank
 
 
-# Of rankings, for the rest of the package
+# Parts of rankings for the rest of the package
 
 
 def ranking_frame(

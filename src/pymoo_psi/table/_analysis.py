@@ -45,11 +45,11 @@ _BY_PEOPLE = "tests of "
 _COSINES = 10  # terms that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
 _FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
-# Of the hypervolume, in units of the last front's range: a little beyond its worst values, so that
-# the designs at its ends count, too.
+# The reference point of the hypervolume, in units of the last front's range: a little beyond its
+# worst values, so that the designs at its ends count, too.
 _REFERENCE = 1.1
-# What share of its μ1 the best design must have come nearer, or of the last hypervolume half of the
-# tests must lack, for the others to be worth it.
+# The least gain for which the other half of the tests is worth it: the share of μ1 by which the
+# best design came nearer, or the share of the last hypervolume that the first half lacks.
 _WORTH = 0.01
 
 
@@ -225,7 +225,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     return frame
 
 
-# Of an even sample of the bounds
+# Analyses of an even sample of the bounds
 
 
 def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFrame:
