@@ -252,7 +252,7 @@ def averaged_repeats(table: TestTable) -> TestTable:
     return table.averaged()
 
 
-def average_repeats(
+def designs_of_source(
     table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
 ) -> TestTable:
     """Return the designs of a source, repeated tests averaged or reported.

@@ -52,7 +52,7 @@ from pymoo_psi.table._head import (
     units_of,
 )
 from pymoo_psi.table._layout import POINT, RESERVED, Layout, first_of, names_of
-from pymoo_psi.table._repeats import average_repeats
+from pymoo_psi.table._repeats import designs_of_source
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
@@ -165,7 +165,7 @@ def read_table(
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     if repeats or table is not source:
         is_study = isinstance(content, StoredTests) and content.is_derived
-        table = average_repeats(table, repeats, is_study=is_study)
+        table = designs_of_source(table, repeats, is_study=is_study)
     if formulation is None:
         return table
     try:
