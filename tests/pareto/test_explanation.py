@@ -156,7 +156,7 @@ def test_a_design_of_an_array_goes_by_its_row(F):
     assert compare_designs(F, [2, 0]).rows.tolist() == [2, 0]
     assert compare_designs(F, rows=[2, 0]).rows.tolist() == [2, 0]
     assert explain(F).row == 1  # the Salukvadze optimum
-    refused("design must be the label .* or row, got 4", explain, F, 4)
+    refused("design must be the name .* or row, got 4", explain, F, 4)
     refused("row must be a row of F, from 0 to 3, got 4", explain, F, row=4)
 
 
@@ -165,9 +165,9 @@ def test_a_design_with_a_label_goes_by_its_label():
     for F in (frame, rank_of_efficiency(frame)):
         assert explain(F, "B").row == explain(F, row=1).row == 1
         assert compare_designs(F, ["B", "A"]).rows.tolist() == [1, 0]
-        refused("design must be the label .* as a text, .* got 1", explain, F, 1)
+        refused("design must be the name .* as a text, .* got 1", explain, F, 1)
         for label in ("C", "D"):
-            refused(f"the label of one design, .* got '{label}'", explain, F, label)
+            refused(f"the name of one design as a text, .* got '{label}'", explain, F, label)
     names = ["pA-7", "mTorr", "row 3", "B"]
     starts = [re.split(" is | has ", str(explain(labelled(names), row=i)))[0] for i in range(3)]
     assert starts == ["pA-7", "mTorr", "Row 3"]  # a name of the user's is not respelt
@@ -178,8 +178,8 @@ def test_labels_that_are_integers_are_not_taken_for_rows():
     for F in (frame, rank_of_efficiency(frame)):
         assert explain(F, "3").row == explain(F, row=0).row == 0
         assert compare_designs(F, ["3", "1"]).rows.tolist() == [0, 2]
-        refused("got 3; labels are such as '3'; row=", explain, F, 3)
-        refused("label of one design, as a text, .* got 0", compare_designs, F, [0, 1])
+        refused("as a text, such as '3', .* got 3", explain, F, 3)
+        refused("name of one design as a text, .* got 0", compare_designs, F, [0, 1])
 
 
 @pytest.mark.parametrize("labels", [None, ["A", "B", "C", "D", "E"], ["A", "11", "13", "D", "E"]])
@@ -211,7 +211,7 @@ def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels)
     for infeasible in (10, table.names[0]):
         refused("design must be a feasible design, got .* infeasible", explain, table, infeasible)
     refused(
-        "design must be the name of one design, .* or the number of a test, got 3",
+        "design must be the name of one design as a text, .* or the number of a test or row, got 3",
         explain,
         table,
         3,
@@ -222,7 +222,7 @@ def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels)
 
 def test_integers_that_label_other_tests_are_refused():
     table = table_of([14, 13, 12, 11, 10])
-    refused("the name of one design, such as 'name 14', .* got 12", explain, table, 12)
+    refused("the name of one design as a text, such as 'name 14', .* got 12", explain, table, 12)
     assert explain(table, "name 12").row == explain(table, row=2).row == 1
     refused("the name of one design", explain, table, "1")  # no label, though the number of a test
     assert explain(table_of(), "12").row == 1  # without labels that are numbers

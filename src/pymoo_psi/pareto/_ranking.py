@@ -28,7 +28,7 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -189,7 +189,8 @@ class Objectives:
         names: The m column names of a data frame; f1, f2, … for an array.
         labels: The row labels of a data frame, the names of the designs of a table; 0, 1, … for an
             array.
-        numbers: ``(n,)`` the numbers of the tests of a table; None for another source.
+        numbers: The n numbers of the tests of a table, or of the rows of an array, from 0; none if
+            a data frame has other labels.
         units: Units by name, those of a table.
     """
 
@@ -197,7 +198,7 @@ class Objectives:
     sign: Array
     names: tuple[Any, ...]
     labels: Any
-    numbers: NDArray[np.int64] | None = None
+    numbers: Sequence[int] = ()
     units: Mapping[Any, str] = field(default_factory=dict)
 
     @classmethod
@@ -225,7 +226,12 @@ class Objectives:
         values = objective_matrix("F", F).copy()
         n, m = values.shape
         names = names or tuple(f"f{j + 1}" for j in range(m))
-        objectives = cls(values, np.ones(m), names, range(n) if labels is None else labels)
+        numbers = range(n)
+        if labels is None:
+            labels = numbers
+        elif list(labels) != list(numbers):  # an integer may be a label or a row
+            numbers = range(0)
+        objectives = cls(values, np.ones(m), names, labels, numbers)
         for entry in maximize:
             objectives.sign[objectives.column("maximize", entry)] = -1.0
         return objectives
@@ -266,6 +272,31 @@ class Objectives:
         point = finite_array(name, value)
         require_shape(name, point, self.sign.shape)
         return point * self.sign
+
+
+def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[Any]) -> int:
+    """Return the row of a design.
+
+    Args:
+        design: An integer, one of the numbers; or a text, one of the names.
+        numbers: Numbers of the designs; none if an integer may mean several designs.
+        names: Names of the designs. The first of these lists that has the text once decides.
+
+    Raises:
+        ArgumentValueError: It is no design, or several have this name.
+        ArgumentTypeError: It is neither an integer nor a text.
+    """
+    groups = names
+    if not isinstance(design, str):
+        integer("design", design, minimum=0)
+        groups = (numbers,)
+    for group in groups:
+        texts = list(map(str, group))
+        if texts.count(str(design)) == 1:
+            return texts.index(str(design))
+    example = "".join(f", such as {str(name)!r}" for name in [*names[0]][:1])
+    rule = f"the name of one design as a text{example}, or the number of a test or row"
+    raise invalid("design", rule, design)
 
 
 def is_table(F: Any) -> bool:
@@ -376,20 +407,7 @@ class EfficiencyRanking(Shown):
             >>> ranking.row_of("B")
             1
         """
-        labels = list(self.objectives.labels)
-        rule = "the label of one design, as a text, or the number of its test or row"
-        keys: list[Any] = list(map(str, labels))
-        if not isinstance(design, str):
-            integer("design", design, minimum=0)
-            keys = list(range(len(labels)))
-            if self.objectives.numbers is not None:
-                keys = self.objectives.numbers.tolist()
-            elif labels != keys:  # a label may be an integer too
-                keys = []
-        if keys.count(design) != 1:
-            remedy = f"labels are such as {str(labels[0])!r}; row= takes a row"
-            raise invalid("design", rule, design, remedy)
-        return keys.index(design)
+        return row_of_design(design, self.objectives.numbers, self.objectives.labels)
 
     @property
     def ideal(self) -> Array:

@@ -331,7 +331,7 @@ class TestTable(Tests, Shown):
             raise self._none_feasible()
         sign = self.layout.sign
         F = Objectives.of(self.F[rows]).values * sign + 0.0  # no -0.0
-        numbers = self.numbers[rows]
+        numbers = self.numbers[rows].tolist()
         objectives = Objectives(F, sign, self.layout.objectives, labels, numbers, self.layout.units)
         normalize = self.formulation.normalize
         ends = self._fixed_ends()

@@ -24,14 +24,13 @@ from pymoo_psi._validation import (
     Values,
     counted,
     instance,
-    integer,
     invalid,
     known_name,
     mapping,
     real_array,
     require_shape,
 )
-from pymoo_psi.pareto import violated_constraints
+from pymoo_psi.pareto import row_of_design, violated_constraints
 from pymoo_psi.table._formulation import Allowed, Formulation, limits_of, limits_on
 from pymoo_psi.table._layout import (
     ORIGIN,
@@ -455,25 +454,16 @@ class Tests:
             >>> table.row_of(5), table.row_of("test point 4")
             (1, 0)
         """
-        labels = list(map(str, self._labels()))
-        numbers = list(map(str, self.numbers.tolist()))
+        labels = self._labels()
+        texts = list(map(str, labels))
+        numbers = self.numbers.tolist()
+        is_unclear = design in labels
         if isinstance(design, str):
-            groups = [self.names, labels, numbers]
             # Where labels are numbers, one that is none of them is more likely a mistake.
-            is_unclear = any(map(str.isdecimal, labels))
-        else:
-            integer("design", design, minimum=1)
-            groups = [numbers]
-            is_unclear = design in self._labels()
-        if is_unclear and labels != numbers:
-            groups.remove(numbers)
-        for texts in groups:
-            if texts.count(str(design)) == 1:
-                return texts.index(str(design))
-        examples = "".join(f", such as {example!r}" for example in self.names[:1])
-        raise invalid(
-            "design", f"the name of one design{examples}, or the number of a test", design
-        )
+            is_unclear = any(map(str.isdecimal, texts))
+        if is_unclear and texts != list(map(str, numbers)):
+            numbers = []
+        return row_of_design(design, numbers, self.names, texts, numbers)
 
     @property
     def repeats(self) -> Mask:
