@@ -128,7 +128,7 @@ FILES = {
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "names of a header with blanks": ("unit cost   mass\nA  1.5  30\n", {}, "put commas between the cells"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
-    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, "got 'rank'; such a column follows from others; rename it"),
+    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, "repeats must be one of .*, got 'rank'"),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),

@@ -66,7 +66,6 @@ _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed
 # Columns that follow from other columns; a place may be a town, and not one in a ranking.
 _DERIVED_OF_RANKINGS = ("place", "mark")
 _DERIVED = tuple({*RANKING_NAMES, "status", "violated", "reason"} - {*_DERIVED_OF_RANKINGS})
-_REMEDY_OF_DERIVED = "such a column follows from others; rename it"
 # Columns of a ranking that all versions have written.
 _DISTANCES = ("mu1", "mu2", "mu3")
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
@@ -335,7 +334,7 @@ def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column
     """Return cells with their label, and their columns without those that follow from others.
 
     Raises:
-        ArgumentValueError: A row summarises others, or the label follows from other columns.
+        ArgumentValueError: A row summarises others.
     """
     labels = [name for name in cells.columns if name.strip().lower() in _LABELS]
     columns = read_columns(cells, decimal, labels)
@@ -348,7 +347,6 @@ def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column
     if label not in columns:  # also where it follows from others
         label = _label(columns)
     if label is not None:
-        known_name("the column of labels", label, columns, _REMEDY_OF_DERIVED)
         columns[label] = columns[label]._replace(is_label=True)
     cells = replace(cells, label=label)
     require_designs(cells, [column for column in columns.values() if not column.is_label])
@@ -407,7 +405,7 @@ def _names_of_roles(
         for name in names:
             remedy = ""
             if name in _DERIVED:
-                remedy = _REMEDY_OF_DERIVED
+                remedy = "such a column follows from others; rename it"
             known_name(group, name, columns, remedy)
     return objectives, [name for name in variables or guessed if name not in objectives]
 
