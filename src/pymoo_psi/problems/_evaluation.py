@@ -241,7 +241,7 @@ class _CheckedFunction:
             designs[:] = list(map(copy.copy, X))
         out: Values = dict.fromkeys(self.sizes)
         if type(self.problem).do is Problem.do:
-            # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
+            # pymoo's `do` would reshape (m, n) to (n, m) and fill in what is missing.
             self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
         else:
             out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
@@ -416,7 +416,7 @@ class FailureTolerant(WrappedProblem):
         for i in np.flatnonzero(failed):
             vector = isinstance(X[i], np.ndarray) and X[i].dtype != object
             content = X[i].tobytes() if vector else repr(X[i]).encode()
-            # different for each design, as some algorithms fail with equal ones
+            # Each design gets another value, as some algorithms fail with equal ones.
             fraction = (1 + zlib.crc32(content)) / 2**33
             F[i] = level * (1.0 + fraction)
         # pymoo reads this violation even if a problem has no constraints, and then leaves failed

@@ -194,6 +194,6 @@ def _series(name: str, source: Any) -> pd.DataFrame:
     if data.shape[1] < 2 or (data.notna().sum() < 2).any():
         rule = "of two columns or more, each with two numbers or more"
         raise invalid(where, rule, Received(f"shape {data.shape}"))
-    if not (np.diff(data.iloc[:, 0]) > 0).all():  # false for NaN, too
+    if not (np.diff(data.iloc[:, 0]) > 0).all():  # the comparison is false for NaN, too
         raise invalid(f"the first column of {where}", "in increasing order", data.columns[0])
     return data

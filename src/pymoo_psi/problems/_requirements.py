@@ -33,7 +33,7 @@ Rule: TypeAlias = str | Callable[[Entries], Any]
 _SIGN = re.compile(r"(<=|>=|=)")
 # The factor times b - a is the amount by which neighbours a, b violate the sign.
 _FACTORS = {"<=": -1.0, ">=": 1.0}
-_LARGE = 2.0**60  # beside it, a constant does not count
+_LARGE = 2.0**60  # a constant does not count beside so large a value
 _LINEAR = 1e-9  # largest relative difference between an equality and a linear one
 _ACCURACY = 5e-3  # share of an equality's terms: designs of people are weighed or rounded
 _PROBES = 4096  # designs whose answers identify a function

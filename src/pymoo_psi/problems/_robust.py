@@ -239,7 +239,7 @@ class Robust(WrappedProblem):
     def _statistics(self, F: Array) -> Array:
         """Return ``(n, m)`` statistics of ``(S, n, m)`` objectives, which are changed."""
         finite = np.isfinite(F).all(axis=2)
-        F[~finite] = np.inf  # last in order, where it is not counted
+        F[~finite] = np.inf  # such a scenario is last in order and is not counted
         F.sort(axis=0)
         counts = finite.sum(axis=0)
         columns = [mean_of_worst(share, F[..., j], counts) for j, share in enumerate(self._shares)]

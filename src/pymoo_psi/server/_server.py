@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
 
-_PORT = 8741  # unless it is taken
+_PORT = 8741  # the port, unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
-_LOOKS = 120  # over which the rate is measured
+_LOOKS = 120  # looks over which the rate is measured
 _GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
@@ -79,7 +79,7 @@ class GrowingStudy:
         self._modified = 0  # time of the file that was read
         self._key = ""  # what all tests of the edition have in common
         self._n_first = 0  # tests with which the edition began
-        self._pages: dict[str, str] = {}  # the last one made, by its edition
+        self._pages: dict[str, str] = {}  # the page made last, by its edition
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # times, and numbers of tests
         self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
 
