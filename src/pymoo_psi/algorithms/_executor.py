@@ -47,6 +47,8 @@ _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
 _PIECES = 8
 # Pieces for each worker that are evaluated, wait for it, or are evaluated and wait to be read.
 _PIECES_AHEAD = 4
+# Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
+_PREDICTIVE = 4096
 
 
 class Block(NamedTuple):
@@ -88,14 +90,32 @@ class Pieces(NamedTuple):
 HERE: Pieces = Pieces()
 
 
-def needed_tests(tests: TestTable, model: Model, keep: str) -> TestTable:
-    """Return the tests of a block that are needed: ``"all"``, ``"feasible"`` or ``"pareto"``."""
-    if keep == "all":
-        return tests
-    table = model.under_so_far(tests)
-    if keep == "feasible":
-        return tests.rows(table.feasible())
-    return tests.rows(table.pareto())
+class BlockFilter:
+    """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
+
+    If more than half of a large block is kept, later blocks are not filtered: little of them would
+    be left out, and all tests are filtered together in the end.
+
+    Args:
+        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
+        model: The model, under whose formulation they are.
+    """
+
+    def __init__(self, keep: str, model: Model) -> None:
+        self._keep = keep
+        self._model = model
+
+    def __call__(self, tests: TestTable) -> TestTable:
+        """Return the tests of a block that are needed."""
+        if self._keep == "all":
+            return tests
+        table = self._model.under_so_far(tests)
+        if self._keep == "feasible":
+            return tests.rows(table.feasible())
+        kept = tests.rows(table.pareto())
+        if 2 * len(kept) > len(tests) > _PREDICTIVE:
+            self._keep = "all"
+        return kept
 
 
 class Executor:
@@ -288,20 +308,20 @@ class PieceTask:
 
     Args:
         model: The model.
-        keep: Which tests are needed; see :class:`Pieces`.
+        block_filter: Returns the tests that are needed.
     """
 
-    def __init__(self, model: Model, keep: str) -> None:
+    def __init__(self, model: Model, block_filter: BlockFilter) -> None:
         self.problem = model.problem
         self._model = model
-        self._keep = keep
+        self._filter = block_filter
 
     def __call__(self, piece: Points) -> tuple[TestTable, float]:
         """Evaluate the points of a piece."""
         began = time.monotonic()
         tests = self._model.evaluated(piece)
         seconds = (time.monotonic() - began) / len(piece)
-        return needed_tests(tests, self._model, self._keep), seconds
+        return self._filter(tests), seconds
 
 
 class InPieces(Executor):
@@ -432,5 +452,5 @@ def executor_of(
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         largest = min(_LARGEST, max(_SMALLEST, points_of_a_worker))
     largest = options.block_size or largest
-    task = PieceTask(model, pieces.keep)
+    task = PieceTask(model, BlockFilter(pieces.keep, model))
     return InPieces(task, min(smallest, largest), largest, seconds, runner)

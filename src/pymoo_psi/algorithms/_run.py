@@ -562,7 +562,7 @@ def run_of_sequence(
     is_here = model.problem.elementwise or pieces.runner is None
     if model.space.finite and not model.noisy and is_here:
         repeats = Repeats(model, store.known())
-    if options.study is not None or repeats is not None or pieces.runner is None:
+    if options.study is not None or repeats is not None:
         pieces = pieces._replace(keep="all")
     executor = executor_of(model, options, len(points), pieces)
     continued = None
