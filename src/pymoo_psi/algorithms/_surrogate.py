@@ -324,6 +324,9 @@ class SurrogateSource(Source):
         )
         self._n_points = len(sequence) + n_proposed
         self._points = self._sequence.at(slice(0, 0))  # all that were returned
+        # The points to return next: the sequence, or what is left of a round. A round may be longer
+        # than the run, which may get more points later.
+        self._ready = self._sequence
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         others = run.store.others()
         self._others = others.rows(run.model.space.has_options(others.X))
@@ -365,11 +368,13 @@ class SurrogateSource(Source):
         self._n_points += count
 
     def ask(self, count: int) -> Points:
-        """Return the points of the sequence, and then a round of proposals when one is due."""
-        if len(self._points) == 0 and len(self._sequence) > 0:
-            points = self._sequence
-        else:
-            points = self._proposed_points()
+        """Return the points that are ready: first the sequence, then each round when it is due."""
+        if self.n_left == 0 or not self._is_due():
+            return Points.none()
+        if len(self._ready) == 0:
+            self._ready = self._next_round()
+        points = self._ready.at(slice(0, self.n_left))
+        self._ready = self._ready.at(slice(len(points), None))
         self._points = self._points.joined(points)
         return points
 
@@ -380,22 +385,26 @@ class SurrogateSource(Source):
         wait([self._round.points])
         return True
 
-    def _proposed_points(self) -> Points:
-        """Return the points of the next round; none while it is not due, or being made."""
-        pending = self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
-        is_due = len(pending) == 0 or self.eager or self._round is not None
-        if self.n_left == 0 or not is_due:
-            return Points.none()
+    def _pending(self) -> Points:
+        """Return the points that are being tested."""
+        return self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
+
+    def _is_due(self) -> bool:
+        """Return whether the next points are due, or being made."""
+        return self._round is not None or self.eager or len(self._pending()) == 0
+
+    def _next_round(self) -> Points:
+        """Return the points of the next round, which are stored; none while they are being made."""
+        round_number = len(self._ends)
         first = int(self._points.numbers.max(initial=0)) + 1
-        if self._ends[-1] == len(self._points):
-            points = self._next_round(len(self._ends), first, pending)
-            if len(points) == 0:
+        points = self._stored_points(round_number)
+        if len(points) == 0:
+            self._round = self._round or self._started_round()
+            if not self._round.points.done():
                 return Points.none()
-            self._ends.append(len(self._points) + len(points))
-        # The last round may have been longer than the run, which has got more points.
-        n_new = self._ends[-1] - len(self._points)
-        round_number = len(self._ends) - 1
-        points = self._stored_points(round_number)[-n_new:][: self.n_left]
+            self._keep(self._round, round_number, first)
+            points = self._stored_points(round_number)
+        self._ends.append(len(self._points) + len(points))
         numbers = first + np.arange(len(points))
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
@@ -412,20 +421,12 @@ class SurrogateSource(Source):
                 points.append(proposal.content["point"])
         return np.array(points)
 
-    def _next_round(self, round_number: int, first: int, pending: Points) -> Array:
-        """Return the ``(n, d)`` points of the next round; none while it is being made.
+    def _keep(self, finished: _Round, round_number: int, first: int) -> None:
+        """Store a round that is made, numbered from ``first``.
 
-        They are stored first, numbered from ``first``. Another process may have stored the same
-        round meanwhile, which then counts: all processes on one file test the same designs.
+        Another process may have stored the same round meanwhile, which then counts: all processes
+        on one file test the same designs.
         """
-        points = self._stored_points(round_number)
-        if len(points):
-            return points
-        if self._round is None:
-            self._round = self._started_round(pending)
-        finished = self._round
-        if not finished.points.done():
-            return points
         self._round = None
         self._n_meanwhile = len(self._tests) - finished.n_tests
         content: dict[str, Any] = {}
@@ -438,11 +439,11 @@ class SurrogateSource(Source):
             entries = {"point": point} | content
             proposals.append(Proposal(number, round_number, "surrogates", entries))
         self._proposals.extend(self._store.propose(proposals))
-        return self._stored_points(round_number)
 
-    def _started_round(self, pending: Points) -> _Round:
+    def _started_round(self) -> _Round:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
         self._direction = self._next_direction
+        pending = self._pending()
         table = self._table()
         size = self._size(int(table.eligible().sum()))
         is_first = np.isin(self._tests.numbers, self._sequence.numbers)
