@@ -6,12 +6,12 @@ variables, as do the outputs of a problem that are expressions.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, Array
+from pymoo_psi._validation import AnyArray, Array, Mask
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
@@ -19,6 +19,8 @@ from pymoo_psi.table import OPEN, Expression, Layout, TestTable
 
 # A predicted equality counts as met within this many standard deviations.
 _EQUALITY_TOLERANCE = 0.01
+
+_Limits = Mapping[str, tuple[float, float]]
 
 
 class _Output(NamedTuple):
@@ -95,63 +97,47 @@ class Task:
         n_uniform: int,
         pending: Array,
     ) -> None:
-        tested = table.tested.layout
-        layout = table.layout
+        tested = table.tested
+        problem: Any = None
+        n_ieq_constr = len(tested.layout.inequalities)
+        if model is not None:
+            problem = model.inner
+            n_ieq_constr = model.n_ieq_constr
+        numeric_limits = {}
+        for name, limit in table.limits.items():
+            if not isinstance(limit, list):
+                numeric_limits[name] = limit
+        outputs = _outputs(table, space, numeric_limits, n_ieq_constr)
+        names = {output.name for output in outputs}
+        expressions = _expressions(problem, tested.layout)
+        computed = _needed(table.formulation.computed, names)
+        operands = _operands(tested.layout, outputs, {**expressions, **computed})
+        self.failed = table.status == "failed"
+        # The model does not run for a design that violates a requirement.
+        self.unknown = self.failed | (tested.G[:, n_ieq_constr:] > 0).any(axis=1)
+
         self._table = table
         self._space = space
         self._model = model
-        self._problem: Any = None
-        self._n_ieq_constr = len(tested.inequalities)
-        if model is not None:
-            self._problem = model.inner
-            self._n_ieq_constr = model.n_ieq_constr
-        limits = {}
-        for name, limit in table.limits.items():
-            if not isinstance(limit, list):
-                limits[name] = limit
-        self.n_obj = len(layout.objectives)
-        self._outputs = _objectives(table, limits) + _constraints(table, self._n_ieq_constr)
-        for name, limit in limits.items():
-            # Under equalities, limits on variables are no sides of the unit cube.
-            if name in layout.outputs or (space.equalities and name in layout.variables):
-                is_tested = name in tested.columns
-                self._outputs.append(_Output(name, *limit, is_tested, is_limited=True))
-        names = [output.name for output in self._outputs]
-        self._computed = _needed(table.formulation.computed, names)
-        self._expressions = _expressions(self._problem, tested)
-        expressions = {**self._expressions, **self._computed}
-        self._operands = _operands(tested, self._outputs, expressions)
-        learned = {*names, *self._operands}
-        self.is_computed = bool(expressions) or not learned.isdisjoint(tested.variables)
-        self.limits = []
-        for name in [*layout.constraints, *limits]:
-            for j, output in enumerate(self._outputs):
-                if output.name == name:
-                    self.limits.append((j, output.least, output.greatest))
-        self.is_narrowed = bool(limits)
-        self.ranges = None
-        if table.formulation.ranges:
-            pairs = [table.formulation.ranges[name] for name in layout.objectives]
-            self.ranges = np.sort(np.array(pairs).T * layout.sign, axis=0)
-        self.is_directed = self.is_narrowed or self.ranges is not None
-        self.low = np.zeros(len(space.searched))
-        self.high = np.ones(len(space.searched))
-        # The names of the table, which may be those of the problem or of the run.
-        titles = dict(zip(space.variable_names, tested.variables, strict=True))
-        for j, variable in enumerate(space.searched):
-            name = titles[variable.name]
-            if name in limits and name not in learned:
-                self.low[j], self.high[j] = variable.between(*limits[name])
+        self._problem = problem
+        self._outputs = outputs
+        self._expressions = expressions
+        self._computed = computed
+        self._operands = operands
         self.n_uniform = n_uniform
         self.pending = pending
         self.numbers = table.numbers
-        self.points = space.points(table.tested.X)
+        self.points = space.points(tested.X)
+        self.Y = _learned_values(table, outputs, operands, n_uniform, self.unknown)
         self.eligible = table.eligible()
-        self.failed = table.status == "failed"
-        # The model does not run for a design that violates a requirement.
-        is_unmet = (table.tested.G[:, self._n_ieq_constr :] > 0).any(axis=1)
-        self.unknown = self.failed | is_unmet
-        self.Y = self._learned_values()
+        self.n_obj = len(table.layout.objectives)
+        self.limits = _limits_by_index([*table.layout.constraints, *numeric_limits], outputs)
+        self.low, self.high = _limits_of_cube(tested.layout.variables, space, numeric_limits, names)
+        self.ranges = _ranges(table)
+        self.is_narrowed = bool(numeric_limits)
+        self.is_directed = self.is_narrowed or self.ranges is not None
+        has_variables = not names.isdisjoint(tested.layout.variables)
+        self.is_computed = has_variables or bool(expressions or computed)
 
     def encode(self, points: Array) -> Array:
         """Return ``(n, d)`` points as surrogates see them, ``(n, e)``."""
@@ -199,21 +185,6 @@ class Task:
                     columns.append(((beyond + margin) / unit)[:, None])
         return np.hstack(columns)
 
-    def _learned_values(self) -> Array:
-        """Return the ``(n, q)`` outputs of the tests."""
-        table = self._table
-        uniform = table.F[: self.n_uniform][~self.unknown[: self.n_uniform]]
-        columns = [without_penalties(table.F, uniform)]
-        for output in self._outputs[self.n_obj :]:
-            column = table.column(output.name)
-            if output.is_limited:
-                columns.append(output.known_or_beyond(column))
-            else:
-                columns.append(np.where(self.unknown, np.nan, column))
-        for name in self._operands:
-            columns.append(table.tested.column(name))
-        return np.column_stack(columns)
-
     def computed(self, points: Array, Y: Array) -> Array:
         """Return ``(n, q)`` outputs of points, of which some are computed from the others.
 
@@ -243,30 +214,110 @@ class Task:
         return bounded(computed)
 
 
-def _objectives(table: TestTable, limits: Mapping[str, tuple[float, float]]) -> list[_Output]:
+def _outputs(
+    table: TestTable,
+    space: DesignSpace,
+    limits: _Limits,
+    n_ieq_constr: int,
+) -> list[_Output]:
+    """Return the outputs that surrogates learn, without operands.
+
+    Args:
+        table: All tests, under the formulation.
+        space: The variables.
+        limits: The limits that are numbers, by column.
+        n_ieq_constr: The number of inequalities before requirements, which are not learned.
+    """
     tested = table.tested.layout
+    layout = table.layout
     outputs = []
-    for name, sign in zip(table.layout.objectives, table.layout.sign.tolist(), strict=True):
+    for name, sign in zip(layout.objectives, layout.sign.tolist(), strict=True):
         # An equality that is an objective counts by its absolute value.
         is_tested = name in tested.columns and name not in tested.equalities
         least, greatest = sorted(sign * end for end in limits.get(name, OPEN))
         outputs.append(_Output(name, least, greatest, is_tested, sign))
-    return outputs
-
-
-def _constraints(table: TestTable, n_ieq_constr: int) -> list[_Output]:
-    """Return the constraints of the model, without requirements."""
-    requirements = table.tested.layout.inequalities[n_ieq_constr:]
-    outputs = []
-    for name in table.layout.inequalities:
+    requirements = tested.inequalities[n_ieq_constr:]
+    for name in layout.inequalities:
         if name not in requirements:
             outputs.append(_Output(name, -np.inf, 0.0))
-    for name in table.layout.equalities:
+    for name in layout.equalities:
         outputs.append(_Output(name, 0.0, 0.0))
+    for name, limit in limits.items():
+        # Under equalities, limits on variables are no sides of the unit cube.
+        if name in layout.outputs or (space.equalities and name in layout.variables):
+            is_tested = name in tested.columns
+            outputs.append(_Output(name, *limit, is_tested, is_limited=True))
     return outputs
 
 
-def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:
+def _limits_by_index(
+    names: Sequence[str], outputs: Sequence[_Output]
+) -> list[tuple[int, float, float]]:
+    """Return ``(column, least, greatest)`` for the outputs of these names, in their order."""
+    limits = []
+    for name in names:
+        for j, output in enumerate(outputs):
+            if output.name == name:
+                limits.append((j, output.least, output.greatest))
+    return limits
+
+
+def _limits_of_cube(
+    variables: Sequence[str],
+    space: DesignSpace,
+    limits: _Limits,
+    learned: Collection[str],
+) -> Array:
+    """Return the ``(2, d)`` lower and upper limits on variables, in the unit cube.
+
+    Args:
+        variables: The names of the variables in the table, which may be those of the problem or of
+            the run.
+        space: The variables.
+        limits: Limits on columns, by name.
+        learned: Columns whose limits are those of learned outputs instead.
+    """
+    cube = np.zeros((2, len(space.searched)))
+    cube[1] = 1.0
+    names = dict(zip(space.variable_names, variables, strict=True))
+    for j, variable in enumerate(space.searched):
+        name = names[variable.name]
+        if name in limits and name not in learned:
+            cube[:, j] = variable.between(*limits[name])
+    return cube
+
+
+def _ranges(table: TestTable) -> Array | None:
+    """Return the ``(2, m)`` ranges of a formulation, in which all objectives are minimised."""
+    ranges = table.formulation.ranges
+    if not ranges:
+        return None
+    pairs = [ranges[name] for name in table.layout.objectives]
+    return np.sort(np.array(pairs).T * table.layout.sign, axis=0)
+
+
+def _learned_values(
+    table: TestTable,
+    outputs: Sequence[_Output],
+    operands: Sequence[str],
+    n_uniform: int,
+    unknown: Mask,
+) -> Array:
+    """Return the ``(n, q)`` values of outputs and operands; the arguments are those of a task."""
+    uniform = table.F[:n_uniform][~unknown[:n_uniform]]
+    columns = [without_penalties(table.F, uniform)]
+    for output in outputs[table.F.shape[1] :]:
+        column = table.column(output.name)
+        if output.is_limited:
+            columns.append(output.known_or_beyond(column))
+        else:
+            columns.append(np.where(unknown, np.nan, column))
+    for name in operands:
+        columns.append(table.tested.column(name))
+    return np.column_stack(columns)
+
+
+def _needed(computed: Mapping[str, str], names: Collection[str]) -> dict[str, Expression]:
     """Return the expressions, in their order, from which columns of these names follow."""
     needed = {*names}
     expressions: dict[str, Expression] = {}
