@@ -30,6 +30,7 @@ from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import renumbered
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import hypervolume
+from pymoo_psi.problems import DesignSpace
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable, design_keys
 
@@ -236,7 +237,7 @@ class _Direction:
             self._n_fitted = n_fitted
         if self._learned is not None:
             Z = task.encode(task.points)
-            for end in (n_fitted, *ends, len(Z)):
+            for end in (*ends, len(Z)):
                 if end >= n_fitted:
                     rows = np.flatnonzero(~task.unknown[:end])
                     self._learned.extend(task.numbers[rows], Z[rows])
@@ -256,11 +257,11 @@ def _n_fitted(task: Task, ends: Sequence[int]) -> int:
 
 
 def _fitted(task: Task, n_fitted: int, most: int = sys.maxsize) -> Learned | None:
-    """Return surrogates fitted to the first tests, to which tests can be appended.
+    """Return surrogates of the first tests, fitted to them; further tests can be appended.
 
     Args:
         task: The task, with the tests.
-        n_fitted: To how many of them surrogates are fitted.
+        n_fitted: How many tests these are.
         most: From how many of them, at most, surrogates learn.
 
     Returns:
@@ -269,12 +270,14 @@ def _fitted(task: Task, n_fitted: int, most: int = sys.maxsize) -> Learned | Non
     rows = np.flatnonzero(~task.unknown[:n_fitted])
     if len(rows) < _LEAST_LEARNED:
         return None
+    Z = task.encode(task.points[rows])
     Y = bounded(task.Y[rows])
     n_uniform = max(int(np.count_nonzero(rows < task.n_uniform)), _LEAST_LEARNED)
-    learned = Learned(task.encode(task.points[rows]), Y, n_uniform, task.n_obj)
+    learned = Learned(Z, Y, n_uniform, task.n_obj)
     if len(rows) > most:
         best = best_and_spread(Y, learned, task, most)
         learned.left_out = task.numbers[np.delete(rows, best)]
+    learned.extend(task.numbers[rows], Z)
     return learned
 
 
@@ -521,9 +524,18 @@ def proposed_now(
         round_number: The number of the round, from 0.
     """
     random = np.random.default_rng([seed, round_number])
-    task = Task(table, model.space, model, _n_uniform(table), pending)
+    task = _task_now(table, model.space, model, pending)
     with threadpool_limits(limits=1, user_api="blas"):
-        return propose(task, _learned_now(task), size, round_number, random)
+        return propose(task, _fitted(task, len(table)), size, round_number, random)
+
+
+def _task_now(table: TestTable, space: DesignSpace, model: Model | None, pending: Array) -> Task:
+    """Return the task of a search outside of a run; the arguments are those of :class:`Task`."""
+    n_uniform = len(table)
+    if PROPOSAL_ROUND in table.layout.outputs:
+        is_proposed = table.column(PROPOSAL_ROUND) > 0
+        n_uniform = int(np.append(is_proposed, True).argmax())
+    return Task(table, space, model, n_uniform, pending)
 
 
 class Prospects(NamedTuple):
@@ -567,10 +579,10 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
         raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"), remedy)
     space = space_of_table(table.tested)
     no_points = np.zeros((0, len(space.searched)))
-    task = Task(table, space, None, _n_uniform(table), no_points)
+    task = _task_now(table, space, None, no_points)
     random = np.random.default_rng(0)
     with threadpool_limits(limits=1, user_api="blas"):
-        learned = _learned_now(task)
+        learned = _fitted(task, n)
         if learned is None:
             rule = f"of {_LEAST_LEARNED} tests with outputs or more"
             raise invalid("the table", rule, Received(f"{n}"))
@@ -588,20 +600,3 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
         both = frame.scaled(np.vstack([front, F]))
         volumes.append(hypervolume((both - low) / (_REFERENCE - low), 1.0)[0])
     return Prospects(n_tests, found, float(np.mean(volumes[1:]) / volumes[0] - 1))
-
-
-def _n_uniform(table: TestTable) -> int:
-    """Return how many tests there are before the first proposal."""
-    if PROPOSAL_ROUND not in table.layout.outputs:
-        return len(table)
-    is_proposed = table.column(PROPOSAL_ROUND) > 0
-    return int(np.append(is_proposed, True).argmax())
-
-
-def _learned_now(task: Task) -> Learned | None:
-    """Return what surrogates learn of a task outside of a run."""
-    learned = _fitted(task, len(task.points))
-    if learned is not None:
-        rows = np.flatnonzero(~task.unknown)
-        learned.extend(task.numbers[rows], task.encode(task.points[rows]))
-    return learned
