@@ -33,9 +33,10 @@ from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
-# From (k, e) designs to (k,) values, above 0 for those to avoid.
+# A risk maps (k, e) designs to (k,) values, above 0 for those to avoid.
 Risk = Callable[[Array], Array]
-# What a search minimises: from (n, d) points to (n, m) values and the (n, c) excess of each limit.
+# An aim maps (n, d) points to the (n, m) values that a search minimises, and to their (n, c) excess
+# of each limit.
 Aim = Callable[[Array], tuple[Array, Array]]
 
 # One round in this many searches only near the best tests. Far from all tests surrogates promise
@@ -394,7 +395,7 @@ class _Surrogates:
         """
         F = _scaled(self._learned.back(T), self.ranges)
         better = _scaled(self._learned.back(T - deviations), self.ranges)
-        worse = np.maximum(F, 0)  # than the ideal point
+        worse = np.maximum(F, 0)  # by how much designs are worse than the ideal point
         distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
         least = np.linalg.norm(np.maximum(self.front, 0), axis=1).min()
@@ -461,7 +462,7 @@ def _start_near(best: Array, aim: Aim, task: Task, random: Random) -> _Populatio
     centre = best[centres]
     low = np.maximum(centre - _NEARBY_HALF_WIDTH, task.low)
     high = np.minimum(centre + _NEARBY_HALF_WIDTH, task.high)
-    # at least three variables are changed, or three in ten
+    # At least three variables are changed, or three in ten.
     changed = random.random((_POPULATION_SIZE, d)) < max(0.3, 3 / d)
     step = random.uniform(-_NEARBY_HALF_WIDTH, _NEARBY_HALF_WIDTH, (_POPULATION_SIZE, d))
     points = np.where(changed, centre + step, centre)
@@ -556,7 +557,7 @@ def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
         order = np.lexsort((f, rank))
         value = f[order]
         front = rank[order]
-        gap = np.full(len(F), np.inf)  # at the ends of a front
+        gap = np.full(len(F), np.inf)  # a design at an end of its front has one neighbour only
         inner = (front[1:-1] == front[:-2]) & (front[1:-1] == front[2:])
         gap[1:-1][inner] = (value[2:] - value[:-2])[inner]
         distances[order] += gap / max(np.ptp(f), 1e-300)

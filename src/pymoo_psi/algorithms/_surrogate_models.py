@@ -51,9 +51,9 @@ _LOG_TREND = -2.0
 # Lengths are fitted to at most this many tests. The time grows with the third power (a second for
 # an output with 512), and more tests change lengths little.
 _MOST = 256
-_STEPS = 40  # of L-BFGS-B, at most
+_STEPS = 40  # L-BFGS-B makes at most so many
 _LEAST_VARIANCE = 1e-12
-_LEAST_RATE = 1e-4  # of a bend; with it, a variable is bent by 1e-5 of its width
+_LEAST_RATE = 1e-4  # a bend of this rate moves values by 1e-5 of the width of a variable
 _NEARLY_ONE = 1 - 1e-12  # a value far out on a reciprocal scale
 _NOT_REGULAR = 1e10  # the loss for lengths whose covariance matrix is not positive definite
 
@@ -312,7 +312,7 @@ class Covariance:
         n_all = n + len(Z)
         rows = self._rows(Z)
         trends = self.trends_of(Z)
-        # what rows are multiplied by for squared distances from these designs
+        # The product of rows and these columns has the squared distances of designs.
         columns = np.vstack([-2 * rows[:, :-2].T, rows[:, -1], rows[:, -2]])
         corner = _in_place_matern(rows @ columns) + trends @ trends.T
         corner[np.diag_indices(len(Z))] += self.noise
@@ -417,7 +417,7 @@ def _inverse(factor: Array) -> Array:
 
 
 def _continued(covariance: Covariance, t: Array, scale: Scale, met_by: float) -> Array:
-    """Return a constraint below 0 where it is met, as the violations let expect.
+    """Return a constraint with negative values where it is met, which the violations suggest.
 
     Many models return the amount of a violation, 0 where the constraint is met. A process of such
     values would be wrong about the boundary, where the best designs often lie. Values of met

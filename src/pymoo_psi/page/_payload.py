@@ -26,7 +26,7 @@ Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
-_DIGITS = 4  # that a written number resolves within the range of its column
+_DIGITS = 4  # a written number resolves so many within the range of its column
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
 # none of a normal one.
@@ -235,7 +235,7 @@ def written(notation: Notation, value: float) -> str:
     text = f"{value:.{decimals}f}"
     if kind == "exponent":
         text = f"{value:.{decimals}e}"
-    elif abs(value) >= 1e7:  # beyond the range of the column, a penalty perhaps
+    elif abs(value) >= 1e7:  # it is beyond the range of the column, a penalty perhaps
         text = f"{value:.3e}"
     elif abs(value) >= 1e4:
         text = f"{value:,.{decimals}f}".replace(",", "\N{NO-BREAK SPACE}")

@@ -35,7 +35,7 @@ const Charts = (() => {
     for (const name of ["context", "text", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
   }
   dye()
-  // Of categories: colours and shapes that no other mark has. Neighbours differ in lightness, too.
+  // Categories have colours and shapes that no other mark has. Neighbours differ in lightness, too.
   const HUES = [["#D55E00", "down"], ["#00795A", "plus"], ["#B07800", "hexagon"], ["#7F3C8D", "bar"],
     ["#C4568F", "column"], ["#5F6B00", "glass"], ["#8C4A2F", "half"], ["#0E8080", "arrow"]]
     .map(([colour, shape]) => ({colour, shape, size: 4}))
@@ -78,7 +78,7 @@ const Charts = (() => {
 
   // A shape as a picture for legends and texts, made once and copied.
   const icons = new Map()
-  function icon(key) { // of LOOKS, or of a category
+  function icon(key) { // the key is one of LOOKS, or a category
     if (!icons.has(key)) {
       const {shape, size, colour = `var(--look-${key})`} = LOOKS[key] ? {...LOOKS[key], colour: undefined} : key
       const r = min(size, 6.5)
@@ -345,13 +345,13 @@ const Charts = (() => {
     parent.append(heads, plot)
     let [model, marked, context] = [null, -1, null]
     const former = new Map() // densities
-    let boxes = [] // of the names
+    let boxes = [] // the boxes of the names
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * (size.width - RIGHT)) / axes.length
     const nearest = (x) => min(axes.length - 1, max(0, floor((x * axes.length) / (size.width - RIGHT))))
     const height = () => size.height - TOP - BOTTOM
-    // Of an objective to be maximised the greatest value is at the bottom: down is better.
+    // The greatest value of an objective to be maximised is at the bottom: down is better.
     const flipped = (column) => column.role === "objective" && column.maximize
     const shareAt = (column, y) => {
       const up = min(1, max(0, (size.height - BOTTOM - y) / height()))
@@ -568,7 +568,7 @@ const Charts = (() => {
     let [x, y, model, context] = [null, null, null, null]
     let [boxes, drawn] = [[], {}]
     const former = new Map() // densities
-    let half // of a square
+    let half // half the side of a square
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 

@@ -6,17 +6,17 @@
 // up to rounding; columns, limits, states and sentences are in the original unit and direction.
 const isNumber = Number.isFinite
 const entriesOf = Object.entries
-const {abs, ceil, floor, hypot, log10, max, min, round, sqrt} = Math // of charts.js and page.js, too
+const {abs, ceil, floor, hypot, log10, max, min, round, sqrt} = Math // charts.js and page.js use them, too
 const Logic = (() => {
 "use strict"
 
-const NOISE = 64 * Number.EPSILON // of pareto, where the reasons are, as for the next three
+const NOISE = 64 * Number.EPSILON // as in pareto, which has the reasons for this one and the next three
 const LAST_PLACES = 8 * Number.EPSILON
 const TIE = 1e-9
 const STEP = 0.01
 const MOST_PINS = 5
 const LONGEST_STATE = 1 << 24 // characters of a file
-let mark = "." // of decimals, as in the source
+let mark = "." // the decimal mark, as in the source
 
 // ---------------------------------------------------------------------------------------- the data
 
@@ -64,7 +64,7 @@ function grow(data, more) {
       const all = new Float64Array(data.n)
       all.set(column.values)
       all.set(cells, column.values.length)
-      Object.assign(column, {values: all, ends: null, isWhole: null}) // of charts.js
+      Object.assign(column, {values: all, ends: null, isWhole: null}) // charts.js fills them in
     })
   }
   const {n, names, objectives} = data
@@ -84,7 +84,7 @@ function grow(data, more) {
     designs: upTo(n),
     prototypes: upTo(names.length).subarray(n),
     rowOf: new Map(names.map((name, row) => [name, row])),
-    dominator, // of each design, found last, see `frontOf`
+    dominator, // a dominator of each design, the one found last, see `frontOf`
     more: [...data.more, ...more],
     alphabetic: null,
     last, // the front before
@@ -608,7 +608,7 @@ const counted = (n, one) => `${apart(String(n))} ${one}${n === 1 ? "" : "s"}`
 
 // The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 6.2e+1.
 function rounded(value, digits) {
-  const up = value.toExponential(digits - 1) // of an exact half the larger one
+  const up = value.toExponential(digits - 1) // an exact half is rounded up
   if (!value.toExponential(digits).includes("5e")) return up // all digits take long
   const [mantissa, exponent] = abs(value).toExponential(60).split("e")
   const all = mantissa.replace(".", "")
@@ -779,7 +779,7 @@ function explain(data, ranking, row) {
     }
   })
   const distance = (k) => sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2)))
-  // Of some the nearest, of those that tie the least by a key.
+  // The nearest of some; among those that tie, the least by a key.
   const nearest = (some, key) => {
     const away = Float64Array.from(some, distance).map((value) => (Number.isNaN(value) ? Infinity : value))
     const reach = leastOf(away) * (1 + TIE)
@@ -930,7 +930,7 @@ function checked(data, anything) {
     || (order.by === "column" && data.by.has(order.name)))
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
-  for (const key of ["kept", "snapshots"]) if (entryOf(anything, key)?.length) lost.add(key) // of former pages
+  for (const key of ["kept", "snapshots"]) if (entryOf(anything, key)?.length) lost.add(key) // former pages had these
   const state = {
     limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
     categories,

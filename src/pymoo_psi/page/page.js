@@ -63,7 +63,7 @@ const page = (() => {
   function renewElement(old, node) {
     for (const {name, value} of node.attributes) {
       if (old.getAttribute(name) === value) continue
-      if (name === "style") old.style.cssText = value // which the policy allows
+      if (name === "style") old.style.cssText = value // the policy allows this
       else old.setAttribute(name, value)
     }
     for (const name of old.getAttributeNames()) if (!node.hasAttribute(name)) old.removeAttribute(name)
@@ -743,7 +743,7 @@ const page = (() => {
     const body = make("div.body", {role: "rowgroup"})
     box.append(head, body)
     let cursor = 0
-    // Of the box, kept: asking after changes would make the browser lay out the page at every step.
+    // The height is kept: asking after changes would make the browser lay out the page at every step.
     const view = {top: 0, height: box.clientHeight}
     // As wide as the longest text: of numbers those at the ends of the range have it.
     const longest = (texts) => texts.reduce((most, text) => max(most, text.length), 1)
@@ -936,7 +936,7 @@ const page = (() => {
     const agrees = boxesOfPositions().map((box) => box.checked)
     change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
   }
-  // Of a colleague's file the positions come to ours; a file without any is taken whole.
+  // The positions of a colleague's file are added to ours; a file without any is taken whole.
   function merge(text) {
     const {state: next, remarks} = Logic.opened(data, text)
     if (!next || !state.positions.length || !next.positions.length) return take({state: next && {...next, positions: [...state.positions, ...next.positions]}, remarks})

@@ -310,5 +310,5 @@ def _starts(ordered: Array, tolerance: Array | float) -> Mask:
         i = 0
         while i < len(ordered):
             starts[i] = True
-            i = following[i]  # beyond i, as no reach is below its value
+            i = following[i]  # it lies beyond i, as no reach is below its value
     return starts

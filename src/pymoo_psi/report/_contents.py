@@ -35,10 +35,10 @@ from pymoo_psi.table import (
     convergence,
 )
 
-_REASONS = 12  # of failures in the table, the most frequent ones
-_LIMITS = 6  # in the table, those that cost most
+_REASONS = 12  # the table has the most frequent reasons of failures
+_LIMITS = 6  # the table has the limits that cost most
 _REPRESENTATIVES = 5  # side by side on paper
-_DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
+_DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
 _NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|\d{4}-\d\d-\d\d|")
 
@@ -87,7 +87,7 @@ class Choice:
         self.name = self.ranking.name_of(self.row)
         self.explanation = explain(self.ranking, row=self.row)
         subject = "Attention"
-        if not self.is_optimum:  # which the cautions are about
+        if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
 
@@ -195,7 +195,7 @@ def verdict(table: TestTable) -> str:
         return ""
     try:
         steps = convergence(table)
-    except PsiError:  # whose reason is about the evenly spread tests only
+    except PsiError:  # its reason is about the evenly spread tests only
         return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
     if len(steps.tests) <= 1:
         return ""
