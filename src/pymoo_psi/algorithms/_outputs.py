@@ -103,10 +103,14 @@ class Task:
         if model is not None:
             problem = model.inner
             n_ieq_constr = model.n_ieq_constr
+        variables = tested.layout.variables
         numeric_limits = {}
+        self._options = {}  # allowed texts, by the column of a variable
         for name, limit in table.limits.items():
             if not isinstance(limit, list):
                 numeric_limits[name] = limit
+            elif name in variables:
+                self._options[variables.index(name)] = limit
         outputs = _outputs(table, space, numeric_limits, n_ieq_constr)
         names = {output.name for output in outputs}
         expressions = _expressions(problem, tested.layout)
@@ -116,7 +120,7 @@ class Task:
         # The model does not run for a design that violates a requirement.
         self.unknown = self.failed | (tested.G[:, n_ieq_constr:] > 0).any(axis=1)
 
-        self._table = table
+        self._variables = variables
         self._space = space
         self._model = model
         self._problem = problem
@@ -132,11 +136,11 @@ class Task:
         self.eligible = table.eligible()
         self.n_obj = len(table.layout.objectives)
         self.limits = _limits_by_index([*table.layout.constraints, *numeric_limits], outputs)
-        self.low, self.high = _limits_of_cube(tested.layout.variables, space, numeric_limits, names)
+        self.low, self.high = _limits_of_cube(variables, space, numeric_limits, names)
         self.ranges = _ranges(table)
         self.is_narrowed = bool(numeric_limits)
         self.is_directed = self.is_narrowed or self.ranges is not None
-        has_variables = not names.isdisjoint(tested.layout.variables)
+        has_variables = not names.isdisjoint(variables)
         self.is_computed = has_variables or bool(expressions or computed)
 
     def encode(self, points: Array) -> Array:
@@ -152,11 +156,8 @@ class Task:
         columns: list[AnyArray] = [np.zeros((len(X), 0))]
         if self._model is not None:
             columns.append(self._model.violations(X))
-        variables = self._table.tested.layout.variables
-        for name, limit in self._table.limits.items():
-            if name in variables and isinstance(limit, list):
-                values = X[:, variables.index(name)].astype(str)
-                columns.append(~np.isin(values, limit)[:, None])
+        for j, options in self._options.items():
+            columns.append(~np.isin(X[:, [j]].astype(str), options))
         return np.hstack(columns)
 
     def excess(self, T: Array, learned: Learned, margins: Array) -> Array:
@@ -192,7 +193,7 @@ class Task:
             points: ``(n, d)`` points of the unit cube.
             Y: ``(n, q)`` outputs as surrogates predict them.
         """
-        variables = self._table.tested.layout.variables
+        variables = self._variables
         columns = dict(zip(variables, self._space.matrix(points).T, strict=True))
         for output, y in zip(self._outputs, Y.T, strict=False):
             if output.is_tested and output.name not in variables:
