@@ -209,7 +209,7 @@ def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels)
     assert two.sentences == compare_designs(table, rows=[2, 1]).sentences
     assert two.sentences == compare_designs(ranking, [12, 11], units={"a": "kg"}).sentences
     for infeasible in (10, table.names[0]):
-        refused("design must be a feasible design, got .* infeasible", explain, table, infeasible)
+        refused("be a feasible .* infeasible; violations", explain, table, infeasible)
     refused(
         "design must be the name of one design as a text, .* or the number of a test or row, got 3",
         explain,
@@ -222,7 +222,7 @@ def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels)
 
 def test_integers_that_label_other_tests_are_refused():
     table = table_of([14, 13, 12, 11, 10])
-    refused("the name of one design as a text, such as 'name 14', .* got 12", explain, table, 12)
+    refused("such as 'name 14', .* got 12; .* give the name, or row=", explain, table, 12)
     assert explain(table, "name 12").row == explain(table, row=2).row == 1
     refused("the name of one design", explain, table, "1")  # no label, though the number of a test
     assert explain(table_of(), "12").row == 1  # without labels that are numbers

@@ -229,6 +229,9 @@ def test_designs_are_called_by_their_labels_or_rows(read):
     assert read("id,a,b\n007,1,2\n8,2,1\n").extra["id"].tolist() == ["007", "8"]
     assert "counts the rows" in read("Versuch,a\n7,3\n8,4\n9,4\n").remarks[0]
     assert read("Versuch,a\n7,3\n8,4\n8,5\n").remarks == ()
+    for names, variables in ((["row", "a"], []), (["a"], ["row"])):
+        table = read("row,a\n2.5,3\n1,4\n", Formulation(names), variables=variables)
+        assert table.names == ["design 1", "design 2"]
 
 
 def test_only_columns_that_are_needed_must_be_readable(read):

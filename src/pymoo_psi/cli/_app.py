@@ -45,6 +45,10 @@ def path_in(text: str | Path) -> Path:
     return Path(os.path.expanduser(text))
 
 
+class _Integer(click.IntRange):
+    name = "integer"  # in messages
+
+
 def _listed(kind: Any, mark: str = ",") -> Callable[[str], tuple[Any, ...]]:
     """Return the type of an option that lists values with a mark between them."""
     return lambda text: tuple(kind.convert(part, None, None) for part in text.split(mark))
@@ -55,7 +59,14 @@ def _points(text: str) -> tuple[int, bool]:
     return _COUNT.convert(text, None, None), text.startswith("+")
 
 
-_COUNT: Any = click.IntRange(1, 10**12)
+def _require_jobs(_: click.Context, __: click.Parameter, jobs: int) -> int:
+    """Return the number of processes, which 0 is not."""
+    if jobs == 0:
+        raise click.BadParameter("it must be 1 or more, or -1 for all cores, got 0")
+    return jobs
+
+
+_COUNT: Any = _Integer(1, 10**12)
 _COUNTS = _listed(_COUNT)
 
 
@@ -65,7 +76,7 @@ def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> cli
 
 _names = partial(_option, multiple=True)
 _file = partial(_option, type=path_in)
-_count = partial(_option, type=click.IntRange(1))
+_count = partial(_option, type=_Integer(1))
 _bound = partial(_option, type=_listed(click.FLOAT))
 _flag = partial(_option, metavar=None, is_flag=True)
 
@@ -111,7 +122,12 @@ _OF_PROBLEM = [
     _names("from-names", "X=A,…", "Column A of the --from FILE holds X of the problem."),
 ]
 _JOBS = _option(
-    "jobs", "N", "Number of processes; -1 uses all cores.", type=click.IntRange(-1), default=1
+    "jobs",
+    "N",
+    "Number of processes; -1 uses all cores.",
+    type=_Integer(-1),
+    default=1,
+    callback=_require_jobs,
 )
 _TITLE = _option("title", "TEXT", "Title [the file's name].")
 
@@ -204,9 +220,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     _choice(
         "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate) [lptau]."
     ),
-    _option(
-        "seed", "S", "Random seed; psi with lptau uses none.", type=click.IntRange(0), default=1
-    ),
+    _option("seed", "S", "Random seed; psi with lptau uses none.", type=_Integer(0), default=1),
     *_OF_PROBLEM,
     _flag("noisy", text="The model is stochastic: tests of the same design differ."),
     _count("repeat", "K", "Test each design of a noisy model K times (psi).", default=1),
@@ -255,12 +269,10 @@ def solve() -> None:
 @_command(
     "_solve",
     _PROBLEM,
-    _option(
-        "points", "N", "Number of designs; 0 lists pending ones.", type=click.IntRange(0), default=4
-    ),
+    _option("points", "N", "Number of designs; 0 lists pending ones.", type=_Integer(0), default=4),
     _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
-    _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
+    _option("seed", "S", "Random seed (surrogate).", type=_Integer(0), default=1),
     *_OF_PROBLEM,
     *_FORMULATION,
 )
@@ -338,7 +350,7 @@ def page() -> None:
 @_command(
     "_documents",
     _FILE,
-    _option("port", "N", "Port [8741 or any].", type=click.IntRange(0, 65535)),
+    _option("port", "N", "Port [8741 or any].", type=_Integer(0, 65535)),
     _option("host", "NAME", "Name or address to listen on.", default="127.0.0.1"),
     _flag("steer", text="Let the page steer the run."),
     _flag("no-browser", text="Only print the address."),

@@ -126,7 +126,8 @@ def _writable(folder: Path) -> Path:
         with TemporaryFile(dir=folder):  # access rights do not tell of read-only file systems
             return folder
     except OSError as error:  # it names the temporary file, which the user has never seen
-        raise OSError(error.errno, error.strerror, str(folder)) from None
+        problem = f"{error.strerror}; --out needs a folder that exists and can be written to"
+        raise OSError(error.errno, problem, str(folder)) from None
 
 
 def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = None) -> None:

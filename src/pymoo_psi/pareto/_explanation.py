@@ -474,5 +474,6 @@ def _ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
         raise invalid(name, f"a row of F, from 0 to {last}", row)
     if row not in rows:
         received = Received(f"{F.names[row]}, which is {F.status[row]}")
-        raise invalid(name, "a feasible design", received)
+        remedy = "violations() and reasons of the table say why"
+        raise invalid(name, "a feasible design", received, remedy)
     return rows.index(row)

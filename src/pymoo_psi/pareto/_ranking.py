@@ -287,16 +287,18 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
         ArgumentTypeError: It is neither an integer nor a text.
     """
     groups = names
+    remedy = ""
     if not isinstance(design, str):
         integer("design", design, minimum=0)
         groups = (numbers,)
+        remedy = "if labels are integers, give the name, or row="
     for group in groups:
         texts = list(map(str, group))
         if texts.count(str(design)) == 1:
             return texts.index(str(design))
     example = "".join(f", such as {str(name)!r}" for name in [*names[0]][:1])
     rule = f"the name of one design as a text{example}, or the number of a test or row"
-    raise invalid("design", rule, design)
+    raise invalid("design", rule, design, remedy)
 
 
 def is_table(F: Any) -> bool:

@@ -490,13 +490,15 @@ def _table(
         remarks.append(f"No variable, as not all of its values are certain: {names}.")
 
     numbers = _numbers(cells, extra)
+    dependent = (*objectives, *outputs)
     label = "row"  # designs without names are called by their rows
+    if label in designs or label in dependent:
+        label = "design"
     if cells.label in extra:
         label = cells.label
     else:
         extra.setdefault(label, [*cells.rows])
     extra.pop(POINT, None)  # the table adds a column of this name itself
-    dependent = (*objectives, *outputs)
     layout = Layout.of(
         [*designs],
         objectives,
