@@ -92,6 +92,7 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
     told(repeated)
     assert stored() == ({1: 210, 3: 230, 5: 250, 6: 231.5}, 0)
     told(repeated)
+    told(repeated.iloc[::-1])
     told(filled(second, [1]))
     assert stored() == ({1: 210, 3: 230, 5: 250, 6: 231.5}, 0)
     assert "Pending tests: 4." in told(filled(first))
@@ -102,6 +103,9 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
     assert table["strength"][2] == 230.75
     cost = table.X[:, :3].astype(float) @ [3, 2, 1]
     assert table.column("cost") == pytest.approx(cost, rel=1e-15)
+    repeated.loc[2, "strength [MPa]"] = 229
+    told(repeated, "--withdraw", "3")
+    assert stored()[0] == {1: 210, 2: 220, 3: 229, 5: 250, 6: 231.5}
 
 
 def test_results_are_corrected_and_withdrawn_only_on_request_with_a_history(alloy, said, told):

@@ -308,7 +308,12 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
         assert Path("analysis", name).exists()
     solve = ["solve", "models:Beam", "--points", 32, "--study", "part.db", "--box", "wall=2:4"]
     said(*solve)
-    said("export", "a=beam.db", "part.db", "--out", "both.csv")
+    Path("wall=2:4").mkdir()
+    Path("part.db").rename("wall=2:4/part.db")
+    said("export", "a=beam.db", "b=wall=2:4/part.db", "--out", "both.csv")
+    both = Path("both.csv").read_bytes()
+    said("export", "a=beam.db", "wall=2:4/part.db", "--out", "both.csv")
+    assert both.replace(b",b,", b",wall=2:4/part.db,") == Path("both.csv").read_bytes()
     assert "Sensitivities not available: the tests must be an even" in said("analyze", "both.csv")
     # Proposals are where the best designs were expected.
     sought = ["--algorithm", "surrogate", "--points", 48, "--study", "sought.db"]
@@ -322,6 +327,15 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
         ):
             assert text in printed
     assert "--variables must be named" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
+
+
+def test_a_report_is_checked_against_a_file_that_does_not_state_its_objectives(sources, said):
+    said("report", "cars.csv", *OBJECTIVES, "--out", "r.html")
+    assert "They are those of cars.csv" in said("report", "--check", "r.html", "cars.csv")
+    frame = pd.read_csv("cars.csv")
+    frame.loc[2, "range [km]"] += 1
+    frame.to_csv("cars.csv", index=False)
+    assert "range [km] of row 3 was" in said("report", "--check", "r.html", "cars.csv", code=1)
 
 
 @pytest.mark.parametrize("suffix", ["xlsx", "db"])

@@ -6,6 +6,7 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pymoo_psi.table import read_table
@@ -104,8 +105,12 @@ def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
     text = said(*solve, code=1)
     assert "--retry incomplete tests them again" in text
     assert n_runs(log) == 6
+    mass = read_table("beam.db")["mass"]
+    edit("mass = ", "weight = ")  # an output that is lost
+    edit('"mass", "stress"', '"tip", "stress"')
     said(*solve, "--retry", "incomplete")
     assert len(log.read_text().splitlines()) == 12
+    np.testing.assert_array_equal(read_table("beam.db")["mass"], mass)
     assert (read_table("beam.db")["stress"] > 0).all()
     said(*solve, "--retry", "incomplete")
     assert len(log.read_text().splitlines()) == 12

@@ -129,7 +129,8 @@ def test_series_are_compared_by_name(tmp_path):
 
     exact = model(lambda data: data[["b", "t", "a"]])
     assert exact.values({"x": 0.5}) == {"run": 0.0}
-    assert model(lambda data: {"b": data["b"], "a": data["a"]}).values({"x": 0.5}) == {"run": 0.0}
+    labelled = model(lambda data: {"b": data["b"], "a": data["a"].set_axis([2, 1, 0])})
+    assert labelled.values({"x": 0.5}) == {"run": 0.0}
     refused(
         "for 'run' must be at the values of 't'",
         model(lambda data: data.assign(t=data["t"] + 1)).values,

@@ -15,6 +15,7 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
+from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.table import Layout, convergence, even_part, read_table, sensitivities
 from tests.refusals import refused
 
@@ -153,6 +154,13 @@ def test_what_an_algorithm_has_chosen_is_no_even_sample(study_file):
     )
     two = TestTable.combined({"a": investigate(get_problem("bnh"), 64), "b": table})
     refused("those of a and b", sensitivities, two)
+
+
+def test_a_run_whose_tests_are_all_those_of_another_is_no_sample(study_file):
+    problem = get_problem("bnh")
+    import_tests(problem, investigate(problem, 64), RunOptions(study=study_file))
+    investigate(problem, 64, study=study_file)
+    refused("algorithms or people have chosen", even_part, read_table(study_file))
 
 
 @pytest.mark.parametrize("sampling", ["lhs", "random", "grid"])

@@ -423,36 +423,41 @@ def _value(column: Any, i: int, place: str, kind: Kind, choices: Names | None) -
 def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_Result]:
     """Return the results that the study does not have.
 
-    The first row of a test is compared with the first stored test of its design, and so on.
+    A row is known if a stored test of its design has the same results; each counts once.
 
     Raises:
-        ArgumentValueError: A row differs from the study.
+        ArgumentValueError: A row differs from the study, which has another row for its test.
     """
     names = [*laboratory.head["variables"], *laboratory.results, "reason"]
-    stored: dict[int, list[Any]] = defaultdict(list)  # rows of tests, by the original test
+    stored: dict[int, list[list[str]]] = defaultdict(list)  # results, by the original test
     for test, assignment in laboratory.assignments.items():
         if test in laboratory.tests.index:
-            stored[assignment.original].append(laboratory.tests.loc[test])
+            texts = list(map(_text, laboratory.tests.loc[test, names]))
+            stored[assignment.original].append(texts)
     new = []
     for result in results:
+        rows = stored[result.assignment.test]
+        texts = [_text(result.values[name]) for name in names]
+        if texts in rows:
+            rows.remove(texts)
+        else:
+            new.append(result)
+    for result in new:
         test = result.assignment.test
         if not stored[test]:
-            new.append(result)
             continue
-        values = stored[test].pop(0)
         differences = []
-        for name in names:
-            text, other = _text(result.values[name]), _text(values[name])
+        for name, other in zip(names, stored[test][0], strict=True):
+            text = _text(result.values[name])
             if text != other:
                 differences.append(f"{name} = {text} where it has {other}")
-        if differences:
-            raise invalid(
-                result.place,
-                f"as the study has test {test}",
-                Received("; ".join(differences)),
-                f"--withdraw {test} with this file replaces it; a repeat comes below the stored "
-                "rows of its test; nothing was taken",
-            )
+        raise invalid(
+            result.place,
+            f"as the study has test {test}",
+            Received("; ".join(differences)),
+            f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
+            "beside it; nothing was taken",
+        )
     return new
 
 

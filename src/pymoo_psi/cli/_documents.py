@@ -302,11 +302,16 @@ def _run_check(options: Options) -> int:
     Returns:
         0, or 1 if a claim does not hold.
     """
-    from pymoo_psi.report import check_report
+    from pymoo_psi.report import check_report, reported_tests
 
     source = None
     if options.source is not None:
-        source = opened(options.source, options, formulation_of(options))
+        formulation = formulation_of(options)
+        if not formulation.objectives:  # which the source may not state
+            layout = reported_tests(options.file).layout
+            roles = {"objectives": layout.objectives, "maximize": [*layout.maximize]}
+            formulation = replace(formulation, **roles)
+        source = opened(options.source, options, formulation)
     warnings, claim = check_report(options.file, source)
     for warning in warnings:
         say(f"Warning: {warning}")
@@ -491,7 +496,8 @@ def run_export(options: Options) -> int:
     formulation = formulation_of(options)
     options.repeats = options.repeats or False  # every test of a study, no means
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
-    table = _joined(tables, any("=" in source for source in options.sources))
+    named = {*files} != {*options.sources}
+    table = _joined(tables, named)
     file_format = format_of(out, "tests")
     file_format.save_tests(out, table)
     for name, source in tables.items():
@@ -510,13 +516,15 @@ def _files_of(sources: Names) -> dict[str, Path]:
     """Return the files of sources by name, which is the file itself unless given as ``name=path``.
 
     Raises:
-        ArgumentValueError: A name occurs twice.
+        ArgumentValueError: A name is missing or occurs twice.
     """
     files: dict[str, Path] = {}
     for source in sources:
-        name, _, file = source.rpartition("=")
-        name = name or file
-        if name in files:
+        name = source
+        file = source
+        if "=" in source and not Path(source).exists():  # whose own name may contain "="
+            name, file = source.split("=", 1)
+        if not (name and file) or name in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
         files[name] = path_in(file)
     return files

@@ -266,8 +266,7 @@ def check_report(
         made_by = record["version"]
         pictures = record["pictures"]
     except (ValueError, TypeError, KeyError):
-        rule = "a report with its data, as the command report writes it"
-        raise invalid(f"{path}", rule, Received("no report, or changed data")) from None
+        raise _no_report(path) from None
     warnings = []
     if made_by != version("pymoo-psi"):
         warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")
@@ -281,6 +280,25 @@ def check_report(
     if source is not None:
         return warnings, _first_difference(table.tested, source.tested)
     return warnings, ""
+
+
+def reported_tests(path: str | PathLike[str]) -> TestTable:
+    """Return the tests in a report, before any formulation.
+
+    Raises:
+        ArgumentValueError: The file is no report.
+        OSError: The file cannot be opened.
+    """
+    try:
+        (record,) = map(json.loads, map(unescape, _RECORD.findall(Path(path).read_text("utf-8"))))
+        return _table_of(record).tested
+    except (ValueError, TypeError, KeyError):
+        raise _no_report(path) from None
+
+
+def _no_report(path: str | PathLike[str]) -> Exception:
+    rule = "a report with its data, as the command report writes it"
+    return invalid(f"{path}", rule, Received("no report, or changed data"))
 
 
 def _table_of(record: Entries) -> TestTable:

@@ -479,13 +479,13 @@ class Database:
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
         is_changed = is_redone.copy()
-        changed = again | {name: stored[name] for name in NUMBERS}
-        for name in again.keys() - {*NUMBERS, "origin", "seconds"}:
+        changed = again | stored  # outputs that the model has lost stay
+        for name in again.keys() - {*NUMBERS}:
             old = stored.get(name, np.full(len(differ), np.nan))
             new = again[name]
-            is_taken = is_redone | (
-                ~differ & (old != old) & (new == new)
-            )  # NaN differs from itself
+            is_taken = is_redone
+            if name not in NOT_VALUES:  # NaN differs from itself
+                is_taken = is_redone | (~differ & (old != old) & (new == new))
             changed[name] = np.where(is_taken, new, old)
             is_changed |= is_taken
         return rows_of(changed, is_changed)
