@@ -143,11 +143,11 @@ class Identification(NamedProblem):
         abscissa, *columns = data.columns
         where = f"what simulate returns for {experiment!r}"
         simulated: Any = self.simulate(dict(design), data.copy())
-        if isinstance(simulated, Mapping):  # of arrays; series, too, are taken in their order
+        if isinstance(simulated, Mapping):  # series, too, are taken in their order
             arrays = map(np.atleast_1d, simulated.values())
             simulated = pd.DataFrame(dict(zip(simulated, arrays, strict=True)))
         if isinstance(simulated, pd.DataFrame):
-            simulated = simulated.reset_index()  # which may be the abscissa
+            simulated = simulated.reset_index()  # the index may be the abscissa
             for column in columns:
                 known_name("a measured series", column, [*simulated])
             places = simulated.get(abscissa, data[abscissa])
