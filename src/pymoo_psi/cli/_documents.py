@@ -309,8 +309,8 @@ def _run_check(options: Options) -> int:
         formulation = formulation_of(options)
         if not formulation.objectives:  # which the source may not state
             layout = reported_tests(options.file).layout
-            roles = {"objectives": layout.objectives, "maximize": [*layout.maximize]}
-            formulation = replace(formulation, **roles)
+            maximize = [*layout.maximize]
+            formulation = replace(formulation, objectives=layout.objectives, maximize=maximize)
         source = opened(options.source, options, formulation)
     warnings, claim = check_report(options.file, source)
     for warning in warnings:
