@@ -32,7 +32,7 @@ import threading
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
@@ -156,9 +156,9 @@ class Processes:
         self._is_closed = True
         for worker in list(self._busy):
             worker.hang_up()
-        for _ in range(self._count):  # until no thread is at work
-            self._free.acquire()
-        self._free.release(self._count)
+        with ExitStack() as held:  # which an interrupt gives back
+            for _ in range(self._count):  # until no thread is at work
+                held.enter_context(self._free)
         _end(_IDLE[: -_KEPT * max(self._count, os.cpu_count() or 1)])
 
     def evaluate(self, work: Work) -> Answer:
