@@ -103,7 +103,7 @@ def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
     )
     edit('"mass", "tip"', '"mass", "stress"')
     text = said(*solve, code=1)
-    assert "--retry incomplete tests them again" in text
+    assert "--retry incomplete runs these tests again" in text
     assert n_runs(log) == 6
     mass = read_table("beam.db")["mass"]
     edit("mass = ", "weight = ")  # an output that is lost

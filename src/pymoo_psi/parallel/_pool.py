@@ -36,6 +36,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
+from queue import SimpleQueue
 from time import monotonic
 from typing import Any, NamedTuple
 from weakref import WeakSet
@@ -126,6 +127,7 @@ class Processes:
         self._count = count
         self._environment = environment
         self._function = function
+        self._waiting: SimpleQueue[tuple[Work, Future[Answer]]] = SimpleQueue()
         self._free = threading.Semaphore(count)
         self._busy: set[_Worker] = set()
         self._is_closed = False
@@ -134,12 +136,15 @@ class Processes:
     def submit(self, work: Work, with_function: bool = False) -> Future[Answer]:
         """Return the future of an answer; see :meth:`evaluate`."""
         future: Future[Answer] = Future()
+        self._waiting.put((work, future))
         # A daemon, for which the interpreter does not wait at its end: its worker may be stuck.
-        threading.Thread(target=self._answer, args=(work, future), daemon=True).start()
+        threading.Thread(target=self._answer, daemon=True).start()
         return future
 
-    def _answer(self, work: Work, future: Future[Answer]) -> None:
+    def _answer(self) -> None:
+        """Evaluate the work that waits longest, once a worker is free."""
         with self._free:
+            work, future = self._waiting.get()
             if not future.set_running_or_notify_cancel():
                 return
             try:
