@@ -164,6 +164,10 @@ def test_other_programs_read_a_study_without_us(study):
     ("head", "said"),
     [
         (changed(key="v2"), 'problem.key is null in the study, "v2" asked'),
+        (
+            changed(parameters={"mu": 0.2, "outputs_per_day": 3}),
+            "problem.parameters.outputs_per_day is absent in the study, 3 asked",
+        ),
         (changed(parameters={"mu": 0.4}), "problem.parameters.mu is 0.2 in the study, 0.4 asked"),
         (
             HEAD | {"variables": ["x", "m", "hollow", "metal"]},

@@ -47,11 +47,12 @@ ACTIONS = (*LASTING, "pause", "continue", "stop")
 _OF_RUNS = ("sampling", "functions", "inequality constraints", "equality constraints")
 # Paths that are compared only where both have them: versions differ in them, or outputs were added.
 _IN_BOTH = (
-    "problem.variables",
-    "problem.choices",
-    "problem.objectives",
-    "problem.parameters.outputs",
-    "problem.parameters.template",
+    "problem.variables.",
+    "problem.choices.",
+    "problem.objectives.",
+    "problem.parameters.outputs.",
+    "problem.parameters.template.",
+    "problem.parameters.template and outputs.",
 )
 # Version 0.3 had one hash of the template and all outputs, which may be more now.
 _TEMPLATE = "problem.parameters.template"
@@ -184,7 +185,7 @@ def _differences(stored: Mapping[str, str], model: Mapping[str, str], where: str
     differences = []
     for name in {**stored, **model}:
         in_both = name in stored and name in model
-        if name.startswith(_IN_BOTH) and not in_both:
+        if f"{name}.".startswith(_IN_BOTH) and not in_both:
             continue
         if name == _IN_ONE and _TEMPLATE in stored and _TEMPLATE in model:
             continue
