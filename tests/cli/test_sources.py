@@ -332,7 +332,7 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
 def test_a_report_is_checked_against_a_file_that_does_not_state_its_objectives(sources, said):
     said("report", "cars.csv", *OBJECTIVES, "--out", "r.html")
     assert "They are those of cars.csv" in said("report", "--check", "r.html", "cars.csv")
-    frame = pd.read_csv("cars.csv")
+    frame = pd.read_csv("cars.csv", **EXACT)
     frame.loc[2, "range [km]"] += 1
     frame.to_csv("cars.csv", index=False)
     assert "range [km] of row 3 was" in said("report", "--check", "r.html", "cars.csv", code=1)
