@@ -390,6 +390,8 @@ class Database:
         start = self.facts.run(run).start
         rows = self.db.execute("SELECT test_point, test FROM adopted WHERE run = ?", (run,))
         adopted = dict(rows)
+        if not adopted:  # as in nearly every run
+            return start + test_points
         numbers = [adopted.get(point, start + point) for point in test_points.tolist()]
         return np.array(numbers, dtype=np.int64)
 
