@@ -125,7 +125,7 @@ def runner():
     return JoblibRunner(2, in_process=False)
 
 
-# whose generations differ in kind; older releases of pymoo lack the last two
+# Their generations differ in kind; older releases of pymoo lack CMOPSO and GDE3.
 @pytest.mark.parametrize("name", sorted({"NSGA2", "MOEAD", "CMOPSO", "GDE3"} & {*ALGORITHMS}))
 def test_workers_change_no_result(name, runner):
     problems = Half(0.0), Half(0.0, elementwise_runner=runner)

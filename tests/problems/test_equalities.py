@@ -134,7 +134,7 @@ def test_a_point_has_its_design_whatever_others_there_are():
 
 
 def test_a_design_has_its_point():
-    """So surrogates learn designs of other sources where those of the sequence are."""
+    """Surrogates learn a design from elsewhere at the point that the sequence would have for it."""
     for case in (THREE, FIVE, EIGHT, WEIGHTED):
         space = design_space(with_requirements(Mixture(*case[:3]), None))
         points = LPTauSampling().unit_points(64, len(case[0]) - 1, first=3)

@@ -60,7 +60,7 @@ def _points(text: str) -> tuple[int, bool]:
 
 
 def _require_jobs(_: click.Context, __: click.Parameter, jobs: int) -> int:
-    """Return the number of processes, which 0 is not."""
+    """Return the number of processes; refuse 0."""
     if jobs == 0:
         raise click.BadParameter("it must be 1 or more, or -1 for all cores, got 0")
     return jobs

@@ -307,7 +307,7 @@ def _run_check(options: Options) -> int:
     source = None
     if options.source is not None:
         formulation = formulation_of(options)
-        if not formulation.objectives:  # which the source may not state
+        if not formulation.objectives:  # the source may not state them
             layout = reported_tests(options.file).layout
             maximize = [*layout.maximize]
             formulation = replace(formulation, objectives=layout.objectives, maximize=maximize)
@@ -522,7 +522,7 @@ def _files_of(sources: Names) -> dict[str, Path]:
     for source in sources:
         name = source
         file = source
-        if "=" in source and not Path(source).exists():  # whose own name may contain "="
+        if "=" in source and not Path(source).exists():  # the name of a file may contain "="
             name, file = source.split("=", 1)
         if not (name and file) or name in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))

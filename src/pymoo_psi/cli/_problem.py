@@ -171,7 +171,7 @@ def _construct(name: str, source: Any) -> Problem:
     try:
         if not isinstance(source, Problem):
             parameters = inspect.signature(source).parameters.values()
-            names = [each.name for each in parameters if each.kind in _NAMED]
+            names = [parameter.name for parameter in parameters if parameter.kind in _NAMED]
         arguments = _arguments(name, names)
         if not isinstance(source, Problem):
             problem = source(**arguments)

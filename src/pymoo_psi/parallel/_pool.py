@@ -161,7 +161,7 @@ class Processes:
         self._is_closed = True
         for worker in list(self._busy):
             worker.hang_up()
-        with ExitStack() as held:  # which an interrupt gives back
+        with ExitStack() as held:  # an interrupt releases what is held so far
             for _ in range(self._count):  # until no thread is at work
                 held.enter_context(self._free)
         _end(_IDLE[: -_KEPT * max(self._count, os.cpu_count() or 1)])
