@@ -69,7 +69,7 @@ from pymoo_psi.study._facts import (
     require_same_model,
     with_outputs,
 )
-from pymoo_psi.study._integrity import intact, locked, reported
+from pymoo_psi.study._integrity import BESIDE, intact, locked, reported
 
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
 # A plain BEGIN would take the write lock at the first change only, after reading.
@@ -94,6 +94,10 @@ class Study:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
+        if self.path.lower().endswith(BESIDE):
+            rule = f"the name of a file that does not end in {', '.join(BESIDE)}"
+            remedy = "such files belong to the study beside them, which deletes them"
+            raise invalid("study", rule, os.fspath(path), remedy)
         self.wait = wait
         self._head: Head | None = None  # the head of the run that was begun
         self._id: str | None = None  # the study in use, as another file may take its place
