@@ -1,9 +1,13 @@
-"""The kinds of variables and columns, in pymoo's words."""
+"""The kinds of variables and columns, in pymoo's words, and what tells their values apart."""
 
+import json
+from collections.abc import Collection, Iterable
 from enum import Enum
 from typing import Any
 
 import numpy as np
+
+from pymoo_psi._validation import known_name
 
 
 class Kind(str, Enum):
@@ -39,3 +43,59 @@ DTYPES: dict[Kind, Any] = {
     Kind.CHOICE: np.object_,
 }
 """Of columns of values."""
+
+
+def plain(value: Any) -> Any:
+    """Return a value of a design as Python's own bool, int, float or str; others as they are."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    for kind in (bool, int, float, str):
+        if isinstance(value, kind):
+            return kind(value)
+    return value
+
+
+def design_key(values: Iterable[Any]) -> str:
+    """Return a text that is the same for the same design only.
+
+    It tells 12, "12", 12.0 and True, and 0.0 and -0.0, apart, as a model can.
+
+    Args:
+        values: The values of the variables, as a table has them.
+    """
+    return repr([*values])
+
+
+def option_text(option: Any) -> str:
+    """Return an option of a choice as the text that files and studies have for it.
+
+    An option that is text stays as it is unless it could be taken for JSON; all others are JSON:
+    ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
+    """
+    option = plain(option)
+    # The types matter: a choice of 12 is another option than one of "12", and must come back so.
+    if isinstance(option, str) and option_of(option) is option:
+        return option
+    return json.dumps(option, ensure_ascii=False, default=str)
+
+
+def option_of(text: str) -> Any:
+    """Return the option that has a text: what the text is in JSON, or the text itself."""
+    try:
+        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+def named_option(place: str, text: str, options: Collection[str]) -> str:
+    """Return the option that a text names, of the texts of some options.
+
+    The text is that of :func:`option_text`, or what one option alone is printed as.
+    """
+    if text not in options:
+        printed = str(option_of(text))
+        matches = [option for option in options if str(option_of(option)) == printed]
+        if len(matches) == 1:
+            return matches[0]
+    return known_name(place, text, options)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, named_option, option_text
 from pymoo_psi._validation import AnyArray, Columns, Received, Values, invalid, known_name
 from pymoo_psi.algorithms._laboratory import OF_LOG, TRUTH_VALUES
 from pymoo_psi.algorithms._model import Model
@@ -126,7 +126,8 @@ def _values_of(variable: Variable, name: str, cells: AnyArray) -> AnyArray:
         value_by_text: Values = TRUTH_VALUES
         texts = [text.lower() for text in texts]
     elif variable.kind is Kind.CHOICE:
-        value_by_text = {str(option): option for option in variable.options}
+        value_by_text = {option_text(option): option for option in variable.options}
+        texts = [named_option(name, option_text(cell), value_by_text) for cell in cells.tolist()]
     else:
         return cells.astype(object)
     values = np.empty(len(cells), dtype=object)

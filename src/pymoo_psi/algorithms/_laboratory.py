@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, named_option
 from pymoo_psi._validation import (
     Columns,
     Designs,
@@ -39,7 +39,6 @@ from pymoo_psi.study import Database, Proposal, Study
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
     Expression,
-    choice_values,
     columns_of_designs,
     is_blank,
     source_columns,
@@ -406,8 +405,7 @@ def _value(column: Any, i: int, place: str, kind: Kind, choices: Names | None) -
     if kind is Kind.BINARY:
         return TRUTH_VALUES[known_name(place, text.lower(), TRUTH_VALUES)]
     if choices is not None:
-        (option,) = choice_values([text])
-        known_name(place, str(option), choices)
+        return named_option(place, text, choices)
     if kind is Kind.CHOICE:
         return text
     number = column.require_numbers()[i].item()

@@ -37,6 +37,8 @@ from pymoo_psi.table import (
     Layout,
     TestTable,
     choice_values,
+    design_keys,
+    design_matrix,
 )
 
 
@@ -150,6 +152,10 @@ class Model:
                 cells = choice_values(cells)
             designs.append(cells.astype(object))
         return np.column_stack(designs)
+
+    def keys(self, X: Designs) -> list[str]:
+        """Return a key for each of ``(n, n_var)`` designs, which is that of its tests, too."""
+        return design_keys(design_matrix("X", X, self.layout.variables, self.layout.kinds))
 
     def requirement_columns(self, columns: Entries) -> dict[str, Array]:
         """Return the columns of the requirements of stored tests, by name."""

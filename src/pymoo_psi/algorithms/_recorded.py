@@ -28,12 +28,10 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TestTable, design_keys, design_matrix
+from pymoo_psi.table import TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-_Key = tuple[str, ...]  # identifies a design; designs with equal keys are equal bit for bit
 
 
 class Recorded(WithTable, WrappedProblem):
@@ -119,8 +117,8 @@ class Recorded(WithTable, WrappedProblem):
         table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
         self._store = StudyStore(table, run_options, self._model)
         self._executor = executor_of(self._model, run_options)
-        self._values: dict[_Key, Values] = {}  # those of the first test of each design
-        self._retried: dict[_Key, int] = {}  # the test points to be evaluated again, by the design
+        self._values: dict[str, Values] = {}  # those of the first test of each design
+        self._retried: dict[str, int] = {}  # the test points to be evaluated again, by the design
         self._test_points: set[int] = set()  # those of all tests of the run
         self._state: object = None  # the state of the study when it was last read
         self.returned: set[int] = set()
@@ -165,9 +163,8 @@ class Recorded(WithTable, WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        layout = self._store.empty.layout
         designs = self._model.space.to_matrix(X)
-        keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
+        keys = self._model.keys(designs)
         if self._missing(keys):
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
@@ -191,9 +188,9 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
-    def _missing(self, keys: list[_Key]) -> dict[_Key, int]:
+    def _missing(self, keys: list[str]) -> dict[str, int]:
         """Return the designs whose values are not known, and where they first occur."""
-        missing: dict[_Key, int] = {}
+        missing: dict[str, int] = {}
         for row, key in enumerate(keys):
             if key not in self._values:
                 missing.setdefault(key, row)
@@ -212,7 +209,8 @@ class Recorded(WithTable, WrappedProblem):
         tests, is_retried = self._store.stored()
         retried = tests.rows(is_retried)
         self._test_points = {*tests.numbers.tolist()}
-        self._retried = dict(zip(design_keys(retried.X), retried.numbers.tolist(), strict=True))
+        keys = self._model.keys(retried.X)
+        self._retried = dict(zip(keys, retried.numbers.tolist(), strict=True))
         self._values.clear()
         self._learn(tests.rows(~is_retried))
         others = self._store.others()
@@ -227,11 +225,11 @@ class Recorded(WithTable, WrappedProblem):
         """
         if numbers is None:
             numbers = self._store.numbers(tests.numbers)
-        columns = numbers.tolist(), design_keys(tests.X), self._model.values(tests)
+        columns = numbers.tolist(), self._model.keys(tests.X), self._model.values(tests)
         for number, key, values in zip(*columns, strict=True):
             self._values.setdefault(key, values | {"test_point": number})
 
-    def _evaluate(self, designs: Designs, keys: list[_Key]) -> None:
+    def _evaluate(self, designs: Designs, keys: list[str]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
 
         A batch that was interrupted may have been stored in part. The missing designs then get the

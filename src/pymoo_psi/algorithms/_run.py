@@ -43,7 +43,7 @@ from pymoo_psi.algorithms._sources import (
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import problem_identity
-from pymoo_psi.table import Formulation, TestTable, design_keys, limit_text
+from pymoo_psi.table import Formulation, TestTable, limit_text
 
 # Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
 # and not much more is lost when the process is killed.
@@ -486,8 +486,8 @@ class Repeats:
 
     def __init__(self, model: Model, tests: TestTable) -> None:
         self._model = model
-        self._values: dict[tuple[str, ...], Values] = {}  # those of each design with a result
-        self._waiting: dict[tuple[str, ...], list[int]] = {}  # points, by design
+        self._values: dict[str, Values] = {}  # those of each design with a result
+        self._waiting: dict[str, list[int]] = {}  # points, by design
         self.learn(tests)
 
     def restart(self) -> None:
@@ -497,7 +497,7 @@ class Repeats:
     def learn(self, tests: TestTable) -> dict[int, Values]:
         """Learn the results of tests; return those of the points that waited, by number."""
         answers: dict[int, Values] = {}
-        for key, values in zip(design_keys(tests.X), self._model.values(tests), strict=True):
+        for key, values in zip(self._model.keys(tests.X), self._model.values(tests), strict=True):
             self._values.setdefault(key, values)
             answers |= dict.fromkeys(self._waiting.pop(key, ()), values)
         return answers
@@ -506,7 +506,7 @@ class Repeats:
         """Return the points to evaluate, and known results of others; the rest waits."""
         rows = []
         answers = {}
-        keys = design_keys(points.matrix(self._model.space))
+        keys = self._model.keys(points.matrix(self._model.space))
         for row, key in enumerate(keys):
             number = int(points.numbers[row])
             if key in self._values:

@@ -22,7 +22,7 @@ from pymoo_psi.algorithms._surrogate_models import (
     encoded,
 )
 from pymoo_psi.problems import DesignSpace, Variable
-from pymoo_psi.table import PROPOSAL_ROUND, TestTable
+from pymoo_psi.table import PROPOSAL_ROUND, TestTable, value_ranks
 
 _LEAST_TESTS = 8
 _NEAREST = 512  # tests from which a section is predicted: more take seconds, and change little
@@ -160,7 +160,7 @@ def space_of_table(table: TestTable) -> DesignSpace:
     for j, (name, kind) in enumerate(zip(layout.variables, table.kinds, strict=True)):
         column = table.X[:, j]
         if kind is Kind.CHOICE:
-            options = tuple(sorted({*column}, key=str))
+            options = tuple(value_ranks(column)[0])
             variables.append(Variable(name, kind, 0, len(options) - 1, options))
             continue
         low, high = layout.lower[j], layout.upper[j]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, option_text
 from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
@@ -375,7 +375,7 @@ def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
     choices = head["problem"]["choices"]
     only = {}  # the values of choices and binary variables, where some are left out
     for variable in model.space.variables:
-        values = [str(option) for option in variable.options]
+        values = [*map(option_text, variable.options)]
         if variable.kind is Kind.BINARY and variable.fixed:
             values = [str(variable.lower == 1)]
         if values and values != choices.get(variable.title):

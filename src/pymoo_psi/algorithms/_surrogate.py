@@ -32,7 +32,7 @@ from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import hypervolume
 from pymoo_psi.problems import DesignSpace
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable, design_keys
+from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -195,8 +195,8 @@ class SurrogatePSI(PointAlgorithm):
             others = run.store.others()
             n_left_out = min(self._n_sequence, len(others))
             first = sequence.at(slice(0, self._n_sequence - n_left_out))
-            tested = design_keys(others.X)
-            if set(design_keys(first.matrix(run.model.space))).issubset(tested):
+            tested = run.model.keys(others.X)
+            if set(run.model.keys(first.matrix(run.model.space))).issubset(tested):
                 n_left_out = self._n_sequence  # nothing new would be learned
         return int(run.store.remember_once("points left out of the sequence", n_left_out))
 

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 from pymoo.core.problem import Problem
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, named_option, option_text
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Names,
@@ -312,8 +312,9 @@ def _box_in(entries: Names, problem: Problem) -> Values:
     for name, text in pairs_in("--box", entries, form).items():
         variable = variables[known_name("--box", name, variables)]
         if variable.kind is Kind.CHOICE:
-            options = {str(option): option for option in variable.options}
-            box[name] = [options.get(word, word) for word in text.split("|")]
+            options = {option_text(option): option for option in variable.options}
+            words = [named_option(f"--box {name}", word, options) for word in text.split("|")]
+            box[name] = [options[word] for word in words]
         elif ":" in text:
             ends = [_literal(end) for end in text.split(":")]
             box[name] = tuple(None if end == "" else end for end in ends)

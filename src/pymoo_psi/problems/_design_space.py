@@ -13,7 +13,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, option_text
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -86,8 +86,8 @@ class Variable:
             steps = self._on_scale(values.astype(np.float64)) - low
             return np.asarray(np.clip(steps / (high - low), 0, 1))
         if self.kind is Kind.CHOICE:
-            texts = list(map(str, self.options))  # a study holds them as texts
-            values = np.array([texts.index(str(value)) for value in values.tolist()])
+            texts = list(map(option_text, self.options))
+            values = np.array([texts.index(option_text(value)) for value in values.tolist()])
         count = self.upper - self.lower + 1
         return (values.astype(np.float64) - self.lower + 0.5) / count
 
@@ -192,7 +192,7 @@ class DesignSpace:
         has = np.ones(len(matrix), dtype=bool)
         for variable, values in zip(self.variables, matrix.T, strict=True):
             if variable.kind is Kind.CHOICE:
-                has &= np.isin(list(map(str, values)), list(map(str, variable.options)))
+                has &= np.isin([*map(option_text, values)], [*map(option_text, variable.options)])
         return has
 
     def places(self, points: Array) -> Array:
@@ -390,7 +390,7 @@ def problem_identity(problem: Any) -> Values:
     choices = {}
     for variable in design_space(model, log=()).variables:
         if variable.kind is Kind.CHOICE:
-            choices[variable.title] = [str(option) for option in variable.options]
+            choices[variable.title] = [*map(option_text, variable.options)]
     identity: Values = {
         "problem": problem_name(problem),
         "choices": choices,

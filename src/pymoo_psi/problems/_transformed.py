@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, option_text
 from pymoo_psi._validation import (
     AnyArray,
     Entries,
@@ -252,7 +252,8 @@ def _part(variable: Variable, where: str, part: Any) -> Variable:
 def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
     """Return a choice with some of its options, a list or a single one."""
     chosen = part if isinstance(part, list) else [part]
-    options = tuple(filter(chosen.__contains__, variable.options))
+    texts = [*map(option_text, chosen)]
+    options = tuple(option for option in variable.options if option_text(option) in texts)
     if not options or len(options) != len(chosen):
         rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
         raise invalid(where, rule, part)

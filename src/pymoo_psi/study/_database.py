@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._kinds import DTYPES, Kind, design_key
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import (
     AnyArray,
@@ -63,7 +63,8 @@ CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT, checksum INTEGER);
 CREATE TABLE runs
     (run INTEGER PRIMARY KEY, points TEXT, record TEXT, last INTEGER, checksum INTEGER);
 CREATE TABLE adopted
-    (run INTEGER, test_point INTEGER, test INTEGER, PRIMARY KEY (run, test_point)) WITHOUT ROWID;
+    (run INTEGER, test_point INTEGER, test INTEGER, PRIMARY KEY (run, test_point),
+    UNIQUE (run, test)) WITHOUT ROWID;
 CREATE TABLE proposals
     (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT, checksum INTEGER,
     PRIMARY KEY (run, test_point)) WITHOUT ROWID;
@@ -398,7 +399,9 @@ class Database:
     def adopt(self, run: int, columns: Columns) -> None:
         """Assign tests of other runs to test points of a run that have the same designs.
 
-        Points with tests of their own keep these. Repeated tests are made for one run only.
+        Points with tests of their own keep these. Of points with the same design, the first gets
+        the test, as a test has one number in the table of a run. Repeated tests are made for one
+        run only.
         """
         if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).identity:
             return
@@ -407,14 +410,17 @@ class Database:
         names = ", ".join(variable.sql for variable in variables)
         marks = ", ".join("?" * n_variables)
         self.db.execute(f"CREATE INDEX IF NOT EXISTS designs ON tests ({names})")
+        # In SQL, 0.0 is -0.0.
+        self.db.create_function("design_key", -1, lambda *cells: design_key(cells))
         test_points = columns["test_point"]
         numbers = test_points + self.facts.run(run).start
         designs = [columns[name].astype(DTYPES[kind]).tolist() for name, _, kind in variables]
         self.db.executemany(
             f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, min(test) FROM tests "
-            f"WHERE ({names}) = ({marks}) AND run <> {run} "
+            f"WHERE ({names}) = ({marks}) AND design_key({names}) = design_key({marks}) "
+            f"AND run <> {run} "
             f"AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?) GROUP BY {names}",
-            zip(test_points.tolist(), *designs, numbers.tolist(), strict=True),
+            zip(test_points.tolist(), *designs, *designs, numbers.tolist(), strict=True),
         )
 
     def n_tests(self) -> dict[int, int]:

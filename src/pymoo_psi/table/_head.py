@@ -14,7 +14,6 @@ hold the same as ``Columns``, an array of float64, int64, bool or texts for each
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
@@ -24,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._kinds import DTYPES, Kind, option_of, option_text
 from pymoo_psi._validation import (
     AnyArray,
     Columns,
@@ -257,33 +256,13 @@ def lacking(columns: Columns, names: Names) -> tuple[str, ...]:
 
 
 def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
-    """Return the options that designs have chosen as texts that tell them apart.
-
-    An option that is text stays as it is unless it could be taken for JSON; all others are JSON:
-    ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
-    """
-    return np.fromiter(map(_option_text, cells), object)
-
-
-def _option_text(option: Any) -> str:
-    # The types matter: a choice of 12 is another option than one of "12", and must come back so.
-    if isinstance(option, str) and _option(option) is option:
-        return option
-    return json.dumps(option, ensure_ascii=False)
+    """Return the texts of the options that designs have chosen, see :func:`option_text`."""
+    return np.fromiter(map(option_text, cells), object)
 
 
 def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
     """Return the options of the texts of :func:`choice_texts`."""
-    return np.fromiter(map(_option, texts), object)
-
-
-def _option(text: str) -> Any:
-    """Return what a text is in JSON, or the text itself."""
-    try:
-        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        return text
+    return np.fromiter(map(option_of, texts), object)
 
 
 # Studies, whose limits are not part of the status of their tests

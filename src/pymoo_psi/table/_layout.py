@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._kinds import DTYPES
+from pymoo_psi._kinds import DTYPES, design_key, plain
 from pymoo_psi._kinds import Kind as Kind  # public here
 from pymoo_psi._names import Renamed
 from pymoo_psi._output import with_unit
@@ -480,16 +480,15 @@ def _matrix_of_cells(name: str, array: AnyArray, *, real: bool) -> AnyArray:
 
 def _plain(name: str, cell: Any) -> float | int | bool | str:
     """Return a cell as Python's own type; values of subclasses are converted."""
-    if isinstance(cell, np.generic):
-        cell = cell.item()
+    cell = plain(cell)
     if isinstance(cell, bool):
         return cell
     if isinstance(cell, float):
         return finite_number(name, cell)
     if isinstance(cell, int) and -(2**63) <= cell < 2**63:
-        return int(cell)
+        return cell
     if isinstance(cell, str) and is_writable(cell):
-        return str(cell)
+        return cell
     error = invalid if isinstance(cell, (int, str)) else wrong_type
     raise error(
         f"a value of {name}",
@@ -581,12 +580,9 @@ def common_dtype(kinds: Sequence[Kind]) -> Any:
     return np.object_
 
 
-def design_keys(X: AnyArray) -> list[tuple[str, ...]]:
-    """Return a key for each row of ``(n, n_var)`` designs; equal designs have equal keys.
-
-    The keys are texts, as files and studies keep the options of a choice.
-    """
-    return [tuple(map(str, row)) for row in X.tolist()]
+def design_keys(X: AnyArray) -> list[str]:
+    """Return the :func:`design_key` of each row of ``(n, n_var)`` designs in normal form."""
+    return list(map(design_key, X.tolist()))
 
 
 def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
