@@ -5,11 +5,12 @@ import json
 import os
 import re
 import signal
+import socket
 import stat
 import subprocess
 import sys
 import time
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
 from urllib.parse import urlsplit
 from urllib.request import urlopen
 
@@ -20,7 +21,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import Recorded, SurrogatePSI, investigate, live, read_table
+from pymoo_psi import PSI, Recorded, SurrogatePSI, investigate, live, read_table
 from pymoo_psi.study import Study
 from tests.page.test_page_browser import browser  # noqa: F401
 from tests.processes import LONG, posix, until
@@ -114,6 +115,7 @@ def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_pat
         os.killpg(run.pid, signal.SIGKILL)
         run.wait()
         one.says("No run is at work")
+        assert [one.page.is_enabled(f"[name={name}]") for name in ("stop", "more")] == [False, True]
     one.until("!document.getElementById('offline').hidden")
     run = begun(tmp_path)
     with live(study_file, steer=True, port=urlsplit(view.address).port) as again:
@@ -211,6 +213,84 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(study_file):
         own = f"http://{urlsplit(view.address).netloc}"
         assert answers(view.address, f"{home}steer", "POST", request, Origin=own) == 400
         refused("cannot start", live, study_file, port=urlsplit(view.address).port)
+
+
+def progress(view):
+    """What the server of a study says first to a page that was just loaded."""
+    with urlopen(view.address) as page:
+        place = re.search(r'"from": *"(\w+-\d+)"', page.read().decode())[1]
+    with urlopen(f"{view.address}events?from={place}") as events:
+        events.readline()
+        return json.loads(events.readline().decode().removeprefix("data: "))
+
+
+def ends(study):
+    """What the page of a study without a run at work says of its end."""
+    with live(study) as view:
+        said = progress(view)
+    assert not said["is_running"]
+    return said["lines"]
+
+
+@pytest.mark.parametrize("firsts", [[9], [101, 1], [1, 5]])
+def test_runs_from_any_test_point_are_done(study_file, firsts):
+    for first in firsts:
+        investigate(get_problem("bnh"), 8, first=first, study=study_file)
+    n_tests = len(read_table(study_file))
+    assert ends(study_file) == [
+        f"{n_tests} of {n_tests} tests",
+        "All planned tests are done.",
+    ]
+
+
+def test_a_share_is_done(tmp_path):
+    investigate(get_problem("bnh"), 10, share=(2, 3), study=tmp_path / "shares")
+    assert "All planned tests are done." in ends(tmp_path / "shares" / "share-2-of-3.db")
+
+
+def test_a_run_that_adopts_tests_is_done(study_file):
+    investigate(get_problem("bnh"), 16, study=study_file)
+    search = SurrogatePSI(20, n_points=16, study=study_file)
+    minimize(get_problem("bnh"), search, seed=1)
+    assert ends(study_file) == ["20 of 20 tests", "All planned tests are done."]
+
+
+def test_a_run_that_people_stopped_says_so(study_file):
+    table = minimize(Stopping(study_file), PSI(200, study=study_file)).algorithm.table
+    n_tests = len(table)
+    assert 0 < n_tests < 200
+    counts, sentence = ends(study_file)
+    assert counts == f"{n_tests} of 200 tests"
+    assert sentence.startswith("Stopped.")
+    # What was stopped is not what goes on.
+    investigate(Stopping(study_file), 200, study=study_file)
+    assert ends(study_file) == ["200 of 200 tests", "All planned tests are done."]
+
+
+def test_more_tests_than_a_run_can_have_are_refused(study_file):
+    problem = get_problem("bnh")
+    investigate(problem, 8, study=study_file)
+    request = json.dumps({"action": "more", "name": "Eve", "count": 10**30})
+    with live(study_file, steer=True) as view:
+        home = urlsplit(view.address)
+        own = f"http://{home.netloc}"
+        assert answers(view.address, f"{home.path}steer", "POST", request, Origin=own) == 400
+    with Study(study_file).changes() as study:  # by another program
+        study.steer(json.loads(request))
+    assert len(investigate(problem, 9, study=study_file)) == 9
+    assert "refused: count" in Study(study_file).facts().steering[0]["answer"]
+
+
+def test_idle_connections_keep_nobody_off(study_file):
+    investigate(get_problem("bnh"), 8, study=study_file)
+    with live(study_file) as view, ExitStack() as strangers:
+        address = urlsplit(view.address)
+        for k in range(200):
+            connection = socket.create_connection((address.hostname, address.port))
+            strangers.enter_context(connection)
+            connection.send([b"", b"GET / HTTP/1.1", b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"][k % 3])
+        for _ in range(3):
+            assert answers(view.address, address.path) == 200
 
 
 def test_a_page_has_values_that_stored_tests_get_later(study_file):

@@ -133,7 +133,7 @@ def _assign(database: Database, run: int, proposal: Proposal) -> _Assignment:
     stored = database.facts.run(run)
     proposal = proposal._replace(test_point=stored.last + 1)
     database.add_proposals(run, [proposal])
-    database.plan(run, proposal.test_point)
+    database.reserve(run, proposal.test_point)
     return _Assignment(stored.start + proposal.test_point, run, proposal)
 
 

@@ -43,6 +43,7 @@ from pymoo_psi.algorithms._sources import (
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import problem_identity
+from pymoo_psi.study import further_tests
 from pymoo_psi.table import Formulation, TestTable, limit_text
 
 # Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
@@ -302,9 +303,10 @@ class Run:
         if action == "more":
             total = request.get("points")
             if total is None:
-                total = self.n_points + integer("count", request["count"], minimum=1)
+                total = self.n_points + further_tests(request["count"])
             if total > self.n_points:
                 self.source.extend(total - self.n_points)
+                self.store.plan(total)
                 self.n_points = total
             return {"answer": f"{total} tests in all", "points": total}
         self._steered = action
@@ -556,7 +558,7 @@ def run_of_sequence(
     if options.more:
         n_points = store.total(n_points)
     points = unit_points(options, min(n_points, n_first or n_points), n_dim)
-    store.plan(options.first + n_points - 1)
+    store.plan(n_points)
     repeats = None
     # Workers evaluate points of which this process sees only the tests.
     is_here = model.problem.elementwise or pieces.runner is None

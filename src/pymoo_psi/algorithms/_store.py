@@ -98,8 +98,8 @@ class Store:
         """Return how many points the run has with ``n_more`` further ones."""
         return n_more
 
-    def plan(self, last: int) -> None:
-        """Note the last test point that the run is asked for."""
+    def plan(self, n_points: int) -> None:
+        """Note how many points the run is asked for."""
 
     def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, in the order of time.
@@ -163,6 +163,7 @@ class StudyStore(Store):
         self._part = options.part
         self._first_planned = options.first
         self._last_planned = run.last
+        self._planned = run.record.get("planned", ())
         self.has_other_runs = len(facts.runs) > 1
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
@@ -301,11 +302,12 @@ class StudyStore(Store):
             return n_planned + n_more
         return n_planned
 
-    def plan(self, last: int) -> None:
-        """Note the last test point that the run is asked for."""
-        if last > self._last_planned:
+    def plan(self, n_points: int) -> None:
+        """Note how many points the run is asked for."""
+        ends = [self._first_planned, self._first_planned + n_points - 1]
+        if ends not in self._planned:
             with self.study.changes() as database:
-                database.plan(self.run, last)
+                database.plan(self.run, *ends)
 
     def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, twice a second."""
@@ -317,11 +319,11 @@ class StudyStore(Store):
         requests = []
         for request in steering[self._n_requests or 0 :]:
             answer = request["answer"]
-            if request["run"] not in (0, self.run) or answer.endswith(_OVER):
+            if answer.endswith(_OVER):
                 continue
             if self._n_requests is None and request["action"] not in LASTING:
                 self.answer(request | {"answer": answer + _OVER})
-            else:
+            elif request["run"] in (0, self.run):
                 requests.append(request)
         self._n_requests = len(steering)
         return requests

@@ -10,10 +10,11 @@
   source.onopen = () => { $("offline").hidden = true }
   source.onerror = () => { $("offline").hidden = false }
   source.onmessage = (event) => {
-    const {rows, lines, steered, tests} = JSON.parse(event.data)
+    const {rows, lines, steered, tests, is_running} = JSON.parse(event.data)
     if (!rows) return page.reload(() => ({name: $("steerer").value})) // other tests, or other columns
     waiting.push(...rows)
     count = tests
+    $("running").disabled = !is_running
     list("progress", lines)
     list("steered", steered)
     $("since").textContent = count - since

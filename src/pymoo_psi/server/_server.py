@@ -27,7 +27,7 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._validation import known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
-from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study
+from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study, further_tests
 from pymoo_psi.table import TestTable, alike, stored_tests
 
 if TYPE_CHECKING:
@@ -72,13 +72,14 @@ class GrowingStudy:
         self.study = Study(path)
         self.tests = TestTable.empty()
         self.edition = ""
-        self.progress: dict[str, Any] = {"lines": []}
+        self.progress: dict[str, Any] = {"lines": [], "is_running": False}
         self._steer = steer
         self._facts = Facts({})
         self._limits: Any = {}
         self._modified = 0  # time of the file that was read
         self._key = ""  # what all tests of the edition have in common
         self._n_first = 0  # tests with which the edition began
+        self._n_left: int | None = None  # planned tests that are not done, if any are planned
         self._pages: dict[str, str] = {}  # the page made last, by its edition
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # times, and numbers of tests
         self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
@@ -93,8 +94,12 @@ class GrowingStudy:
             lines = self._lines(time.time() - state.st_mtime)
         except (OSError, PsiError) as error:
             lines = [str(error)]
-        requests = self._facts.requests[-_SHOWN:]
-        self.progress = {"tests": len(self.tests), "lines": lines, "steered": requests}
+        self.progress = {
+            "tests": len(self.tests),
+            "lines": lines,
+            "is_running": not self._end(),
+            "steered": self._facts.requests[-_SHOWN:],
+        }
 
     def _read(self) -> None:
         """Read new tests, or all of them for another edition."""
@@ -108,6 +113,7 @@ class GrowingStudy:
             new = numbers[~np.isin(numbers, tests.numbers)]
             first, last = new.min(initial=LAST), new.max(initial=0)
             columns = database.tests(int(first), int(last))
+            self._n_left = database.n_left()
         stored = stored_tests(facts, columns)
         table = stored._replace(remarks=(), limits={}).table(self.study.path)
         self._facts = facts
@@ -136,29 +142,39 @@ class GrowingStudy:
     def _lines(self, age: float) -> list[str]:
         """Return what the page says of the run, ``age`` seconds after the file has changed."""
         n_tests = len(self.tests)
-        n_planned = max(n_tests, sum(run.last for run in self._facts.runs))
-        for request in self._facts.steering:
-            n_planned = max(n_planned, request.get("points", 0))
+        n_planned = n_tests + (self._n_left or 0)
         reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
         failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
         counts = ", ".join([f"{n_tests} of {n_planned} tests", *failures])
-        return [counts, self._state(n_planned - n_tests, age)]
+        return [counts, self._end() or self._pace(age)]
 
-    def _state(self, n_left: int, age: float) -> str:
-        """Return a sentence on the run, which has ``n_left`` planned tests to do."""
-        facts = self._facts
+    def _last_action(self) -> str:
+        """Return what a run has done last at a request since it began; empty if nothing."""
+        action = ""
+        for request in self._facts.steering:
+            if request["answer"] == "done":
+                action = request["action"]
+        return action
+
+    def _end(self) -> str:
+        """Return a sentence on why no run is at work; empty if one is, as far as is known."""
+        if self._n_left == 0:
+            return "All planned tests are done."
+        if self._last_action() == "stop":
+            return "Stopped. The command of the run continues it."
+        if not _is_alive(*self._facts.process):
+            return "No run is at work. The command of the last one continues it."
+        return ""
+
+    def _pace(self, age: float) -> str:
+        """Return a sentence on the run at work; the study has last changed ``age`` seconds ago."""
         self._counts.append((time.monotonic(), len(self.tests)))
         (began, n_then), (now, n_now) = self._counts[0], self._counts[-1]
         rate = (n_now - n_then) / max(now - began, _PAUSE)
-        done = [request["action"] for request in facts.steering if request["answer"] == "done"]
-        if n_left == 0:  # always so for a Recorded problem, which plans no tests
-            return f"All planned tests are done, the last {age:.0f} s ago."
-        if not _is_alive(*facts.process):
-            return "No run is at work: it has ended or was killed. Its command continues it."
-        if done[-1:] == ["pause"]:
+        if self._last_action() == "pause":
             return "Paused."
-        if rate > 0:
-            return f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
+        if rate > 0 and self._n_left:
+            return f"{rate:.2g} tests a second, {self._n_left / rate:.0f} s left."
         return f"The study last changed {age:.0f} s ago."
 
     async def events(self, edition: str, position: int) -> AsyncIterator[str]:
@@ -200,6 +216,8 @@ class GrowingStudy:
         known_name("action", action, ACTIONS)
         if action not in LASTING and not _is_alive(*self._facts.process):
             raise PsiError("no run is at work; its command continues it")
+        if action == "more":
+            further_tests(received.get("count"))
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
@@ -271,6 +289,28 @@ def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
     return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[hosts])
 
 
+def _protocol() -> type[asyncio.Protocol]:
+    """Return the protocol of connections, which needs an extra."""
+    from uvicorn.protocols.http.h11_impl import H11Protocol
+
+    connections: list[H11Protocol] = []  # open ones, in the order of their arrival
+
+    class Protocol(H11Protocol):
+        """A connection; if there are too many, the oldest without a request gives way to it."""
+
+        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+            super().connection_made(transport)
+            connections[:] = [one for one in connections if not one.transport.is_closing()]
+            if len(connections) + 1 >= _MOST_CONNECTIONS:
+                for one in connections:
+                    if one.cycle is None or one.cycle.response_complete:
+                        one.transport.close()
+                        break
+            connections.append(self)
+
+    return Protocol
+
+
 def _is_foreign(request: Request) -> bool:
     """Whether a request comes from the page of another site; reading needs no origin."""
     origin = request.headers.get("origin")
@@ -328,6 +368,7 @@ def serve(
         application,
         log_level="critical",
         lifespan="off",
+        http=_protocol(),
         limit_concurrency=_MOST_CONNECTIONS,
         timeout_graceful_shutdown=1,
     )

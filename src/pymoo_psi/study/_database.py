@@ -32,11 +32,13 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import StudyVersionError
 from pymoo_psi.study._facts import (
+    ALL,
     NOT_VALUES,
     NUMBERS,
     ROOM,
     Facts,
     Renaming,
+    Share,
     StudyRun,
     columns_of_head,
     identity_of_run,
@@ -269,8 +271,28 @@ class Database:
         self.facts.runs.append(run)
         return run
 
-    def plan(self, number: int, last: int) -> None:
-        """Note that a run is asked for test points up to ``last``.
+    def plan(self, number: int, first: int, last: int) -> None:
+        """Note that a run is asked for test points ``first`` to ``last``.
+
+        Raises:
+            ArgumentValueError: The tests of another run have these numbers.
+        """
+        self.reserve(number, last)
+        self.facts.run(number).record.setdefault("planned", []).append([first, last])
+
+    def n_left(self) -> int | None:
+        """Return how many planned tests are not done; None if none are planned."""
+        share = Share(*self.facts.share or ALL)
+        planned = []
+        for run in self.facts.runs:
+            for first, last in run.record.get("planned", ()):
+                planned.append(self.numbers_of(run.number, share.numbers(first, last)))
+        if not planned:
+            return None
+        return len(np.setdiff1d(np.concatenate(planned), self.test_numbers()))
+
+    def reserve(self, number: int, last: int) -> None:
+        """Note that a run has test points up to ``last``.
 
         Raises:
             ArgumentValueError: The tests of another run have these numbers.
@@ -447,7 +469,7 @@ class Database:
         Stored tests keep the run and the test point for which they were first made.
         """
         self.adopt(run, columns)
-        self.plan(run, int(columns["test_point"].max()))
+        self.reserve(run, int(columns["test_point"].max()))
         numbers = self.numbers_of(run, columns["test_point"])
         runs = np.full(len(numbers), run, dtype=np.int64)
         columns = columns | {"test": numbers, "run": runs}

@@ -41,6 +41,7 @@ _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 # Requests of people to a run that hold when it is continued.
 LASTING = ("search", "more")
+_MOST_FURTHER = 1_000_000  # tests of a request, whose points a run keeps in memory
 ACTIONS = (*LASTING, "pause", "continue", "stop")
 
 # Entries of a problem's identity that belonged to the model in version 0.3.
@@ -62,6 +63,19 @@ _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd n
 
 ROOM = 1_000_000
 """How many numbers of tests there are for a run, unless it is the last one."""
+
+
+def further_tests(count: object) -> int:
+    """Return how many further tests a request asks for.
+
+    Raises:
+        ArgumentValueError: They are none, or more than a million.
+        ArgumentTypeError: It is no integer.
+    """
+    n_tests = integer("count", count, minimum=1)
+    if n_tests > _MOST_FURTHER:
+        raise invalid("count", f"at most {_MOST_FURTHER} further tests", n_tests, "ask again later")
+    return n_tests
 
 
 def now() -> str:
@@ -125,8 +139,9 @@ class StudyRun:
     Attributes:
         number: Its number, from 1.
         identity: What determines its test points, see :func:`identity_of_run`.
-        record: When, where and with which versions it was begun.
-        last: The greatest test point that it was asked for; 0 if it was asked for none.
+        record: When, where and with which versions it was begun, and under ``planned`` which test
+            points it was asked for: the first and the last one of each call.
+        last: The greatest test point that it has; 0 if it has none.
     """
 
     number: int
