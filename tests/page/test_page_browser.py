@@ -494,9 +494,18 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
         member("Ben", [6, 3], {}),
         member("Cy", [8], {"cost, total, at most": "120"}, keys=True),
     ]
-    fresh = visit(page_file)
-    fresh.page.set_input_files("#file", files)
-    fresh.until("D.state().positions.length === 4")
+    states = []
+    for several in ([files], [files[::-1]], [[file] for file in files[1:] + files]):
+        fresh = visit(page_file)
+        opened = fresh.state
+        for some in several:
+            fresh.page.set_input_files("#file", some)
+            fresh.page.locator("#messages p", has_text="Positions are added.").wait_for()
+            fresh.click("#messages button:text('Close')")
+        states.append(fresh.state)
+        # Nothing else has changed.
+        assert states[-1] | {"positions": []} == opened
+    assert states[0] == states[1] == states[2]
     state = fresh.state
     assert [one["name"] for one in state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
     head = fresh.page.locator("#position-table thead b").all_inner_texts()
@@ -535,6 +544,13 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     fresh.page.locator("#table").focus()
     fresh.press("Home", "ArrowDown", "c")
     assert fresh.state["decided"] is None
+    # The rest of a file is taken if it is asked for.
+    another = visit(page_file)
+    another.page.set_input_files("#file", path)
+    another.click("#messages button:text('Take those of the file')")
+    assert another.state["decided"] == decision.decided
+    assert another.state["chosen"] == choices["Ben"]
+    assert another.state["limits"] == decision.limits
 
 
 def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, said, in_folder):

@@ -1,5 +1,6 @@
 """Formulations after the tests: the table judged anew is the table of the problem so formulated."""
 
+import itertools
 import json
 import random
 import re
@@ -14,7 +15,14 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table import Layout, constraint_costs, limit_text, limits_of, read_table
+from pymoo_psi.table import (
+    Layout,
+    constraint_costs,
+    decision_sentences,
+    limit_text,
+    limits_of,
+    read_table,
+)
 from tests.mutations import mutated
 from tests.refusals import refused
 
@@ -286,6 +294,45 @@ def test_odd_files_give_a_formulation_or_an_error_of_the_package(tmp_path):
             assert Formulation.read_json(path) == asked
     assert 50 < len(messages) < 190
     assert all(text.startswith(f"{path} must be a formulation") for text in messages)
+
+
+def test_positions_are_joined_in_any_order():
+    # One name twice on a day, one position twice, one without a date.
+    held = [
+        {"name": "Ben", "date": "2026-01-02", "chosen": "C", "limits": {"mass": 30}},
+        {"name": "Ann", "date": "2026-01-02", "chosen": "B"},
+        {"name": "Ann", "date": "2026-01-02", "chosen": None},
+        {"name": "Ann", "date": "2026-01-02", "chosen": "B", "reason": "light"},
+        {"name": "Cy"},
+        {"name": "Ann", "date": "2026-01-02", "chosen": "B"},
+    ]
+    own = Formulation(limits={"mass": 20}, chosen="A", decided={"chosen": "A"})
+    joined = []
+    for positions in itertools.permutations(held):
+        joined.append(replace(own, positions=positions))
+    assert all(one == joined[0] for one in joined)
+    assert [one["name"] for one in joined[0].positions] == ["Cy", "Ann", "Ann", "Ann", "Ben"]
+    assert replace(joined[0], positions=()) == own
+
+
+@pytest.mark.parametrize(
+    ("decided", "said"),
+    [
+        ({"chosen": "A"}, ["Decided for A."]),
+        ({"chosen": "A", "agree": ["Ann"], "date": "2026-01-04"}, ["Decided on 2026-01-04 for A by Ann."]),
+        ({"chosen": "A", "dissent": ["Ben"]}, ["Decided for A.", "Dissent: Ben."]),
+    ],
+)  # fmt: skip
+def test_a_decision_of_a_group_may_be_written_by_hand(decided, said, tmp_path):
+    path = tmp_path / "d.json"
+    path.write_text(json.dumps({"decided": decided}))
+    asked = Formulation.read_json(path)
+    assert decision_sentences(asked.decided) == said
+    asked.to_json(path)
+    assert Formulation.read_json(path) == asked
+    for wrong in ({"agree": ["Ann"]}, decided | {"agreed": ["Ann"]}, decided | {"agree": "Ann"}):
+        path.write_text(json.dumps({"decided": wrong}))
+        refused("must be a formulation.*decided: .*", Formulation.read_json, path)
 
 
 @pytest.mark.parametrize(

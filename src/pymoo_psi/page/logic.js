@@ -943,8 +943,9 @@ function checked(data, anything) {
       weights: entries("weights", (column, weight) => isObjective(column) && isNumber(weight) && weight >= 0, preference),
       aspiration: entries("aspiration", (column, value) => isObjective(column) && isNumber(value), preference),
     },
-    positions: [...new Map([...items("positions", isObject)].map(position).map((one) => [`${one.date} ${one.name}`, one])).values()]
-      .filter(({name}) => name).sort((a, b) => (a.date < b.date ? -1 : a.date > b.date ? 1 : 0)),
+    // In one order, each once, whatever files they come from and in whatever order.
+    positions: [...new Map(items("positions", isObject).map(position).filter(({name}) => name)
+      .map((one) => [JSON.stringify([one.date, one.name, one.chosen ?? "", one]), one]))].sort(([a], [b]) => (a < b ? -1 : 1)).map(([, one]) => one),
     decided: fitting("decided", (one) => isObject(one) && isDesign(one.chosen) && isText(one.date) && [one.agree, one.dissent].every((list) => Array.isArray(list) && list.every(isText)), null),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }

@@ -922,7 +922,7 @@ const page = (() => {
     agreeing = key
     $("decide").disabled = chosen === null || !held.length
     renew("decide", `Decide for ${chosen ?? "a choice"}`)
-    renew("decided", ...(decided ? [[Logic.sentence(data, "decided", {date: dated(decided.date), design: decided.chosen, agree: Logic.listed(decided.agree) || "nobody"}),
+    renew("decided", ...(decided ? [[Logic.sentence(data, "decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${Logic.listed(decided.agree)}` : ""}),
       decided.dissent.length ? Logic.sentence(data, "dissent", {dissent: Logic.listed(decided.dissent)}) : ""].join(" ")] : []))
   }
   function record() {
@@ -936,13 +936,18 @@ const page = (() => {
     const agrees = boxesOfPositions().map((box) => box.checked)
     change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
   }
-  // The positions of a colleague's file are added to ours; a file without any is taken whole.
-  function merge(text) {
-    const {state: next, remarks} = Logic.opened(data, text)
-    if (!next || !state.positions.length || !next.positions.length) return take({state: next && {...next, positions: [...state.positions, ...next.positions]}, remarks})
-    const {state: all} = Logic.checked(data, {...state, decided: state.decided ?? next.decided, positions: [...state.positions, ...next.positions]})
-    change(all)
-    say([...remarks, "Positions are merged. Limits and choice are as before."])
+  // The positions of files are added, and nothing else changes unless it is asked for; a single file
+  // without positions is taken whole.
+  async function open(files) {
+    const read = await Promise.all([...files].map(async (file) => ({name: file.name, ...Logic.opened(data, await file.text())})))
+    const remarks = read.flatMap(({name, remarks}) => remarks.map((text) => `${name}: ${text}`))
+    const positions = read.flatMap((one) => one.state?.positions ?? [])
+    const joined = (next) => Logic.checked(data, {...next, positions: [...state.positions, ...positions]}).state
+    const single = read.length === 1 && read[0].state
+    const whole = () => take({state: joined(single), remarks})
+    if (!positions.length) return single ? whole() : say(remarks.length ? remarks : ["The files have no positions."])
+    change(joined(state))
+    say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single ? button("Take those of the file", whole) : null]])
   }
 
   function reset() {
@@ -966,7 +971,7 @@ const page = (() => {
     }
     for (const [id, action] of entriesOf(clicks)) $(id).onclick = action
     $("file").onchange = async () => {
-      for (const file of [...$("file").files]) merge(await file.text())
+      await open($("file").files)
       $("file").value = ""
     }
     $("preferences").ontoggle = soon

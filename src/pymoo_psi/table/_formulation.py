@@ -133,9 +133,10 @@ class Formulation(Shown):
         positions: Positions of people, one mapping for each person and date: ``name``; ``date`` in
             ISO 8601, or empty; ``chosen``, the name of a design or None; ``limits``, ``weights``
             and ``aspiration`` of objectives by name; ``reason``. Positions with the same name are a
-            history.
-        decided: The decision of a group, None if there is none: ``date``; ``chosen``, the name of
-            a design; ``agree`` and ``dissent``, lists of names.
+            history. They are kept by date, each once, so that positions of several files can be
+            joined in any order.
+        decided: The decision of a group, None if there is none: ``chosen``, the name of a design,
+            and, where they are known, ``date``; ``agree`` and ``dissent``, lists of names.
         page: Other settings of the decision page, without effect on the decision.
 
     Raises:
@@ -219,12 +220,15 @@ class Formulation(Shown):
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
         rule = "a list of mappings, one for each person and date"
-        positions = []
+        positions = {}
         for entries in collection("positions", self.positions, rule):
             position = _checked("a position", entries, _Position)
             position["limits"] = limits_of(position["limits"], "the limits of a position")
-            positions.append(position)
-        self._set("positions", sorted(positions, key=lambda position: str(position["date"])))
+            content = json.dumps(position, sort_keys=True)
+            key = (position["date"], position["name"], position["chosen"] or "", content)
+            positions[key] = position
+        # In one order, each once, whatever files they come from and in whatever order.
+        self._set("positions", [positions[key] for key in sorted(positions)])
         if self.decided is not None:
             self._set("decided", _checked("decided", self.decided, _Decision))
 
@@ -422,10 +426,10 @@ class _Position(msgspec.Struct, forbid_unknown_fields=True):
 class _Decision(msgspec.Struct, forbid_unknown_fields=True):
     """The decision of a group; see :attr:`Formulation.decided`."""
 
-    date: str
     chosen: str
-    agree: list[str]
-    dissent: list[str]
+    date: str = ""
+    agree: list[str] = []
+    dissent: list[str] = []
 
 
 def _checked(where: str, entries: Any, kind: Any) -> Values:

@@ -448,9 +448,13 @@ def decision_sentences(decided: Position | None) -> list[str]:
     """Return what a group has decided, and who dissents."""
     if decided is None:
         return []
-    agree = listed(decided["agree"] or ["nobody"])
-    date = decided["date"][:10]
-    sentences = [sentence("decided", date=date, design=decided["chosen"], agree=agree)]
+    on = ""
+    if decided["date"]:
+        on = f" on {decided['date'][:10]}"
+    by = ""
+    if decided["agree"]:
+        by = f" by {listed(decided['agree'])}"
+    sentences = [sentence("decided", on=on, design=decided["chosen"], by=by)]
     if decided["dissent"]:
         sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
     return sentences
