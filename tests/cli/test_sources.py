@@ -119,16 +119,14 @@ REFUSED = {
 
 @pytest.mark.parametrize("command", ["rank", "page", "report"])
 def test_no_column_is_named_as_one_of_a_ranking(said, command, tmp_path):
-    layout = Layout.of(["x1"], ["rank", "cost"])
+    layout = Layout.of(["x1"], ["place", "cost"])
     TestTable.of([1, 2], [[0], [1]], [[1, 2], [2, 1]], layout=layout).to_study(tmp_path / "s.db")
     err = said(command, "s.db", code=2)
-    assert "named unlike the columns of a ranking, got 'rank'" in err
-    (tmp_path / "set.csv").write_text("name,rank,cost\nA,1,2\nB,2,1\n")
-    assert "of numbers and neither label nor result such as rank" in said(
-        command, "set.csv", code=2
-    )
-    err = said(command, "set.csv", "--objectives", "rank,cost", code=2)
-    assert "got 'rank'; such a column follows from others; rename it" in err
+    assert "named unlike the columns of a ranking, got 'place'" in err
+    (tmp_path / "set.csv").write_text("name,rank,pareto,cost\nA,1,1,2\nB,2,0,1\n")
+    err = said(command, "set.csv", code=2)
+    assert "got 'pareto'; rename it, or name others by --objectives and --variables" in err
+    said(command, "set.csv", "--objectives", "rank,cost")
 
 
 @pytest.mark.parametrize("command", ["rank", "page", "report", "analyze", "export"])
@@ -190,8 +188,8 @@ def test_a_town_is_no_place_of_a_ranking(said, tmp_path):
     (tmp_path / "set.csv").write_text("place,cost,mass\nBonn,1,4\nUlm,1.5,2\nBern,3,1\n")
     assert "Salukvadze optimum: Ulm\n" in said("rank", "set.csv", "--out", "o.csv")
     ranked = pd.read_csv("o.csv", comment="#")
-    assert [*ranked][:3] == ["place", "row", "place (text)"]
-    assert ranked["place (text)"].tolist() == ["Ulm", "Bonn", "Bern"]
+    assert [*ranked][:3] == ["place", "row", "place (source)"]
+    assert ranked["place (source)"].tolist() == ["Ulm", "Bonn", "Bern"]
     assert "Salukvadze optimum: Ulm\n" in said("rank", "o.csv")
 
 
@@ -213,7 +211,7 @@ def test_rankings_that_the_last_version_wrote_are_read_and_replaced(said, tmp_pa
     table = read_table("old.csv")
     assert (table.layout.objectives, table.layout.maximize) == (("cost", "gain"), ("gain",))
     assert table.column("gain").tolist() == [3, 1, 3]
-    assert not {"rank", "mark", "pareto", "mu1"} & {*table.columns}
+    assert not {"mark", "pareto", "mu1"} & {*table.columns}
     said("rank", "old.csv", "--out", "new.csv")
     ranked = pd.read_csv("new.csv", comment="#")
     assert ranked["place"].fillna(0).tolist() == [1, 1, 0]

@@ -128,7 +128,7 @@ FILES = {
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "names of a header with blanks": ("unit cost   mass\nA  1.5  30\n", {}, "put commas between the cells"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
-    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, "repeats must be one of .*, got 'rank'"),
+    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
@@ -149,7 +149,7 @@ FILES = {
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     # What else a file may be
-    "no feasible design": ("a,b,status\n1,2,failed\n", {}, "none of its 1 row counts: not feasible"),
+    "no feasible test": ("a,b,status,violated,reason,pareto\n1,2,failed,,,False\n", {"objectives": ["a"]}, "none of its 1 row counts: not feasible"),
 }  # fmt: skip
 
 
@@ -192,7 +192,11 @@ def test_a_file_is_read_right_or_refused(read, name):
     [
         (",cost,mass\n0,1.5,30\n1,2,3\n", ("cost", "mass"), "index"),
         ("cost,mass,ID,remark\n1.5,30,7,a\n2,3,8,b\n", ("cost", "mass"), "ID"),
-        ("cost,mass,mu1,mu2,rank,pareto\n1.5,30,1,1,6,True\n", ("cost", "mass"), "row"),
+        (
+            "cost,mass,mu1,rank,test,pareto\n1.5,30,1,6,2,True\n",
+            ("cost", "mass", "mu1", "rank", "test"),
+            "row",
+        ),
         ("place,cost,mass\nBonn,1.5,30\nUlm,2,3\n", ("cost", "mass"), "place"),
         ("mass,f1,cost\n30,1.5,1.5\n3,2,2\n", ("mass", "f1", "cost"), "row"),
         ("row,Variante,a,b\n2,V2,2,1\n1,V1,1,4\n", ("a", "b"), "Variante"),
@@ -218,9 +222,62 @@ def test_names_tell_objectives_from_variables(read):
     named = read(text, Formulation(["x1", "f1"]), variables=["x2"]).layout
     assert (named.objectives, named.variables) == (("x1", "f1"), ("x2",))
     refused(
-        "two columns or more must be of numbers .* got 'f1'; to rank", read, text, variables=["f2"]
+        "two columns or more must be of numbers, .* got 'f1'; to rank", read, text, variables=["f2"]
     )
     refused("objectives must be one of", read, text, Formulation(["f3"]))
+
+
+STATUS = "run,status,mass,cost\n1,ok,5,3\n2,failed,0,0\n3,ok,4,4\n4,timeout,0,\n"
+OTHERS = """name,status,reason,violated,run,rank,test,pareto,mark,mass,cost
+A,1,x,no,5,3,1,1,a,5,3
+B,2,,no,4,2,2,0,b,4,4
+C,0,z,yes,3,1,3,1,c,3,5
+"""
+
+
+def test_words_for_a_failure_name_the_limit(read):
+    asked = Formulation(["mass", "cost"], limits="status=ok")
+    table = read(STATUS, asked)
+    assert table.numbers[table.eligible()].tolist() == [1, 3]
+    assert not any("status" in remark for remark in table.remarks)
+    refused("row 4 .* holds no number in the column 'cost'", read, STATUS, Formulation(["cost"]))
+    remarks = read(STATUS, Formulation(["mass"])).remarks
+    assert remarks == (
+        "2 designs with failed and timeout as status; to leave them out, say --limits 'status=ok', "
+        "or limits= in Python.",
+    )
+
+
+@pytest.mark.parametrize("text", ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out (600 s)",
+                                  "abgebrochen", "solver diverged", "RUN_FAILED", "infeasible"])  # fmt: skip
+def test_a_word_for_a_failure_is_noticed(read, text):
+    (remark,) = read(f"a,b,state\n7,2,done\n2,1,{text}\n3,0,\n").remarks
+    assert remark.startswith(f"1 design with {text} as state; ")
+    assert "state in done, " in remark
+
+
+@pytest.mark.parametrize(
+    "text", ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehler"]
+)
+def test_other_words_are_no_failure(read, text):
+    assert read(f"a,b,state\n1,2,done\n2,1,{text}\n").remarks == ()
+
+
+def test_columns_of_others_keep_names_like_ours(read, tmp_path):
+    table = read(OTHERS, Formulation(["rank", "cost"]), variables=["run"])
+    assert table["status"].tolist() == [1, 2, 0]
+    assert table["reason"].tolist() == ["x", "", "z"]
+    assert table.under(limits="pareto<=0, violated=no").feasible().tolist() == [False, True, False]
+    frame = table.to_frame()
+    assert frame["pareto"].tolist() == [1, 0, 1]
+    assert frame["pareto (pymoo-psi)"].tolist() == [True, True, True]
+    for name in ("t.csv", "t.xlsx"):
+        getattr(table, f"to_{name[2:]}")(tmp_path / name)
+        assert read_table(tmp_path / name).equals(table)
+    read("run,cost,mass\nA,1,5\nB,2,3\nC,3,1\n").to_study(tmp_path / "s.db")
+    assert len(read_table(tmp_path / "s.db")) == 3
+    refused("a column of a study must be named unlike .* got 'run'", table.under(
+        objectives=["test", "cost"]).to_study, tmp_path / "r.db")  # fmt: skip
 
 
 def test_designs_are_called_by_their_labels_or_rows(read):
@@ -275,7 +332,10 @@ def test_prototypes_of_an_export_are_no_designs(read, rank):
 
 
 def test_rows_that_do_not_count_are_told(read):
-    table = read("a,b,status\n1,2,ok\n0,x,infeasible\n2,,ok\n,,failed\n", drop_incomplete=True)
+    text = (
+        "a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n"
+    )
+    table = read(text, Formulation(["a", "b"]), drop_incomplete=True)
     assert table.numbers.tolist() == [1, 3]
     assert table.status.tolist() == ["ok", "failed"]
     assert table.remarks == (
@@ -297,7 +357,7 @@ def test_every_source_gives_the_same_table(tmp_path):
     asked = Formulation(["f2", "f1"], limits={"f3": float(np.median(table.F[:, 2]))})
     expected = table.under(asked)
     assert read_table(tmp_path / "t.csv", asked).equals(expected)
-    table.to_frame().drop(columns=["violated", "pareto"]).to_csv(tmp_path / "frame.csv")
+    table.to_frame().to_csv(tmp_path / "frame.csv")
     for source in (tmp_path / "frame.csv", table.to_frame()):
         again = read_table(source, Formulation(["f2", "f1"]))
         kept = table.rows(table.status == "ok")
@@ -340,11 +400,8 @@ def test_arrays_and_frames():
     assert (table.status.tolist(), table.extra["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
     refused("row 2 holds no number in the column 'b'", read_table, frame)
     # The name of an index may be that of a column that follows from others.
-    assert read_table(frame.rename_axis("rank"), drop_incomplete=True).layout.label == "kind"
     places = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
     assert read_table(places, Formulation(["f1", "f2"])).names == ["row 1", "row 2"]
-    refused("repeats must be one of 'a', 'b', 'index', 'kind'", read_table, frame.assign(status="x"),
-            repeats="status", drop_incomplete=True)  # fmt: skip
     for wrong in (np.zeros(3), frame[:0], pd.DataFrame([[1, 2]], columns=["a", "a"])):
         refused("source must be", read_table, wrong)
 

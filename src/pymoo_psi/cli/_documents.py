@@ -37,6 +37,7 @@ from pymoo_psi.cli._source import (
 )
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.pareto import (
+    RANKING_COLUMNS,
     cautions,
     explain,
     localized,
@@ -88,18 +89,21 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
     layout = designs.layout
     number = number_column(designs.extra) if layout.label is None else "row"
     columns: Values = {number: designs.numbers}
-    for name, cells in designs.extra.items():
-        if name == "place":  # a column of the file's own
-            name = "place (text)"
-        columns[name] = cells
-    for name in (*layout.variables, *layout.objectives, *layout.outputs):
-        columns[name] = designs.column(name)
+    for name in (*designs.extra, *layout.variables, *layout.objectives, *layout.outputs):
+        columns[_beside_ranking(name)] = designs.column(name)
     frame = ranking_frame(ranking, columns)
     if only_pareto:
         frame = frame[frame["pareto"]].drop(columns="pareto")
     if out is not None:
         write_frame(frame, out, designs)
     return frame
+
+
+def _beside_ranking(name: str) -> str:
+    """Return the name of a column beside those of a ranking."""
+    if name in RANKING_COLUMNS:
+        return f"{name} (source)"
+    return name
 
 
 def most_violated(table: TestTable) -> str:
@@ -185,7 +189,8 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
 
     rounded = frame.drop(columns=["mu2", "mu3", "pareto"], errors="ignore")
     rounded = rounded.round({"mu1": 4})
-    for column, notation in notations(table).items():
+    for name, notation in notations(table).items():
+        column = _beside_ranking(name)
         if column in rounded:
             rounded[column] = [written(notation, value) for value in rounded[column]]
     headings = {name: table.layout.label_of(name) for name in table.layout.columns}

@@ -16,7 +16,7 @@ from click.core import ParameterSource
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
-from pymoo_psi.pareto import RANKING_NAMES, decimal_mark, number
+from pymoo_psi.pareto import RANKING_COLUMNS, decimal_mark, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
 # The options of a formulation.
@@ -103,7 +103,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         skip_rows=options.skip_rows or (),
         sheet=options.sheet,
     )
-    require_free_names(table.layout.columns)
+    require_free_names((*table.layout.objectives, *table.layout.variables))
     # All that the command says of it is written as in the source.
     click.get_current_context().with_resource(decimal_mark(table.decimal))
     return table
@@ -193,11 +193,12 @@ def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
 
 
 def require_free_names(names: Iterable[str]) -> None:
-    """Refuse names of columns that results give to the columns of a ranking."""
+    """Refuse objectives and variables named as the columns of a ranking."""
     for name in names:
-        if name in RANKING_NAMES:
-            remedy = "give it another name, by problem.names of a problem"
-            raise invalid("the columns", "named unlike the columns of a ranking", name, remedy)
+        if name in RANKING_COLUMNS:
+            rule = "named unlike the columns of a ranking"
+            remedy = "rename it, or name others by --objectives and --variables"
+            raise invalid("objectives and variables", rule, name, remedy)
 
 
 def pairs_in(option: str, entries: Names, form: str) -> dict[str, str]:

@@ -34,7 +34,6 @@ from ._indicators import igd_plus as igd_plus
 from ._indicators import pareto_rank as pareto_rank
 from ._indicators import spread_subset as spread_subset
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS
-from ._ranking import RANKING_NAMES as RANKING_NAMES
 from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
 from ._ranking import front_of as front_of

@@ -69,8 +69,6 @@ if TYPE_CHECKING:
 
 RANKING_COLUMNS = ("place", "mu1", "mu2", "mu3", "efficiency_rank", "pareto")
 """The columns beside the objectives in the frame of a ranking; the place is the first column."""
-RANKING_NAMES = (*RANKING_COLUMNS, "rank")
-"""Names that other columns cannot have; files of 0.3 call the rank of efficiency ``rank``."""
 
 
 # The geometry

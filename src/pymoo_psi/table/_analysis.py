@@ -30,7 +30,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, percent
-from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, value_ranks
+from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, has_runs, value_ranks
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -377,7 +377,7 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
     """
     instance("table", table, TestTable)
     sentences = []
-    if RUN in table.extra:
+    if has_runs(table.extra):
         run, table = _largest_sample(table)
         sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
     sampling = str((table.problem or {}).get("sampling") or "")

@@ -29,7 +29,6 @@ from pymoo_psi._validation import (
     Columns,
     Entries,
     Head,
-    Integers,
     Names,
     Received,
     Values,
@@ -48,6 +47,7 @@ from pymoo_psi.table._layout import (
     common_dtype,
     names_of,
     number_column,
+    result_columns,
 )
 
 if TYPE_CHECKING:
@@ -102,6 +102,10 @@ class StoredTests(NamedTuple):
             numbers = np.asarray(columns[number_column(extra)], dtype=np.int64)
             n = len(numbers)
             blocks: Any = blocks_of(layout, columns, n)
+            results = result_columns((*layout.columns, *extra))
+            status = columns[results["status"]]
+            has_failed = status == "failed"
+            failed = numbers[has_failed].tolist()
             if n:  # units of outputs that no test has are left out
                 layout = replace(layout, units=units_of(layout.columns, layout.units))
             table = TestTable(
@@ -109,16 +113,16 @@ class StoredTests(NamedTuple):
                 numbers,
                 _designs(layout, columns, n),
                 **blocks,
-                reasons=_reasons(columns, numbers),
+                reasons=dict(zip(failed, columns[results["reason"]][has_failed], strict=True)),
                 problem=self.head.get("problem"),
                 extra={name: choice_values(columns[name]) for name in extra},
                 formulation=formulation_of_head(self.head),
                 remarks=self.remarks,
             )
             if self.is_derived:
-                table = _without_rejected(table, columns["status"])
+                table = _without_rejected(table, status)
             else:
-                _require_status(table, columns["status"])
+                _require_status(table, status)
         if self.limits:
             return table.under(limits=self.limits)
         return table
@@ -212,12 +216,14 @@ def columns_of(table: Any) -> Columns:
         columns[name] = choice_texts(cells.tolist())
         is_integer = np.array([type(cell) is int for cell in cells.tolist()], dtype=bool)
         columns[name][is_integer] = cells[is_integer]  # a spreadsheet reads 7 as a number
-    columns["status"] = table.status.astype(object)
-    columns["reason"] = np.full(len(table), "", dtype=object)
+    results = result_columns(table.columns)
+    columns[results["status"]] = table.status.astype(object)
+    reasons = np.full(len(table), "", dtype=object)
+    columns[results["reason"]] = reasons
     # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
     if table.reasons:
         numbers = table.numbers.tolist()
-        columns["reason"][:] = [table.reasons.get(number, "") for number in numbers]
+        reasons[:] = [table.reasons.get(number, "") for number in numbers]
     return columns
 
 
@@ -349,14 +355,6 @@ def units_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]
 # From a head and columns to a table
 
 
-def _reasons(columns: Columns, numbers: Integers) -> dict[int, str]:
-    """Return why tests failed, by number; other tests have no reason that counts."""
-    reasons = {}
-    for i in np.flatnonzero(columns["status"] == "failed").tolist():
-        reasons[int(numbers[i])] = columns["reason"][i]
-    return reasons
-
-
 def _designs(layout: Layout, columns: Columns, n: int) -> AnyArray:
     """Return the ``(n, n_var)`` designs in columns."""
     kinds = _kinds(layout)
@@ -420,7 +418,8 @@ def kinds_of_columns(layout: Layout, extra: Collection[str] = ()) -> dict[str, K
     kinds = {number_column(extra): Kind.INTEGER}
     kinds |= zip(layout.variables, _kinds(layout), strict=True)
     kinds |= dict.fromkeys(layout.objectives + layout.constraints + layout.outputs, Kind.REAL)
-    kinds |= dict.fromkeys((*extra, "status", "reason"), Kind.CHOICE)
+    results = result_columns((*layout.columns, *extra))
+    kinds |= dict.fromkeys((*extra, results["status"], results["reason"]), Kind.CHOICE)
     return kinds
 
 

@@ -42,8 +42,9 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto import EQ_TOLERANCE
 
-# Columns that a frame has besides those of the layout.
-RESERVED = ("test_point", "status", "violated", "reason", "pareto")
+# Columns that a model cannot have: the number of a test, and what a frame says of it.
+RESULTS = ("status", "violated", "reason", "pareto")
+RESERVED = ("test_point", *RESULTS)
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 # Extra columns of tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
@@ -122,14 +123,10 @@ class Layout:
             known_name("maximize", name, columns)
         # In the order of the columns, so that layouts of one meaning are equal.
         self._set("maximize", tuple(name for name in columns if name in self.maximize))
-        for name, count in Counter((*RESERVED, *self.columns)).items():
+        for name, count in Counter((POINT, *self.columns)).items():
             if count > 1:
-                raise invalid(
-                    "the names of a test table",
-                    f"distinct, and none of {', '.join(RESERVED)}",
-                    name,
-                    "give it another name",
-                )
+                rule = f"distinct, and none of {POINT}"
+                raise invalid("the names of a test table", rule, name, "give it another name")
 
     @property
     def words(self) -> Words:
@@ -348,6 +345,25 @@ def number_column(extra: Collection[str]) -> str:
         extra: The extra columns. With those of several runs, tests have numbers of their own.
     """
     return "test" if POINT in extra else POINT
+
+
+def result_columns(names: Collection[str]) -> dict[str, str]:
+    """Return the names in a frame or file of status, violated, reason and pareto.
+
+    Args:
+        names: The columns of the table. Those of another program's file keep their names.
+    """
+    columns = {}
+    for name in RESULTS:
+        columns[name] = name
+        if name in names:
+            columns[name] = f"{name} (pymoo-psi)"
+    return columns
+
+
+def has_runs(extra: Collection[str]) -> bool:
+    """Whether tests are those of several runs, by their extra columns."""
+    return RUN in extra and POINT in extra
 
 
 def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:

@@ -8,6 +8,7 @@ each column gets a role, by the formulation, the source or its name, and a table
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
@@ -32,7 +33,7 @@ from pymoo_psi._validation import (
     real_array,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import RANKING_NAMES
+from pymoo_psi.pareto import RANKING_COLUMNS, listed
 from pymoo_psi.table._cells import (
     Cells,
     Column,
@@ -43,7 +44,7 @@ from pymoo_psi.table._cells import (
     require_designs,
 )
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
-from pymoo_psi.table._formulation import Formulation
+from pymoo_psi.table._formulation import Formulation, limit_text
 from pymoo_psi.table._head import (
     StoredTests,
     is_of_tests,
@@ -51,7 +52,7 @@ from pymoo_psi.table._head import (
     tests_of_cells,
     units_of,
 )
-from pymoo_psi.table._layout import POINT, RESERVED, Layout, first_of, names_of
+from pymoo_psi.table._layout import POINT, RESULTS, Layout, blank, first_of, names_of
 from pymoo_psi.table._repeats import designs_of_source
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
@@ -63,11 +64,19 @@ if TYPE_CHECKING:
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
-# Columns that follow from other columns; a place may be a town, and not one in a ranking.
-_DERIVED_OF_RANKINGS = ("place", "mark")
-_DERIVED = tuple({*RANKING_NAMES, "status", "violated", "reason"} - {*_DERIVED_OF_RANKINGS})
+# Columns that follow from others in what we wrote. Other people's mean something else.
+_OF_RANKINGS = (*RANKING_COLUMNS, "mark")
 # Columns of a ranking that all versions have written.
 _DISTANCES = ("mu1", "mu2", "mu3")
+# Words by which other programs say that a design has failed.
+_FAILURE = re.compile(
+    r"(?!(?:.*\W)?(?:no|0|without|ohne|keine?)[\s_-])(?:.*[\W_])?(?:fail(?:s|ed|ure)?|errors?|time[\s_-]?out|timed[\s_-]?out|abort(?:ed)?|"
+    r"cancell?ed|crash(?:ed)?|killed|interrupted|pruned|diverged?|(?:not|non|un)[\s_-]?converged|"
+    r"invalid|infeasible|unfeasible|rejected|nok|not[\s_-]?ok|fehler|fehlgeschlagen|abgebrochen|"
+    r"divergiert|ungültig)(?:[\s_:;,.!(].*)?",
+    re.IGNORECASE | re.DOTALL,
+)
+_FEW = 6  # the most words that a limit to be written lists
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -165,15 +174,18 @@ def read_table(
     if repeats or table is not source:
         is_study = isinstance(content, StoredTests) and content.is_derived
         table = designs_of_source(table, repeats, is_study=is_study)
-    if formulation is None:
-        return table
-    try:
-        # One more limit, as a command adds it, must not drop those that are part of a file.
-        return table.under(formulation.beside(table.formulation))
-    except ArgumentValueError as error:
-        if path is None:
-            raise
-        raise ArgumentValueError(f"{path}: {error}") from None
+    if formulation is not None:
+        try:
+            # One more limit, as a command adds it, must not drop those that are part of a file.
+            table = table.under(formulation.beside(table.formulation))
+        except ArgumentValueError as error:
+            if path is None:
+                raise
+            raise ArgumentValueError(f"{path}: {error}") from None
+    failures = _failures(table)
+    if failures:
+        table = table._with(remarks=(*table.remarks, *failures))
+    return table
 
 
 # From sources to cells
@@ -282,7 +294,7 @@ def _designs(cells: Cells, formulation: Formulation, *, is_file: bool) -> Cells:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
     is_ranking = _is_ranking(cells)
-    is_of_tests = cells.columns.keys() >= {*RESERVED[1:]}
+    is_of_tests = _is_of_tests(cells)
     is_stated = cells.stated.objectives or formulation.objectives
     if not is_stated and (is_of_tests or (is_ranking and cells.metadata)):
         raise UnfitError(
@@ -291,9 +303,8 @@ def _designs(cells: Cells, formulation: Formulation, *, is_file: bool) -> Cells:
             "(Formulation(objectives=..., maximize=...))",
         )
     # A failed design may hold anything, so it is left out before numbers are read.
-    status = np.array(list(map(str, cells.columns.get("status", ()))))
-    # A column "status" with other words in it is another program's, and selects nothing.
-    if len(status) and {*status.tolist()} <= {*STATUSES}:
+    if is_of_tests:
+        status = np.array(list(map(str, cells.columns["status"])))
         cells = _rows(cells, status == "ok", "not feasible")
     if is_ranking and "mark" in cells.columns:  # exported by the page
         marks = np.array(cells.columns["mark"], dtype=object)
@@ -308,6 +319,22 @@ def _designs(cells: Cells, formulation: Formulation, *, is_file: bool) -> Cells:
 def _is_ranking(cells: Cells) -> bool:
     """Whether designs were written with their distances, by a ranking or an export of the page."""
     return cells.columns.keys() >= {*_DISTANCES}
+
+
+def _is_of_tests(cells: Cells) -> bool:
+    """Whether designs were written with their status, as tests are."""
+    if not cells.columns.keys() >= {*RESULTS}:
+        return False
+    return {*map(str, cells.columns["status"])} <= {*STATUSES}
+
+
+def _derived(cells: Cells) -> tuple[str, ...]:
+    """Return the names of columns that follow from others, as those that we wrote do."""
+    if _is_of_tests(cells):
+        return RESULTS
+    if _is_ranking(cells):
+        return _OF_RANKINGS
+    return ()
 
 
 def _rows(cells: Cells, is_kept: Mask, why: str) -> Cells:
@@ -338,10 +365,7 @@ def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column
     """
     labels = [name for name in cells.columns if name.strip().lower() in _LABELS]
     columns = read_columns(cells, decimal, labels)
-    derived = _DERIVED
-    if _is_ranking(cells):
-        derived = (*_DERIVED, *_DERIVED_OF_RANKINGS)
-    for name in derived:
+    for name in _derived(cells):
         columns.pop(name, None)
     label = cells.label
     if label not in columns:  # also where it follows from others
@@ -387,7 +411,7 @@ def _names_of_roles(
     """
     free = []
     for name, column in columns.items():
-        if not (column.is_label or name in variables or name in RANKING_NAMES):
+        if not (column.is_label or name in variables):
             free.append(name)
     numbered, guessed = _numbered(free)
     named = formulation.objectives or cells.stated.objectives
@@ -397,14 +421,13 @@ def _names_of_roles(
     if not objectives or (len(objectives) < 2 and not named):
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
-            "two columns or more must be of numbers and neither label nor result such as rank, got "
-            f"{received}",
+            f"two columns or more must be of numbers, without labels and variables, got {received}",
             "to rank by one alone, name it by --objectives",
         )
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             remedy = ""
-            if name in _DERIVED:
+            if name in _derived(cells):
                 remedy = "such a column follows from others; rename it"
             known_name(group, name, columns, remedy)
     return objectives, [name for name in variables or guessed if name not in objectives]
@@ -483,7 +506,12 @@ def _table(
     remarks = [*cells.remarks]
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], F[:, 0])
-    remarks += _incomplete(cells, objectives, F, drop_incomplete)
+    is_asked = np.ones(len(F), dtype=bool)
+    for name, limit in formulation.beside(stated).limits.items():
+        if name in extra and isinstance(limit, list):
+            texts = np.array(extra[name], dtype=object)
+            is_asked &= np.isin(np.where(blank(texts), "", texts).astype(str), limit)
+    remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
     uncertain = [name for name in variables if name not in designs]
     if uncertain:
         names = ", ".join(uncertain)
@@ -529,9 +557,33 @@ def _counting(name: str, values: Array) -> list[str]:
     ]
 
 
-def _incomplete(cells: Cells, objectives: Names, F: Array, drop: bool) -> list[str]:
-    """Refuse designs without finite objectives, or return a remark on them."""
-    lacking = ~np.isfinite(F)
+def _failures(table: TestTable) -> list[str]:
+    """Return remarks on columns with words for a failure, with the limits that leave them out."""
+    remarks = []
+    for name, column in table.extra.items():
+        if name == table.layout.label or name in table.limits:
+            continue
+        cells = np.where(blank(column), "", column)
+        counts = Counter(cells.tolist())
+        texts = [cell for cell in counts if isinstance(cell, str)]
+        words = list(filter(_FAILURE.fullmatch, texts))
+        if not words:
+            continue
+        n_failed = sum(map(counts.__getitem__, words))
+        remark = f"{counted(n_failed, 'design')} with {listed(words[:_FEW])} as {name}"
+        others = [word for word in texts if word not in words]
+        if 1 <= len(others) <= _FEW:
+            limit = limit_text(name, others)
+            remedy = f"to leave them out, say --limits '{limit}', or limits= in Python"
+        else:
+            remedy = "check whether they count"
+        remarks.append(f"{remark}; {remedy}.")
+    return remarks
+
+
+def _incomplete(cells: Cells, objectives: Names, F: Array, is_asked: Mask, drop: bool) -> list[str]:
+    """Refuse designs that are asked for and lack a finite objective, or return a remark on them."""
+    lacking = ~np.isfinite(F) & is_asked[:, None]
     rows = np.flatnonzero(lacking.any(axis=1)).tolist()
     if not rows:
         return []

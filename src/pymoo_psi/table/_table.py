@@ -66,7 +66,7 @@ from pymoo_psi.table._joining import (
     stacked,
     unequal,
 )
-from pymoo_psi.table._layout import design_matrix, number_column
+from pymoo_psi.table._layout import design_matrix, number_column, result_columns
 from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._switching import switching_sentences
 from pymoo_psi.table._tests import (
@@ -666,7 +666,8 @@ class TestTable(Tests, Shown):
             Index ``test_point``; a column for each variable, objective, constraint, output and
             extra column under its name, objectives in the original direction; ``status``;
             ``violated``, the names of the constraints a design violates; ``reason``, why it
-            failed; ``pareto``.
+            failed; ``pareto``. Beside a column of another program's file with such a name they
+            are called ``status (pymoo-psi)`` and so on.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
@@ -686,8 +687,10 @@ class TestTable(Tests, Shown):
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         # The Pareto set of a million tests is not needed for ten rows.
-        frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns="pareto")
-        empty = [name for name in ("violated", "reason") if not frame[name].any()]
+        results = result_columns(self.columns)
+        frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
+        texts = (results["violated"], results["reason"])
+        empty = [name for name in texts if not frame[name].any()]
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}
         return frame.drop(columns=empty).rename(columns=headings), len(self)
 
@@ -696,10 +699,11 @@ class TestTable(Tests, Shown):
         mask, names = self.violations()
         violated = [", ".join(compress(names, row)) for row in mask.tolist()]
         columns = columns_of(self)
-        reason = columns.pop("reason")
-        columns["violated"] = np.fromiter(violated, object)
-        columns["reason"] = reason
-        columns["pareto"] = self.pareto()
+        results = result_columns(self.columns)
+        reason = columns.pop(results["reason"])
+        columns[results["violated"]] = np.fromiter(violated, object)
+        columns[results["reason"]] = reason
+        columns[results["pareto"]] = self.pareto()
         return columns
 
     def to_csv(self, path: FilePath) -> None:

@@ -34,8 +34,6 @@ from pymoo_psi.pareto import row_of_design, violated_constraints
 from pymoo_psi.table._formulation import Allowed, Formulation, limits_of, limits_on
 from pymoo_psi.table._layout import (
     ORIGIN,
-    POINT,
-    RESERVED,
     Layout,
     blank,
     column_kinds,
@@ -633,9 +631,8 @@ def require_distinct(numbers: Integers) -> None:
 def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
     """Return extra columns as arrays of objects; they need n cells and names of their own."""
     columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
-    reserved = {*layout.columns, *RESERVED} - {POINT}
     for name, column in columns.items():
-        if name in reserved or column.shape != (n,):
+        if name in layout.columns or column.shape != (n,):
             raise invalid(
                 "an extra column",
                 f"{n} cells long and named unlike other columns",

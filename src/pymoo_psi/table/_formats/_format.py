@@ -16,7 +16,7 @@ from pymoo_psi._validation import Entries, FilePath, Head, invalid
 from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._formulation import limits_of
 from pymoo_psi.table._head import StoredTests, columns_of, head_of, marked, stored_tests
-from pymoo_psi.table._layout import POINT, RUN
+from pymoo_psi.table._layout import POINT, RUN, has_runs
 
 _START = 1024  # bytes by which a format is recognized
 
@@ -186,7 +186,7 @@ class StudyFile(FileFormat):
         if limits:
             head["limits"] = limits
         columns = columns_of(tests)
-        if RUN in table.extra:
+        if has_runs(table.extra):
             for name in (RUN, POINT):
                 columns[name] = table.extra[name].astype(np.int64)
         write_study(path, head, columns)
