@@ -44,7 +44,7 @@ from pymoo_psi.table._cells import (
     require_designs,
 )
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
-from pymoo_psi.table._formulation import Formulation, limit_text
+from pymoo_psi.table._formulation import Formulation, limit_text, limits_of
 from pymoo_psi.table._head import (
     StoredTests,
     is_of_tests,
@@ -507,7 +507,7 @@ def _table(
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], F[:, 0])
     is_asked = np.ones(len(F), dtype=bool)
-    for name, limit in formulation.beside(stated).limits.items():
+    for name, limit in limits_of(formulation.beside(stated).limits).items():
         if name in extra and isinstance(limit, list):
             texts = np.array(extra[name], dtype=object)
             is_asked &= np.isin(np.where(blank(texts), "", texts).astype(str), limit)
