@@ -55,6 +55,8 @@ BibTeX.
 
 import lazy_loader
 
+from pymoo_psi import _modules
+
 __version__ = "0.4.0.dev0"  # the only place: the build reads this line
 __citation__ = f"""\
 @software{{pymoo_psi,
@@ -78,3 +80,5 @@ __citation__ = f"""\
 """
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+_modules.watch()

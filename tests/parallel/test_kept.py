@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 
-from pymoo_psi import ExecutorRunner, JoblibRunner, investigate
+from pymoo_psi import ExecutorRunner, JoblibRunner, investigate, read_table
 from pymoo_psi.errors import EvaluationError
 from tests.processes import posix
 from tests.refusals import refused
@@ -64,6 +64,10 @@ class Folder:
     def write(self, name, text):
         (self.path / name).write_text(textwrap.dedent(text))
 
+    def reload(self):
+        importlib.reload(sys.modules["helper"])
+        importlib.reload(self.model)
+
     def tests(self, scale=1.0, **options):
         options = {"n_jobs": 2} | options
         return investigate(self.model.Model(scale), 600, **options)
@@ -74,7 +78,7 @@ def folder(tmp_path, monkeypatch, in_folder):
     monkeypatch.syspath_prepend(str(tmp_path))
     importlib.invalidate_caches()
     yield Folder(tmp_path)
-    for name in ("model", "helper", "late"):
+    for name in ("model", "helper", "late", "plots"):
         sys.modules.pop(name, None)
 
 
@@ -104,6 +108,7 @@ def test_a_file_that_changes_between_two_calls_counts(folder):
         ("model.py", MODEL.replace("FACTOR *", "2 * FACTOR *"), 4, 2),
     ):
         folder.write(name, text)
+        folder.reload()
         table = folder.tests()
         require(table, factor, offset)
         assert not former & processes(table)
@@ -115,8 +120,7 @@ def test_a_module_that_is_reloaded_counts_with_a_runner_too(folder):
     options = {"runner": runner, "n_jobs": 1}
     require(folder.tests(**options), 1)
     folder.write("helper.py", "FACTOR = 30")
-    importlib.reload(sys.modules["helper"])
-    importlib.reload(folder.model)
+    folder.reload()
     here = folder.tests(n_jobs=1)
     assert here.F.tobytes() == folder.tests(**options).F.tobytes()
     require(here, 30)
@@ -128,7 +132,133 @@ def test_an_executor_has_new_code_too(folder):
         before = folder.tests(**options)
         assert processes(before) & processes(folder.tests(**options))
         folder.write("helper.py", "FACTOR = 4.5")
+        refused("helper.py has changed", folder.tests, **options)
+        folder.reload()
         require(folder.tests(**options), 4.5)
+
+
+CHANGED = "model.py has changed since it was imported; reload it"
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
+    """Neither after a call, nor between the import and the first call; in a study too."""
+    problem = folder.model.Model()
+    folder.write("model.py", MODEL + "# edited")
+    options = {"n_jobs": n_jobs, "study": "model.db"}
+    refused(CHANGED, folder.tests, **options)
+    refused(CHANGED, investigate, problem, 600, **options)
+    folder.reload()
+    require(folder.tests(**options), 1)
+    folder.write("model.py", MODEL.replace("FACTOR *", "2 * FACTOR *"))
+    refused(CHANGED, folder.tests, **options)
+    require(read_table("model.db"), 1)
+
+
+def test_a_file_that_was_rewritten_unchanged_does_not_count(folder):
+    require(folder.tests(n_jobs=1), 1)
+    folder.write("model.py", MODEL)
+    (folder.path / "plots.py").write_text("COLOUR = 1")
+    require(folder.tests(n_jobs=1), 1)
+
+
+def test_a_module_that_the_model_does_not_import_may_change(folder):
+    folder.write("plots.py", "COLOUR = 1")
+    importlib.import_module("plots")
+    require(folder.tests(), 1)
+    folder.write("plots.py", "COLOUR = 2")
+    require(folder.tests(), 1)
+    require(folder.tests(n_jobs=1), 1)
+
+
+EDITED = """
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+from pymoo_psi import ExecutorRunner, JoblibRunner, PSI, investigate, nsga3
+from pymoo_psi.errors import PsiError
+
+from beam import Beam
+
+executor = ThreadPoolExecutor(2)
+
+def beam(runner):
+    if runner is not None:
+        return Beam(elementwise_runner=runner)
+    return Beam()
+
+def say():
+    for runner in [None, JoblibRunner(2, in_process=False), ExecutorRunner(executor)]:
+        for run in [
+            lambda: investigate(beam(runner), 8).F,
+            lambda: minimize(beam(runner), PSI(8)).F,
+            lambda: nsga3(beam(runner), 8).F,
+        ]:
+            try:
+                print(*{*run()[:, 0]})
+            except PsiError as error:
+                print("helper.py has changed" in str(error))
+
+say()
+Path("helper.py").write_text("FACTOR = 2.0")
+say()
+"""
+
+BEAM = """
+from pymoo.core.problem import ElementwiseProblem
+
+import helper
+
+class Beam(ElementwiseProblem):
+    def __init__(self, **options):
+        super().__init__(n_var=1, n_obj=2, xl=0, xu=1, **options)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [helper.FACTOR, x[0]]
+"""
+
+
+def test_every_runner_refuses_a_changed_file_alike(tmp_path):
+    (tmp_path / "helper.py").write_text("FACTOR = 1.0")
+    (tmp_path / "beam.py").write_text(BEAM)
+    (tmp_path / "script.py").write_text(EDITED)
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("1.0\n" * 9 + "True\n" * 9, "")
+
+
+MIXED = """
+from pathlib import Path
+from pymoo.core.problem import ElementwiseProblem
+from pymoo_psi import JoblibRunner, investigate
+from pymoo_psi.errors import WorkerError
+
+import helper
+
+class Beam(ElementwiseProblem):
+    def __init__(self, **options):
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1, **options)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = helper.FACTOR
+
+Path("helper.py").write_text("FACTOR = 2.0")
+try:
+    investigate(Beam(elementwise_runner=JoblibRunner(2, in_process=False)), 8)
+except WorkerError as error:
+    print(error)
+"""
+
+
+def test_a_worker_with_another_version_is_refused(tmp_path):
+    """The class of a script is sent; the module that it uses is imported by the worker."""
+    (tmp_path / "helper.py").write_text("FACTOR = 1.0")
+    (tmp_path / "script.py").write_text(MIXED)
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "a worker process has another version of helper.py" in done.stdout
 
 
 def test_environment_and_folder_are_those_of_the_call(folder, monkeypatch, tmp_path_factory):

@@ -40,6 +40,7 @@ from pymoo_psi.parallel._evaluation import (
     Result,
     Waiting,
     evaluate_here,
+    loaded_function,
     lost_values,
     one_line,
     pickled_function,
@@ -73,8 +74,8 @@ class ExecutorRunner(Runner):
 
     With PSI, no worker waits for the slowest design of a block. Algorithms and studies work as with
     :class:`~pymoo_psi.JoblibRunner`; only this process writes the study. The workers must be able
-    to import the same version of ``pymoo_psi`` and what the model imports; definitions in the main
-    script or in a notebook are sent.
+    to import the same versions of ``pymoo_psi`` and of what the model imports from your folders;
+    definitions in the main script or in a notebook are sent.
 
     Each worker evaluates in a separate process, which is kept for the next designs. A design that
     raises, exits, hangs or kills its process fails alone, with the reason; if the process died, the
@@ -427,7 +428,7 @@ def evaluate(
         processes = Processes(1, Environment.now(work.identity, threads=1), pickled)
         results, failure = processes.evaluate(work)
     else:
-        results = [*evaluate_here(cloudpickle.loads(pickled), work.designs, moment=0.0)]
+        results = [*evaluate_here(loaded_function(pickled), work.designs, moment=0.0)]
         failure = None
     if failure is not None:
         failure = sendable(failure)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import os
 import statistics
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -25,6 +26,7 @@ from typing import Any, NamedTuple
 import cloudpickle
 import numpy as np
 
+from pymoo_psi._modules import REMEDY, version_of, versions
 from pymoo_psi.errors import EvaluationError, WorkerError
 
 Values = dict[str, Any]
@@ -167,16 +169,38 @@ def evaluate_here(
 def pickled_function(function: Function) -> bytes:
     """Return a function as it is sent to other processes, from ``__main__`` by value.
 
+    The versions of modules go with it.
+
     Raises:
         WorkerError: It cannot be pickled.
     """
     try:
-        return bytes(cloudpickle.dumps(function))
+        return bytes(cloudpickle.dumps((function, versions())))
     except Exception as error:
         raise WorkerError(
             f"the problem cannot be sent to worker processes: {one_line(error)}; keep open "
             "files, locks and connections out of it, or run it without workers"
         ) from error
+
+
+def loaded_function(pickled: bytes) -> Function:
+    """Return a function that another process has pickled.
+
+    Of a module that the other process does not have, the version must be that of the file.
+
+    Raises:
+        WorkerError: This process has another version of a module of the users.
+    """
+    function: Function
+    function, sent = cloudpickle.loads(pickled)
+    for name, version in versions().items():
+        file = sys.modules[name].__file__ or ""
+        if version != (sent.get(name) or version_of(file)):
+            name = os.path.basename(file)
+            raise WorkerError(
+                f"a worker process has another version of {name} than the main process; {REMEDY}"
+            )
+    return function
 
 
 def lost_values(function: Function, design: Any, reason: str) -> Values:

@@ -7,8 +7,8 @@ recorded, its worker is replaced, and nothing else is affected. ``_worker`` desc
 ends with all that it has started.
 
 Workers are kept for the next run of this process, for some minutes. One that is kept answers as a
-new one would: it is used again under the same environment only, and ends where a module has changed
-that it has imported.
+new one would: it is used again under the same environment only, and ends where it has another
+version of a module than this process.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
 one. Pebble has a time limit, replaces a dead worker alone, and adds little time to a task. But a
@@ -299,6 +299,8 @@ class _Worker:
             if self.run:  # a module has changed, or it has waited too long
                 return [], replace(flaw, has_loaded=False)
             flaw = f"the process ends before ({flaw.reason})"
+        if isinstance(flaw, WorkerError):
+            raise flaw
         if flaw:
             raise _cannot_load(flaw)
         self.run = work.run
@@ -382,7 +384,7 @@ def run_program(
         return _worker.run_program(call)
     work = Work("programs", ("", b"programs"), deque([(0, call)]), None, math.inf)
     environment = Environment.now(work.identity, threads=1)
-    processes = Processes(1, environment, pickle.dumps(_worker.run_program))
+    processes = Processes(1, environment, pickle.dumps((_worker.run_program, {})))
     results, failure = processes.evaluate(work)
     processes.close()
     if failure is not None:

@@ -13,6 +13,7 @@ from datetime import timedelta
 from functools import partial
 from typing import Any
 
+from pymoo_psi._modules import require_unchanged
 from pymoo_psi._validation import boolean, invalid, job_count, positive_number
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel._evaluation import (
@@ -64,6 +65,7 @@ class Runner:
         self.cost = Cost()
         self.has_answered = False  # any worker, so that tasks can be done at all
         self.name = secrets.token_hex(8)
+        self._problem: Any = None  # whose designs it was called for last
 
     @property
     def n_workers(self) -> int:
@@ -97,6 +99,10 @@ class Runner:
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
+        problem = getattr(f, "problem", f)
+        if problem is not self._problem:  # a later change of its files does not end its run
+            require_unchanged(problem)
+            self._problem = problem
         waiting = deque(enumerate(X))
         values_of_designs: list[Any] = [None] * len(waiting)
         with closing(self.stream(f, waiting)) as results:
@@ -158,11 +164,17 @@ class JoblibRunner(Runner):
     which end together if one dies, and there is no time limit.
 
     The workers import modules from the same places as this process. They are kept for some minutes
-    for the next call of any runner. New workers start if an imported file, the environment, the
-    current folder, the number of workers or ``fingerprint()`` of the problem has changed; code of
-    the main script or a notebook gets new workers with a new runner. Workers, and all processes
-    that a model started in them, end with this process. If a model changes the current folder, the
-    change is undone: in a worker after every design, in this process within milliseconds.
+    for the next call of any runner. New workers start if a module was reloaded, or if the
+    environment, the current folder, the number of workers or ``fingerprint()`` of the problem has
+    changed; code of the main script or a notebook gets new workers with a new runner. Workers, and
+    all processes that a model started in them, end with this process. If a model changes the
+    current folder, the change is undone: in a worker after every design, in this process within
+    milliseconds.
+
+    No table mixes two versions of a model. A file of yours that was edited after its import is
+    refused before anything is evaluated, here, by other runners, and without a runner: reload it by
+    ``importlib.reload`` and make the problem again, or restart Python. A worker that imports
+    another version than this process has is refused, too.
 
     Args:
         n_jobs: Number of workers; -1 is the number of ``joblib.parallel_config``, or else of
@@ -177,7 +189,7 @@ class JoblibRunner(Runner):
         ArgumentTypeError: An argument has the wrong type.
         EvaluationError: In use: a design raised or was lost.
         WorkerError: In use: the problem cannot be sent to worker processes, or they cannot
-            import it.
+            import it, or they have another version of it.
 
     Example:
         >>> import numpy as np

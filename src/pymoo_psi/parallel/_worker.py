@@ -9,12 +9,13 @@ guard also finds processes that left the worker's group.
 
 Messages to the worker: the path and the arguments of the program; then a pickled function, or None
 for the one that it has, designs, and the seconds that they may take; None at the end. Messages from
-it: when it has loaded a function, an empty text, or why it cannot; for each design, in turn and as
-soon as it is done, a ``Result``; last, if designs are left, the error of the one that raised, or
-None if it leaves them to other workers.
+it: when it has loaded a function, an empty text, or why it cannot, as a text or an error; for each
+design, in turn and as soon as it is done, a ``Result``; last, if designs are left, the error of the
+one that raised, or None if it leaves them to other workers.
 
-A worker that has loaded a function before ends, before it loads another, if a module has changed
-that it has imported from the folders of users. It also ends when it has waited for some minutes.
+A worker that has loaded a function before, and cannot load another, ends, as a module that it has
+imported may have changed; a new worker then says why it cannot. A worker also ends when it has
+waited for some minutes.
 
 A worker also runs the programs of users, one after the other, and ends each with all that it has
 started.
@@ -30,8 +31,8 @@ import select
 import signal
 import sys
 import threading
-from functools import cache, partial
-from time import perf_counter, sleep, time_ns
+from functools import partial
+from time import perf_counter, sleep
 from typing import Any
 
 # From <linux/prctl.h>: a signal at the end of the parent; orphans below become own children.
@@ -182,41 +183,6 @@ def _is_past(end: float, left: int) -> bool:
 
 
 _LINGERING = 300.0  # seconds in which a worker waits for work before it ends
-_Stamp = tuple[int, ...]
-
-
-def _note_modules(stamps: dict[str, _Stamp], began: int) -> None:
-    """Note the files of modules that were imported from the folders of users.
-
-    Args:
-        stamps: The stamps of the files; it takes new ones.
-        began: A time before the first import.
-    """
-    for module in list(sys.modules.values()):
-        file = getattr(module, "__file__", None)
-        if not file or file in stamps or file.startswith(_installed()):
-            continue
-        stamps[file] = _stamp(file)
-        if max(stamps[file][:2]) > began:
-            stamps[file] = ()  # it may have changed after its import
-
-
-@cache
-def _installed() -> tuple[str, ...]:
-    """Return the folders of modules that are no user's."""
-    import sysconfig
-
-    names = ("stdlib", "platstdlib", "purelib", "platlib")
-    return tuple(sysconfig.get_path(name) + os.sep for name in names)
-
-
-def _stamp(file: str) -> _Stamp:
-    """Return what changes with a file, the times first; zeros if there is none."""
-    try:
-        status = os.stat(file)
-    except OSError:
-        return (0, 0)
-    return status.st_mtime_ns, status.st_ctime_ns, status.st_ino, status.st_size
 
 
 def _serve(channel: Any) -> None:
@@ -224,8 +190,14 @@ def _serve(channel: Any) -> None:
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
-    from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._evaluation import LostDesign, evaluate_here, one_line, sendable
+    from pymoo_psi.errors import EvaluationError, WorkerError
+    from pymoo_psi.parallel._evaluation import (
+        LostDesign,
+        evaluate_here,
+        loaded_function,
+        one_line,
+        sendable,
+    )
 
     def send(message: Any) -> None:
         try:
@@ -234,8 +206,6 @@ def _serve(channel: Any) -> None:
             data = cloudpickle.dumps(message)
         channel.send_bytes(data)
 
-    stamps: dict[str, _Stamp] = {}
-    began = time_ns()
     function: Any = None
     while channel.poll(_LINGERING):
         message = channel.recv()
@@ -243,15 +213,17 @@ def _serve(channel: Any) -> None:
             return
         pickled, designs, lasting = message
         if pickled is not None:
-            if any(_stamp(file) != stamp for file, stamp in stamps.items()):
-                return
             try:
-                function = cloudpickle.loads(pickled)
+                function = loaded_function(pickled)
             except BaseException as error:  # a module may exit when it is imported
-                send(one_line(error))
+                if function is not None:  # it has perhaps another version of a module
+                    return
+                if isinstance(error, WorkerError):
+                    send(error)
+                else:
+                    send(one_line(error))
                 return
         send("")
-        _note_modules(stamps, began)
         try:
             is_late = partial(_is_past, perf_counter() + 2 * lasting)  # the rest is for others
             for result in evaluate_here(function, designs, enough=is_late, moment=0.0):
@@ -265,7 +237,6 @@ def _serve(channel: Any) -> None:
         else:
             if designs:
                 send(None)
-        _note_modules(stamps, began)
 
 
 if __name__ == "__main__":

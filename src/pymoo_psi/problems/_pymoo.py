@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
+from pymoo_psi._modules import require_unchanged
 from pymoo_psi._validation import Entries, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
@@ -73,9 +74,10 @@ def require_known_keywords(
 
 
 def require_problem(problem: object) -> None:
-    """Refuse anything but a pymoo problem."""
+    """Refuse anything but a pymoo problem whose modules are as this process imported them."""
     if not isinstance(problem, Problem):
         raise wrong_type("problem", "a pymoo Problem", problem, "pass an instance, not the class")
+    require_unchanged(problem)
 
 
 def problem_name(problem: Any) -> str:

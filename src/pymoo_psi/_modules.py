@@ -1,0 +1,95 @@
+"""Versions of the modules of users, so that no run mixes two versions of a model.
+
+A process keeps the version of a module that it has imported; a worker that starts later imports
+the file as it is then. So the content of each file is noted when this process imports it. A run is
+refused if a file has changed since, and a worker refuses a model if it has another version of a
+module than the process that sent it.
+
+Modules of the standard library and of installed packages do not count.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from contextlib import suppress
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.util import source_hash
+from pathlib import Path
+from typing import Any
+
+from pymoo_psi.errors import ArgumentValueError
+
+REMEDY = "reload it and what imports it (importlib.reload) and make the problem again, or restart"
+
+_INSTALLED = (os.path.dirname(os.__file__), os.path.dirname(__file__))
+_NOTED: dict[str, bytes] = {}  # the hash of the file of a module as it was imported last
+
+
+class _Finder:
+    """Finds modules as Python does, and notes the versions of those of users."""
+
+    @staticmethod
+    def find_spec(name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Return what Python's finder of files returns."""
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is not None:
+            _note(name, spec.origin)
+        return spec
+
+
+def watch() -> None:
+    """Note the modules that this process has imported, and from now on those that it imports."""
+    versions()
+    sys.meta_path.insert(sys.meta_path.index(PathFinder), _Finder)
+
+
+def _note(name: str, file: str | None) -> None:
+    if file and not file.startswith(_INSTALLED) and "-packages" not in file:
+        with suppress(OSError):  # it is none
+            _NOTED[name] = version_of(file)
+
+
+def version_of(file: str) -> bytes:
+    """Return the version of a file as it is now."""
+    return source_hash(Path(file).read_bytes())
+
+
+def versions() -> dict[str, bytes]:
+    """Return the versions of the modules of users that this process has, by their names."""
+    current = {}
+    for name, module in list(sys.modules.items()):
+        if name not in _NOTED:  # imported before this package, or found by another finder
+            _note(name, getattr(module, "__file__", None))
+        if name in _NOTED and name != "__main__":
+            current[name] = _NOTED[name]
+    return current
+
+
+def require_unchanged(model: Any) -> None:
+    """Refuse a problem or a function if a file has changed since it was imported.
+
+    The files are that of its class, those of all modules whose names occur in it, and so on.
+
+    Raises:
+        ArgumentValueError: A file has changed.
+    """
+    current = versions()
+    names = [getattr(model, "__module__", "")]
+    while hasattr(model, "wrapped"):
+        model = model.wrapped
+        names.append(type(model).__module__)
+    for name in names:  # which grows
+        file = getattr(sys.modules.get(name), "__file__", None) or ""
+        if name not in current or not os.path.isfile(file):
+            continue
+        if version_of(file) != current[name]:
+            file = os.path.basename(file)
+            raise ArgumentValueError(
+                f"the problem cannot be run: {file} has changed since it was imported; {REMEDY}"
+            )
+        words = {*re.findall(r"\w+", Path(file).read_text(errors="replace"))}
+        for other in current:
+            if other.rpartition(".")[2] in words and other not in names:
+                names.append(other)
