@@ -674,6 +674,46 @@ def test_a_brush_along_an_axis_sets_its_limits(reader):
     assert reader.state["limits"] == {}
 
 
+@pytest.mark.parametrize("k", range(3))
+def test_a_brush_from_near_the_best_rejects_no_better_design(reader, frame, k):
+    """Objective k: its best value is at the bottom, from where a hand begins not quite."""
+    head = reader.page.locator("#parallel-chart .heads span").nth(k).bounding_box()
+    plot = reader.page.locator("#parallel-chart .plot").bounding_box()
+    x = (head["x"] - plot["x"] + 0.5 * head["width"]) / plot["width"]
+    bottom = 1 - 50 / plot["height"]  # of the axis
+    reader.brush("#parallel-chart .plot", (x, bottom - 5 / plot["height"]), (x, 0.4))
+    limit = reader.state["limits"][OBJECTIVES[k]]
+    better, worse = limit
+    if OBJECTIVES[k] == "strength":
+        worse, better = limit
+    assert better is None
+    assert worse is not None
+    reader.click("#reset")
+    # In the middle both ends are meant.
+    reader.brush("#parallel-chart .plot", (x, 0.45), (x, 0.3))
+    assert None not in reader.state["limits"][OBJECTIVES[k]]
+
+
+def test_the_legend_names_marks_that_are_there(reader):
+    assert reader.text("#key").split() == ["prototype"]
+    reader.page.locator("#table .row").nth(4).click()
+    reader.press("c")
+    assert reader.text("#key").split() == ["chosen", "prototype"]
+    reader.page.locator("#table").focus()
+    reader.press("c", "p")
+    assert reader.text("#key").split() == ["pinned", "prototype"]
+
+
+def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said):
+    Path("f.csv").write_text("gain,cost\n-.31415,9\n20000.5,5\n3000.25,7\n-4000,11\n")
+    printed = said("rank", "f.csv")
+    said("page", "f.csv", "--out", "p.html")
+    said("report", "f.csv", "--out", "r.html")
+    table = visit(Path("p.html").resolve()).text("#table")
+    for text in (printed, table, Path("r.html").read_text("utf-8")):
+        assert not re.search(r"-0(?![.\d])", text)
+
+
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
     reader.until("D.resting")

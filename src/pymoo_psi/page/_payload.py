@@ -232,7 +232,7 @@ def written(notation: Notation, value: float) -> str:
     kind, decimals = notation
     if not np.isfinite(value):
         return "—"
-    text = f"{value:.{decimals}f}"
+    text = f"{round(value, decimals) + 0.0:.{decimals}f}"  # no -0
     if kind == "exponent":
         text = f"{value:.{decimals}e}"
     elif abs(value) >= 1e7:  # it is beyond the range of the column, a penalty perhaps

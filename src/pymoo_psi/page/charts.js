@@ -112,9 +112,14 @@ const Charts = (() => {
   const valueAt = ({low, high, log}, share) =>
     log ? low * (high / low) ** share : low + (high - low) * share
 
-  // The limit that a drag from one share of an axis to another sets; open at the ends of the axis.
-  const between = (scale, from, to) => [min(from, to), max(from, to)].map((share, k) =>
-    k ? share >= 1 ? null : valueAt(scale, share) : share <= 0 ? null : valueAt(scale, share))
+  // The limit that a drag from one share of an axis to another sets. It is open at the ends of the axis,
+  // and near the best value of an objective, as no hand means to reject only the best designs.
+  const NEAR = 0.1
+  const between = ({role, maximize, range}, scale, from, to) => [min(from, to), max(from, to)].map((share, k) => {
+    const inside = (at) => (k ? 1 - at : at)
+    const isBetter = role === "objective" && maximize === Boolean(k)
+    return inside(share) > (isBetter ? inside(place(scale)(range[k])) + NEAR : 0) ? valueAt(scale, share) : null
+  })
   // Distances are measured from the U and N of what is left: they move with the limits.
   const isGeometric = ({role}) => role === "geometric"
   const limitable = (column) => !column.texts && !isGeometric(column)
@@ -543,7 +548,7 @@ const Charts = (() => {
         return {move: () => 0, up: (u, v, moved) => !moved && on.pick(rowAt(u, v))}
       }
       const from = shareAt(column, y)
-      const to = (v) => between(model.scale(column), from, shareAt(column, v))
+      const to = (v) => between(column, model.scale(column), from, shareAt(column, v))
       return {
         move: (_, v) => on.limit([[column, to(v)]], false),
         // A click on the axis takes its limit away.
@@ -748,7 +753,7 @@ const Charts = (() => {
       const [[w, h], [across, up]] = [frame(), scales()]
       const sides = [[x, a - u, across, (u - LEFT) / w, (a - LEFT) / w], [y, b - v, up, 1 - (v - TOP) / h, 1 - (b - TOP) / h]]
       return sides.filter(([column, way]) => limitable(column) && abs(way) > 4)
-        .map(([column, , ...share]) => [column, between(...share)])
+        .map(([column, , ...share]) => [column, between(column, ...share)])
     }
     drag(top, (u, v) => ({
       move: (a, b) => on.limit(limits(u, v, a, b), false),

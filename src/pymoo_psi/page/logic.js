@@ -662,7 +662,7 @@ function written(column, value) {
   if (!isNumber(value)) return value > 0 ? "∞" : "-∞"
   const [kind, digits] = column.notation
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (kind === "fixed" && abs(value) < 1e7) return apart(local(value.toFixed(digits)))
+  if (kind === "fixed" && abs(value) < 1e7) return apart(local((Number(value.toFixed(digits)) + 0).toFixed(digits))) // no -0
   return local(value.toExponential(kind === "fixed" ? 3 : digits))
 }
 
@@ -930,7 +930,6 @@ function checked(data, anything) {
     || (order.by === "column" && data.by.has(order.name)))
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
-  for (const key of ["kept", "snapshots"]) if (entryOf(anything, key)?.length) lost.add(key) // former pages had these
   const state = {
     limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
     categories,
@@ -945,7 +944,7 @@ function checked(data, anything) {
     },
     // In one order, each once, whatever files they come from and in whatever order.
     positions: [...new Map(items("positions", isObject).map(position).filter(({name}) => name)
-      .map((one) => [JSON.stringify([one.date, one.name, one.chosen ?? "", one]), one]))].sort(([a], [b]) => (a < b ? -1 : 1)).map(([, one]) => one),
+      .map((one) => [JSON.stringify([one.date, one.name, one.chosen ?? "", one]), one]))].sort().map(([, one]) => one), // by their keys
     decided: fitting("decided", (one) => isObject(one) && isDesign(one.chosen) && isText(one.date) && [one.agree, one.dissent].every((list) => Array.isArray(list) && list.every(isText)), null),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }

@@ -359,6 +359,8 @@ const page = (() => {
     const counts = {best, near: near - best, other: byPlace.length - near, dominated}
     for (const key of keysOfLooks()) renew(key.lastElementChild, countText(counts[key.dataset.look]))
     $("dominated").checked = state.dominated
+    const marks = {chosen: state.chosen !== null, pinned: state.pins.length, prototype: data.total > data.n}
+    renew("key", ...Object.keys(marks).filter((look) => marks[look]).flatMap((look) => [icon(look), look]))
   }
 
   function showOrder() {
@@ -574,8 +576,6 @@ const page = (() => {
         make("summary", `Limits on ${text} `, make("b.hint")), columns.map(limitControl)))
     }
     for (const key of keysOfLooks()) key.firstElementChild.before(icon(key.dataset.look))
-    $("looks").append(make("p.key", icon("chosen"), "chosen", icon("pinned"), "pinned",
-      data.total > data.n ? [icon("prototype"), "prototype"] : null))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
     renew($("cautions").querySelector("b"), String(data.cautions.length))
     $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", readable(text))))

@@ -309,7 +309,7 @@ def plot_ranking(
                 lines.set_label(f"{name} ({mask.sum()})")
                 ax.add_collection(lines)
         if row is not None:
-            label = f"chosen: {literal(ranking.name_of(row))}"
+            label = literal(ranking.name_of(row))
             ax.plot(shares[row], "ko--", markersize=4.0, linewidth=2.0, zorder=7.0, label=label)
         _name_objectives(ax, names, objectives.original(low), objectives.original(high))
         legend_of(figure, [ax])
