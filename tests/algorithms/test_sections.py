@@ -7,6 +7,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
+from pymoo.problems.functional import FunctionalProblem
 
 from pymoo_psi import SurrogatePSI, TestTable, investigate, lp_tau
 from pymoo_psi.algorithms import prospects, sections
@@ -87,6 +88,20 @@ def test_a_pole_at_a_bound_is_learned():
     section = frame[(frame["variable"] == "x1") & (frame["value"] >= 0.1)]
     true = 1 / (section["value"] + 1e-3) + 1 / (X[6, 1] + 1e-3)
     np.testing.assert_allclose(section["expected"], true, rtol=0.05)
+
+
+@pytest.mark.parametrize("place", [0.1, 0.3])
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_no_prediction_beside_a_pole_exceeds_all_tests(place, power):
+    """On the scale of a pole predictions are unbounded; people see at most twice the worst test."""
+
+    def pole(x):
+        return 1 / (abs(x[0] * x[1] - place) + 1e-9) ** power
+
+    problem = FunctionalProblem(3, [pole, lambda x: x.sum()], xl=0, xu=1)
+    table = investigate(problem, 64)
+    frame = sections(table, columns=["f1"])
+    assert frame[["expected", "low", "high"]].abs().max(axis=None) <= 2 * table["f1"].max()
 
 
 def test_prospects_shrink_as_tests_grow_and_say_where_nothing_is_found():

@@ -95,7 +95,7 @@ def sections(
         for name in columns:
             # Minimised: on a logarithmic scale, the best values are finest.
             sign = -1.0 if name in layout.maximize else 1.0
-            fit, process = _surrogate(table, name, sign, Z, row)
+            fit, process, most = _surrogate(table, name, sign, Z, row)
             for j, variable in enumerate(space.variables):
                 values = _values(variable, n_values)
                 line = np.repeat(table.X[[row]], len(values), axis=0)
@@ -103,15 +103,18 @@ def sections(
                 Z_line = encoded(space, space.points(line))
                 mean = process(Z_line)
                 width = _DEVIATIONS * process.deviation(Z_line)
-                ends = sign * fit.scale.back(np.array([mean - width, mean + width]))
+                predicted = fit.scale.back(np.array([mean, mean - width, mean + width]))
+                if np.isfinite(fit.scale.unit):  # beside a pole, nothing else bounds them
+                    predicted = np.clip(predicted, -most, most)
+                expected, *ends = sign * predicted
                 section = {
                     "column": name,
                     "variable": variable.name,
                     "value": values,
                     "design": [table.X[row, j]] * len(values),
-                    "expected": sign * fit.scale.back(mean),
-                    "low": ends.min(axis=0),
-                    "high": ends.max(axis=0),
+                    "expected": expected,
+                    "low": np.min(ends, axis=0),
+                    "high": np.max(ends, axis=0),
                     "error": fit.error,
                 }
                 frames.append(pd.DataFrame(section))
@@ -122,8 +125,8 @@ def sections(
 
 def _surrogate(
     table: TestTable, name: str, sign: float, Z: Array, row: int
-) -> tuple[OutputFit, GaussianProcess]:
-    """Return the surrogate of a column near a design.
+) -> tuple[OutputFit, GaussianProcess, float]:
+    """Return the surrogate of a column near a design, and twice the largest size of a value.
 
     Args:
         table: The tests.
@@ -150,7 +153,8 @@ def _surrogate(
     distance = ((Z_usable - Z[row]) ** 2).sum(axis=1)
     nearest = np.argsort(distance, kind="stable")[:_NEAREST]
     covariance = Covariance(Z_usable[nearest], fit.lengths)
-    return fit, GaussianProcess(covariance, fit.scale.to(y[nearest]))
+    process = GaussianProcess(covariance, fit.scale.to(y[nearest]))
+    return fit, process, 2 * float(np.abs(y).max())
 
 
 def space_of_table(table: TestTable) -> DesignSpace:
