@@ -8,12 +8,29 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.population import Population
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.operators.sampling.rnd import PermutationRandomSampling
+from pymoo.optimize import minimize
 from pymoo.problems import get_problem
+from pymoo.problems.functional import FunctionalProblem
+from pymoo.problems.single.flowshop_scheduling import FlowshopScheduling
+from pymoo.problems.single.traveling_salesman import create_random_tsp_problem
 
-from pymoo_psi import VectorizedSphereChute, nsga3
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    LPTauSampling,
+    Recorded,
+    Restricted,
+    SurrogatePSI,
+    VectorizedSphereChute,
+    investigate,
+    nsga3,
+)
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
 from tests.refusals import refused
@@ -137,3 +154,68 @@ def test_reference_directions_fit(n_obj, n_points):
 )  # fmt: skip
 def test_bad_arguments(make, message):
     refused(message, make)
+
+
+class Tours(ElementwiseProblem):
+    """Time and tolls of a tour."""
+
+    def __init__(self, n=8, high=7):
+        random = np.random.default_rng(1)
+        self.distances = random.random((2, n + 1, n + 1))
+        super().__init__(n_var=n, n_obj=2, xl=0, xu=high, vtype=int)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = self.distances[:, x, np.roll(x, 1)].sum(axis=1)
+
+
+def require_tours(X):
+    np.testing.assert_array_equal(np.sort(X.astype(int)), np.broadcast_to(np.arange(8), X.shape))
+
+
+@pytest.mark.parametrize("problem", [Tours(), Tours(high=8), Restricted(Tours(), {})])
+def test_permutations_stay_permutations(problem):
+    X = nsga3(problem, 300, seed=1, sampling=PermutationRandomSampling()).pop.get("X")
+    require_tours(X)
+    assert len(np.unique(X.astype(int), axis=0)) > 10
+
+
+def test_a_problem_that_says_so_needs_no_sampling():
+    problem = Tours()
+    problem.permutation = True
+    require_tours(nsga3(problem, 100, seed=1).pop.get("X"))
+
+
+def test_tours_are_kept_by_a_recorded_problem(tmp_path):
+    problem = Recorded(Tours(), study=tmp_path / "tours.db")
+    nsga3(problem, 60, seed=1, sampling=PermutationRandomSampling())
+    require_tours(problem.table.X)
+    assert len(problem.table) == 60
+
+
+JOBS = FlowshopScheduling(np.random.default_rng(1).random((3, 6)))
+
+
+@pytest.mark.parametrize("problem", [create_random_tsp_problem(6), JOBS, Tours(), Tours(high=8)])
+def test_permutations_are_no_independent_integers(problem):
+    message = "of permutations; search permutations by nsga3"
+    refused(message, investigate, problem, 8)
+    refused(message, nsga3, problem, 8)
+    refused(message, minimize, FailureTolerant(problem), PSI(8))
+    refused(message, minimize, problem, SurrogatePSI(16))
+    refused(message, minimize, problem, NSGA2(8, sampling=LPTauSampling()), ("n_gen", 1))
+
+
+@pytest.mark.parametrize(("n", "high"), [(4, 3), (8, 6), (8, 20)])
+def test_integers_with_other_bounds_are_no_permutations(n, high):
+    problem = FunctionalProblem(n, [np.sum, np.prod], xl=np.zeros(n), xu=np.full(n, high))
+    problem.vtype = int
+    assert len(investigate(problem, 8)) == 8
+    assert nsga3(problem, 8, seed=1).algorithm.evaluator.n_eval == 8
+
+
+def test_integers_that_may_be_equal_can_say_so():
+    problem = Tours()
+    problem.permutation = False
+    assert len(investigate(problem, 8)) == 8
+    X = nsga3(problem, 60, seed=1).pop.get("X")
+    assert (np.sort(X.astype(int)) != np.arange(8)).any()

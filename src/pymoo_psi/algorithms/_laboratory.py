@@ -34,7 +34,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import unit_points
 from pymoo_psi.algorithms._store import StudyStore
-from pymoo_psi.problems import requirements_of
+from pymoo_psi.problems import require_no_permutation, requirements_of
 from pymoo_psi.study import Database, Proposal, Study
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
@@ -162,6 +162,7 @@ def ask_tests(
         ArgumentValueError: There are not so many new designs.
         StudyError: The study belongs to another model, or cannot be written.
     """
+    require_no_permutation(problem)
     model = Model(problem, options)
     for name in (TEST, FAILURE):
         if name in model.layout.columns:

@@ -15,12 +15,18 @@ from pymoo.core.mixed import (
 )
 from pymoo.core.population import Population
 from pymoo.core.result import Result
+from pymoo.operators.crossover.ox import OrderCrossover
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.crossover.ux import UX
 from pymoo.operators.mutation.bitflip import BitflipMutation
+from pymoo.operators.mutation.inversion import InversionMutation
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.repair.rounding import RoundingRepair
-from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
+from pymoo.operators.sampling.rnd import (
+    BinaryRandomSampling,
+    IntegerRandomSampling,
+    PermutationRandomSampling,
+)
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
@@ -28,7 +34,9 @@ from pymoo_psi._validation import Array, Values, integer, invalid
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
+    is_permutation,
     require_known_keywords,
+    require_no_permutation,
     require_problem,
     seed_ties,
     with_requirements,
@@ -50,7 +58,8 @@ def nsga3(
     ``requirements`` are not evaluated. Variables in its ``log`` are searched on a logarithmic
     scale. The population has about 1.5 sqrt(n_evaluations) designs, so that a larger budget gives
     both more designs and more generations; the last generation is cut to the budget. Integer,
-    binary and mixed variables use the operators that pymoo recommends.
+    binary and mixed variables use the operators that pymoo recommends; permutations, of a problem
+    with ``permutation = True`` or by ``sampling=PermutationRandomSampling()``, stay permutations.
 
     There is no argument for a formulation, because the search depends on the objectives. To limit
     variables, use :class:`~pymoo_psi.Restricted`. To see the evaluated designs under another
@@ -72,7 +81,8 @@ def nsga3(
         :class:`~pymoo_psi.Required` as the problem and read its ``n_not_run``.
 
     Raises:
-        ArgumentValueError: The budget is below 1, or the problem has a single objective.
+        ArgumentValueError: The budget is below 1, the problem has a single objective, or it seems
+            to be one of permutations and there is neither ``sampling`` nor ``permutation``.
         ArgumentTypeError: The problem is not a pymoo problem, or a keyword is unknown.
 
     Example:
@@ -82,6 +92,8 @@ def nsga3(
         300
     """
     require_problem(problem)
+    if "sampling" not in kwargs and not getattr(problem, "permutation", False):
+        require_no_permutation(problem)
     problem = with_requirements(problem)
     kinds = [variable.kind for variable in design_space(problem).variables]
     scaled = Kind.LOG in kinds
@@ -97,7 +109,7 @@ def nsga3(
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
-    kwargs = operators(problem) | kwargs
+    kwargs = operators(problem, kwargs.get("sampling")) | kwargs
     # pymoo's default termination could end the run before the budget is used up
     kwargs.setdefault("termination", ("n_eval", budget))
     algorithm = NSGA3(seed=seed, **kwargs)
@@ -117,13 +129,25 @@ def _undo_logarithms(result: Result, scaled: LogScaled) -> None:
         result.X = result.opt.get("X")
 
 
-def operators(problem: Any) -> Values:
+def operators(problem: Any, sampling: Any = None) -> Values:
     """Return the operators with which pymoo's genetic algorithms search other than real variables.
 
-    They are those of pymoo's documentation (pages *Mixed Variable Problem*, *Discrete Variables*
-    and *Binary Variables*), except for NSGA-III's selection: pymoo's mating for mixed variables
-    draws parents at random.
+    They are those of pymoo's documentation (pages *Mixed Variable Problem*, *Discrete Variables*,
+    *Binary Variables* and *Permutations*), except for NSGA-III's selection: pymoo's mating for
+    mixed variables draws parents at random.
+
+    Args:
+        problem: The problem.
+        sampling: The sampling of the first designs, if it is chosen: those of permutations stay
+            permutations.
     """
+    is_ordered = is_permutation(problem) and not isinstance(sampling, IntegerRandomSampling)
+    if is_ordered or isinstance(sampling, PermutationRandomSampling):
+        return {
+            "sampling": PermutationRandomSampling(),
+            "crossover": OrderCrossover(),
+            "mutation": InversionMutation(),
+        }
     if getattr(problem, "vars", None):
         selection = TournamentSelection(func_comp=comp_by_cv_then_random)
         duplicates = MixedVariableDuplicateElimination()

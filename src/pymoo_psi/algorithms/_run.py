@@ -42,7 +42,7 @@ from pymoo_psi.algorithms._sources import (
 )
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
-from pymoo_psi.problems import problem_identity
+from pymoo_psi.problems import problem_identity, require_no_permutation
 from pymoo_psi.study import further_tests
 from pymoo_psi.table import Formulation, TestTable, limit_text
 
@@ -544,6 +544,7 @@ def run_of_sequence(
         n_first: How many of the points, at most, are of the sequence.
         repeat: Which of the tests of each design the run makes.
     """
+    require_no_permutation(problem)
     model = Model(problem, options, repeat)
     model.under_so_far(TestTable.empty(model.layout))  # a wrong formulation is refused here
     integer("n_points", n_points, minimum=1)

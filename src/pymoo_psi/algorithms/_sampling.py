@@ -9,7 +9,7 @@ import numpy as np
 from pymoo.core.sampling import Sampling
 
 from pymoo_psi._validation import Array, boolean, integer, invalid, known_name, wrong_type
-from pymoo_psi.problems import design_space, with_requirements
+from pymoo_psi.problems import design_space, require_no_permutation, with_requirements
 from pymoo_psi.sequences import lp_tau
 
 # The engines of scipy.stats.qmc that fill the unit cube without further arguments.
@@ -59,6 +59,7 @@ class UniformSampling(Sampling):
         if random_state is None:  # pymoo before 0.6.1.6 seeds NumPy's global generator instead
             seed = np.random.randint(2**31)  # noqa: NPY002
             random_state = np.random.default_rng(seed)
+        require_no_permutation(problem)
         space = design_space(with_requirements(problem), log=self.log)
         points = self.unit_points(n_samples, len(space.searched), random_state=random_state)
         return space.designs(space.matrix(points))

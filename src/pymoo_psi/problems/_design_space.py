@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
+_PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
+_FEWEST_PLACES = 5  # fewer integers between 0 and their number are no sign of permutations
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
 
 
@@ -298,6 +300,43 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
     return space
+
+
+def is_permutation(problem: Any) -> bool:
+    """Whether the designs of a problem are permutations of its variables.
+
+    An attribute ``permutation`` of the problem says so. Without it, these are pymoo's travelling
+    salesman and flow shop, and problems of n integers, five or more, that all lie between 0 and
+    n - 1, 1 and n, or 0 and n as in pymoo's travelling salesman.
+    """
+    stated = getattr(problem, "permutation", None)
+    if isinstance(stated, bool):
+        return stated
+    model = layers(problem)[-1]
+    if {cls.__name__ for cls in type(model).__mro__} & _PERMUTATIONS:
+        return True
+    if model.vtype is not int or getattr(model, "vars", None) or model.n_var < _FEWEST_PLACES:
+        return False
+    n = model.n_var
+    bounds = {*zip(*(end.tolist() for end in model.bounds()), strict=True)}
+    return len(bounds) == 1 and bounds <= {(0, n - 1), (1, n), (0, n)}
+
+
+def require_no_permutation(problem: Any) -> None:
+    """Refuse a problem of permutations, where a value is chosen for each variable alone.
+
+    Raises:
+        ArgumentValueError: It is one, or seems to be one.
+    """
+    if is_permutation(problem):
+        rule = "one whose variables are chosen independently"
+        remedy = (
+            "search permutations by nsga3(problem, n, sampling=PermutationRandomSampling()), or, "
+            "also for a single objective, by another algorithm of pymoo with such operators, on "
+            "Recorded(problem, study); if integers may be equal, set problem.permutation = False"
+        )
+        received = f"{problem_name(problem)} of permutations"
+        raise invalid("problem", rule, Received(received), remedy)
 
 
 def column_titles(problem: Any, space: DesignSpace) -> dict[str, str]:
