@@ -11,12 +11,14 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
+    Formulation,
     acceptability,
     cautions,
     explain,
     investigate,
     lp_tau,
     rank_of_efficiency,
+    read_table,
     representatives,
 )
 from pymoo_psi.pareto import Caution
@@ -96,9 +98,113 @@ def test_one_outlier_moves_the_choice_and_is_named():
         rank_of_efficiency(F).salukvadze.tolist() != rank_of_efficiency(F[:-1]).salukvadze.tolist()
     )
     assert said(F, "outlier").startswith(
-        "Without design 101, which alone stretches the range of 1 80"
+        "Without design 101 the range of 1 would be 80 times narrower"
     )
     assert kinds(F[:-1]) == []
+
+
+SHAPES = ("convex", "concave", "straight", "in pieces", "in clusters")
+
+
+def random_front(shape, rng):
+    """10 to 300 designs of 2 to 6 objectives in units of their own."""
+    m = rng.integers(2, 7)
+    shares = rng.dirichlet(np.full(m, rng.choice([0.5, 1, 2])), rng.integers(10, 301))
+    if shape == "in clusters":
+        centres = rng.dirichlet(np.ones(m), rng.integers(2, 5))
+        shares = np.abs(centres[rng.integers(len(centres), size=len(shares))])
+        shares = shares + np.abs(rng.normal(0, 0.01, shares.shape))
+        shares /= shares.sum(axis=1, keepdims=True)
+    if shape == "in pieces":
+        shares = shares[(4 * shares[:, 0] % 2 < 1) | (np.arange(len(shares)) < 10)]
+    p = {"convex": rng.uniform(0.5, 0.9), "concave": rng.uniform(1.5, 4)}.get(shape, 1)
+    units = 10 ** rng.uniform(-2, 4, m)
+    return shares ** (1 / p) * units + rng.choice([0, 1, -3, 50], m) * units
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_of_random_fronts_only_penalties_are_suspect(shape):
+    """Two to a tenth of the designs have penalties near 1e6; each is the best elsewhere."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        F = random_front(shape, rng)
+        assert not {"suspect", "decades"}.intersection(kinds(F))
+        n = max(2, len(F) // 10)
+        low = F.min(axis=0)
+        width = np.ptp(F, axis=0)
+        penalised = F[rng.integers(len(F), size=n)]
+        penalised[:, 0] = low[0] - width[0] * np.linspace(0.01, 0.05, n)
+        penalised[:, 1] = low[1] + width[1] * np.sort(rng.uniform(1e6, 1.1e6, n))
+        found = cautions(np.vstack([F, penalised]))
+        names = f"Design {len(F)}, design {len(F) + 1}" if n > 2 else f"Design {len(F)} and"
+        assert found[0].kind == "suspect"
+        assert found[0].sentence.startswith(names)
+
+
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_outliers_are_noticed_however_many(n):
+    """The optimum without them is named, also if they dominate some or hide behind another."""
+    clean = np.column_stack([X, (1 - X) ** 2])
+    optimum = int(rank_of_efficiency(clean).salukvadze[0])
+    far = np.column_stack([-0.01 * np.arange(1, n + 1), 1000 + np.arange(n)])
+    for bad in (far, np.vstack([far, far + np.array([1e-3, 1])])):
+        found = {caution.kind: caution.sentence for caution in cautions(np.vstack([clean, bad]))}
+        assert "1000" in found["suspect"]
+        assert f"the optimum would be design {optimum}" in found["outlier"]
+
+
+def test_few_huge_values_beside_small_ones_are_suspect():
+    """One of 4e9 beside a median of 17; a least value near 0 or another outlier hides none."""
+    rng = np.random.default_rng(1)
+    usual = np.sort(17 * np.exp(rng.normal(size=60)))
+    usual[0] = 1e-6
+    for huge in ([4e9], [1e8, 4e9], [3e5, 1e8, 4e9], [9999.0, 1e30]):
+        f = np.append(usual, huge)
+        F = np.column_stack([f, -np.arange(len(f))])
+        assert kinds(F)[0] == "suspect"
+
+
+def test_an_objective_over_decades_gets_its_logarithm():
+    """The column to compute is written out; with it the named design is the optimum."""
+    shares = lp_tau(60, 2, first=2)
+    frame = pd.DataFrame(
+        {"cost of life": 10 ** (2 + 6 * shares[:, 0]), "f2": (1 - shares[:, 0]) ** 0.8}
+    )
+    text = said(frame, "decades")
+    share = np.mean(frame["cost of life"] < 0.1 * frame["cost of life"].max())
+    assert text.startswith(f"{100 * share:.0f} % of the Pareto-optimal designs")
+    name = "log_cost of life"
+    expression = "log10(`cost of life`)"
+    assert f"--compute '{name}={expression}', in Python computed={{'{name}'" in text
+    table = read_table(frame, Formulation(["cost of life", "f2"]))
+    by_logarithm = table.under(objectives=[name, "f2"], computed={name: expression})
+    ranking = by_logarithm.feasible_ranking()
+    before = int(rank_of_efficiency(frame).salukvadze[0])
+    assert f"design {ranking.salukvadze[0]} would be the optimum" in text
+    assert f"design {before} would have place {ranking.place[before]}:" in text
+    assert "decades" not in [caution.kind for caution in cautions(ranking)]
+
+
+@pytest.mark.parametrize("noise", [0, 0.01])
+def test_an_objective_listed_twice_is_named_if_it_counts(noise):
+    """The optimum without it is that of the set before."""
+    n_moved = 0
+    for seed, shape in enumerate(SHAPES * 5):
+        rng = np.random.default_rng(seed)
+        F = random_front(shape, rng)
+        once = rank_of_efficiency(F).salukvadze
+        again = F[:, -1] + noise * np.ptp(F[:, -1]) * rng.normal(size=len(F))
+        twice = np.column_stack([F, 7 + 2 * again])
+        is_moved = not np.isin(once, rank_of_efficiency(twice).salukvadze).any()
+        assert ("redundant" in kinds(twice)) == is_moved
+        n_moved += is_moved
+        if is_moved:
+            m = F.shape[1]
+            assert said(twice, "redundant").startswith(
+                f"f{m + 1} nearly repeats f{m}, which counts several times: "
+                f"without f{m + 1} the optimum would be design {once[0]}."
+            )
+    assert n_moved > 10
 
 
 OURS = {"suspect", "sign"}  # of values, whatever the ranking makes of them

@@ -42,19 +42,31 @@ OUTLIER = 2.0
 FAR = 10.0
 """A value farther from all others than ten times their range is not of the same kind."""
 
+CROWD = 0.75
+DECADES = 100.0
+"""Of values spread evenly over four powers of ten, three quarters are in a tenth of their range.
+
+The greatest is a hundred times their median. The least one may be near 0 by chance.
+"""
+
+SAME = 0.04
+"""Objectives that differ by 4 % of their ranges, in the root mean square, are nearly one."""
+
 # A smaller difference of shares means little, as many designs of a dense front share the weights.
 _CLEAR_DIFFERENCE = 0.05
 _OTHERS = 4  # the fewest other values that show what is usual
+_NAMED = 3  # the most designs of a group that are named
 
 
 class Caution(NamedTuple):
     """A reason to check the optimum of a ranking.
 
     Attributes:
-        kind: ``"sign"``, ``"suspect"``, ``"constant"``, ``"equidistant"``,
-            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"``,
-            ``"unstable"`` or ``"weights"``; see :func:`cautions`.
-        sentence: The reason, in one sentence.
+        kind: ``"sign"``, ``"suspect"``, ``"decades"``, ``"redundant"``,
+            ``"constant"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
+            ``"extreme"``, ``"outlier"``, ``"unstable"`` or ``"weights"``;
+            see :func:`cautions`.
+        sentence: The reason, and what to do if there is a remedy.
 
     Example:
         >>> print(Caution("tie", "A and B are equally near."))
@@ -65,7 +77,7 @@ class Caution(NamedTuple):
     sentence: str
 
     def __str__(self) -> str:
-        """Return the sentence."""
+        """Return the reason."""
         return self.sentence
 
 
@@ -79,10 +91,16 @@ def cautions(
     kind            reason
     =============== ============================================================================
     ``sign``        A maximised objective is nowhere above 0: its sign may have been turned.
-    ``suspect``     A Pareto-optimal design has a value in an objective unlike those of all others:
-                    ten times their range away, and orders of magnitude away if all have one sign;
-                    or a value that programs write for failures (-9999, 1e30, -1 among positive
-                    values), away from all others by their range.
+    ``suspect``     Pareto-optimal designs have values in an objective unlike those of all others:
+                    ten times their range away, k times as far if there are k such values, and
+                    orders of magnitude away if all have one sign; or values that programs write
+                    for failures (-9999, 1e30, -1 among positive values), away from all others by
+                    their range.
+    ``decades``     Most designs lie in a tenth of the range of an objective, whose values span
+                    powers of ten. By its logarithm another design is the optimum.
+    ``redundant``   Objectives differ from others by at most 4 % of a range, in the root mean
+                    square, so that these count several times. Without them another design is the
+                    optimum.
     ``constant``    Objectives, but not all, are equal for all Pareto-optimal designs.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
                     least distance to the ideal point, as on a sphere around it.
@@ -90,8 +108,9 @@ def cautions(
     ``near tie``    Such a design is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
                     compromise. If normalised, the set bulges away from the ideal point.
-    ``outlier``     Without a single other design that more than doubles a range, the optimum would
-                    be elsewhere, by more than a tenth of a range.
+    ``outlier``     Without a single other design that more than doubles a range, or without all
+                    that are unlike the others, the optimum would be elsewhere, by more than a
+                    tenth of a range.
     ``unstable``    The same without such a range.
     ``weights``     A design that differs by more than a tenth of a range is the best for more of
                     the weights within a factor of two of equal ones, by 5 % of them; see
@@ -102,8 +121,8 @@ def cautions(
     ``outlier`` and ``unstable``, each design that is best or worst in an objective, except the
     optimum, is left out in turn, and the others are ranked again, including those that it
     dominated. In a Pareto set no other design can move the optimum. With dominated designs one
-    other can: the only design that dominates one beyond N, which is not tried. Nothing is tried if
-    you give ``ideal`` or ``nadir``.
+    other can: the only design that dominates one beyond N, which is not tried. Nothing is tried,
+    and neither logarithms nor fewer objectives are, if you give ``ideal`` or ``nadir``.
 
     Args:
         F: A ranking, which has directions of its own; or ``(n, m)`` objective values as for
@@ -124,11 +143,17 @@ def cautions(
         ()
         >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Without design 4, which alone stretches the range of f2 9 times, the optimum would be
+        Without design 4 the range of f2 would be 9 times narrower, and the optimum would be
         design 1, which differs by 60 % of the range in f2.
     """
     checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
-    return (*checks.of_values(), *checks.of_optimum(), *checks.of_weights())
+    return (
+        *checks.of_values(),
+        *checks.decades(),
+        *checks.redundant(),
+        *checks.of_optimum(),
+        *checks.of_weights(),
+    )
 
 
 def _caution(kind: str, **values: object) -> Caution:
@@ -141,6 +166,7 @@ class _Checks:
     Attributes:
         rows: ``(k,)`` the Pareto-optimal designs.
         values: ``(k, m)`` their objectives, minimised.
+        unlike: ``(n, m)`` which values of all designs are unlike the usual ones of the front.
         d: ``(k, m)`` the same in units of the ranges, from 0 to 1; 0 in a constant objective.
         mu: ``(k,)`` their distances to the ideal point.
         optima: Which of them are the optimum.
@@ -152,6 +178,7 @@ class _Checks:
         self.ranking = ranking
         self.names = np.array([str(name) for name in ranking.objectives.names], dtype=object)
         self.rows, self.values = front_of(ranking)
+        self.unlike = np.zeros(ranking.objectives.values.shape, dtype=bool)
         low = self.values.min(axis=0)
         high = self.values.max(axis=0)
         self.d = (self.values - low) / unit_lengths(low, high)
@@ -164,20 +191,30 @@ class _Checks:
         """Return the name of a Pareto-optimal design."""
         return self.ranking.name_of(int(self.rows[i]))
 
+    def names_of(self, designs: Rows) -> str:
+        """Return the names of a few Pareto-optimal designs, and how many more there are."""
+        names = []
+        for i in designs[:_NAMED]:
+            names.append(self.name_of(i))
+        n_more = len(designs) - _NAMED
+        if n_more > 0:
+            names.append(f"{n_more} more")
+        return listed(names)
+
     def of_values(self) -> Iterator[Caution]:
         """Yield the cautions about single values, whatever their place in the ranking."""
         objectives = self.ranking.objectives
-        columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
-        for name, sign, column in columns:
-            if sign < 0 and column.max() <= 0 > column.min():
+        for j, name in enumerate(objectives.names):
+            column = objectives.values[:, j]
+            if objectives.sign[j] < 0 and column.max() <= 0 > column.min():
                 yield _caution("sign", objective=name)
-            yield from self.unlike_values(name, column)
+            yield from self.unlike_values(j, column)
 
-    def unlike_values(self, name: Any, column: Array) -> Iterator[Caution]:
-        """Yield the cautions about the least and the greatest value of an objective.
+    def unlike_values(self, j: int, column: Array) -> Iterator[Caution]:
+        """Yield the caution about values of an objective below and above the usual ones.
 
         Args:
-            name: The objective.
+            j: The objective.
             column: ``(n,)`` its values for all designs, in the original direction.
         """
         front = column[self.rows]
@@ -186,29 +223,87 @@ class _Checks:
             pool = np.unique(column[self.near_front()])
         if len(pool) <= _OTHERS:
             return
-        distinct = np.unique(column)
-        for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
-            holders = np.flatnonzero(front == value)
-            if not len(holders):
-                continue
-            # Dominated designs in between show that such values are usual.
-            gaps = np.abs(distinct - value)
-            if not _is_unlike(value, others, gaps[gaps > 0].min()):
-                continue
-            yield _caution(
-                "suspect",
-                design=capital(self.name_of(holders[0])),
-                objective=name,
-                value=number(value),
-                low=number(others[0]),
-                high=number(others[-1]),
-            )
+        every = np.unique(column)
+        n_low = _n_unlike(-pool[::-1], -every[::-1])
+        n_high = _n_unlike(pool, every)
+        if pool[0] == -1.0 < 0 < pool[1]:  # a code among positive values
+            n_low = 1
+        low = pool[n_low]
+        high = pool[-1 - n_high]
+        below = front[front < low].max(initial=-np.inf)
+        above = front[front > high].min(initial=np.inf)
+        is_unlike = (column <= below) | (column >= above)
+        designs = np.flatnonzero(is_unlike[self.rows])
+        if not len(designs):
+            return
+        self.unlike[:, j] = is_unlike
+        values = number(front[designs].min()), number(front[designs].max())
+        yield _caution(
+            "suspect",
+            designs=capital(self.names_of(designs)),
+            objective=self.names[j],
+            values=" to ".join(dict.fromkeys(values)),
+            low=number(low),
+            high=number(high),
+        )
 
     def near_front(self) -> Rows:
         """Return the Pareto-optimal designs, and those that would be without these."""
         dominated = np.flatnonzero(~self.ranking.pareto)
         second = nondominated(self.ranking.objectives.minimized[dominated])
         return np.concatenate([self.rows, dominated[second]])
+
+    def decades(self) -> Iterator[Caution]:
+        """Yield cautions about objectives whose logarithms would propose another design."""
+        if self.ranking.frame.is_fixed:
+            return  # the ranges are the user's own
+        objectives = self.ranking.objectives
+        for j, name in enumerate(self.names):
+            values = objectives.values[self.rows, j]
+            if values.min() <= 0 or self.unlike[:, j].any():
+                continue
+            crowd = np.mean(values <= values.min() + 0.1 * np.ptp(values))
+            if crowd < CROWD or values.max() < DECADES * np.median(values):
+                continue
+            F = self.values.copy()
+            F[:, j] = np.log10(values) * objectives.sign[j]
+            ranking = rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
+            if np.isin(ranking.salukvadze, self.optima).any():
+                continue
+            column = name
+            if not name.isidentifier():
+                column = f"`{name}`"
+            yield _caution(
+                "decades",
+                share=percent(crowd),
+                objective=name,
+                other=self.name_of(ranking.salukvadze[0]),
+                optimum=self.name_of(self.best),
+                place=ranking.place[self.best],
+                column=column,
+            )
+
+    def redundant(self) -> Iterator[Caution]:
+        """Yield the caution about objectives that nearly repeat others."""
+        twins = []
+        originals = []
+        for j in np.flatnonzero(self.d.any(axis=0)):
+            differences = np.sqrt(np.mean((self.d - self.d[:, [j]]) ** 2, axis=0))
+            first = np.flatnonzero(differences <= SAME)[0]
+            if first < j:
+                twins.append(j)
+                originals.append(first)
+        if self.ranking.frame.is_fixed or not twins:
+            return
+        F = np.delete(self.values, twins, axis=1)
+        optima = rank_of_efficiency(F, normalize=self.ranking.frame.normalize).salukvadze
+        if not np.isin(optima, self.optima).any():
+            yield _caution(
+                "redundant",
+                twins=listed([*self.names[twins]]),
+                originals=listed([*self.names[originals]]),
+                other=self.name_of(optima[0]),
+            )
 
     def of_optimum(self) -> Iterator[Caution]:
         """Yield the cautions about the optimum, and about designs that are almost as near."""
@@ -272,19 +367,25 @@ class _Checks:
         near_front = self.near_front()
         moves = []
         for i in sorted(extremes - {*self.optima}):
-            moves.append(self.without(i, near_front[near_front != self.rows[i]]))
+            moves.append(self.without(np.array([i]), near_front[near_front != self.rows[i]]))
+        # One of several hides what another one does.
+        is_unlike = np.asarray(self.unlike.any(axis=1))
+        is_unlike[self.rows[self.optima]] = False
+        unlike = np.flatnonzero(is_unlike[self.rows])
+        if len(unlike):
+            moves.append(self.without(unlike, np.flatnonzero(~is_unlike)))
         if not moves:
             return
         distance, caution = max(moves, key=lambda move: move[0])
         if distance > ELSEWHERE:
             yield caution
 
-    def without(self, i: int, rows: Rows) -> tuple[float, Caution]:
-        """Return how far the optimum moves without a design of the front, and the caution.
+    def without(self, designs: Rows, rows: Rows) -> tuple[float, Caution]:
+        """Return how far the optimum moves without some designs of the front, and the caution.
 
         Args:
-            i: The design.
-            rows: The other rows that may be Pareto optimal without it.
+            designs: The designs.
+            rows: The other rows that may be Pareto optimal without them.
         """
         F = self.ranking.objectives.minimized[rows]
         others = rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
@@ -301,7 +402,7 @@ class _Checks:
             kind = "outlier"
         return way, _caution(
             kind,
-            design=self.name_of(i),
+            designs=self.names_of(designs),
             stretched=self.names[times.argmax()],
             times=number(most, 3),
             other=self.ranking.name_of(int(rows[optima[after]])),
@@ -310,24 +411,39 @@ class _Checks:
         )
 
 
-def _is_unlike(value: float, others: Array, gap: float) -> bool:
-    """Whether a value below or above all others is a placeholder or an outlier, such as -1 or 9999.
+def _n_unlike(values: Array, every: Array) -> int:
+    """Return how many of the greatest values are unlike the others; at most a quarter of all.
+
+    Args:
+        values: ``(k,)`` values of the front, distinct and increasing.
+        every: ``(n,)`` those of all designs. Dominated ones in between show that values are usual.
+    """
+    quarter = len(values) // 4
+    low = values[quarter // 2]  # not the least value, which may be unlike the others, too
+    outer = values[-quarter:]
+    inner = values[-quarter - 1 : -1]
+    gaps = outer - every[np.searchsorted(every, outer) - 1]
+    counts = np.arange(quarter, 0, -1)  # so many values are seldom far by chance
+    ranges = gaps / (counts * (inner - low))
+    for i in np.flatnonzero(ranges > 1):
+        if _is_unlike(outer[i], low, inner[i], ranges[i]):
+            return int(counts[i])
+    return 0
+
+
+def _is_unlike(value: float, low: float, high: float, ranges: float) -> bool:
+    """Whether a value above all others is a placeholder, such as 9999, or an outlier.
 
     Args:
         value: The value.
-        others: ``(k,)`` the others, increasing.
-        gap: Its distance to the nearest value of any design.
+        low: The least of the others.
+        high: The greatest.
+        ranges: The distance to the others in units of their range; more than 1.
     """
-    low = others[0]
-    high = others[-1]
-    if value == -1.0 and low > 0:
-        return True
     if re.fullmatch("9{3,}([.]0)?", str(abs(value))) or abs(value) >= 1e20:
-        return bool(gap > high - low)
-    if gap <= FAR * (high - low):
-        return False
-    if min(value * low, value * high) <= 0:  # the signs differ
         return True
-    orders = np.abs(np.log([value / low, value / high]))
-    usual = np.log(high / low) * np.sign(low)
-    return bool(orders.min() > usual)
+    if ranges <= FAR:
+        return False
+    if value * low <= 0:  # the signs differ
+        return True
+    return bool(abs(np.log(value / high)) > abs(np.log(high / low)))
