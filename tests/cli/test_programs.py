@@ -60,6 +60,7 @@ def test_the_example_is_a_file_to_edit(said):
 def test_a_program_is_tried_solved_and_ranked(beam, said):
     printed = said("solve", "beam.toml", "--try", "--jobs", 2)
     folder = Path(printed.partition("Folder: ")[2].splitlines()[0])
+    assert "Filled: beam.inp, line 1: width=3.0\nFilled: beam.inp, line 2: height=3\n" in printed
     assert (folder / "beam.inp").read_bytes().startswith(b"width=3.0\r\nheight=3")
     printed = said("solve", "beam.toml", "--points", 16, "--jobs", 2, "--study", "b.db")
     assert "not run by requirements: slender: height <= 2*width" in printed
@@ -69,9 +70,12 @@ def test_a_program_is_tried_solved_and_ranked(beam, said):
 
 
 def test_what_is_wrong_is_said_by_try(beam, said):
-    Path("beam.toml").write_text(FILE.replace("tip = (", "Tip = (").replace("<= 40", "<= 4"))
+    more = "[outputs]\nload = {file = 'load.txt', key = 'F'}\n"
+    text = FILE.replace("tip = (", "Tip = (").replace("<= 40", "<= 4").replace("[outputs]", more)
+    Path("beam.toml").write_text(text)
     printed = said("solve", "beam.toml", "--try", code=1)
-    assert "Wrong: output tip: stdout.txt has no match" in printed
+    assert "Wrong: output load: the program left no file load.txt\n" in printed
+    assert "Wrong: output tip: stdout.txt has no match of 'Tip = (\\S+)'\n" in printed
     said("solve", "bnh", "--try", code=2)
 
 

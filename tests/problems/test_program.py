@@ -16,7 +16,6 @@ from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import Output
 from tests.processes import gone, posix, until
 from tests.refusals import refused
-from tests.study.studies import as_version_0_3, edit
 
 # A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
 SOLVER = """
@@ -191,7 +190,7 @@ def shell(tmp_path, script, outputs, template=None, **program):
         ("tip speed   m\n0       5  10\n", None, "is no table"),
         ("w m n\n5 10\n", None, "not one column 'm'"),
         ("w,m\n1,5,10\n", None, "line 2 has 3 cells, most lines 2"),
-        ("w;m\n1,5;1.250\n", None, "out has decimal commas; let the program write points"),
+        ("w;m\n1,5;1.250\n", None, "out has decimal commas; write decimal = ','"),
         ("w,m\n5,\n", None, "'' in out is no plain number"),
         ("w,m,m\n5,1,2\n", None, "names the column 'm' 2 times"),
         ("# w m\n5 10\n6 11\n", None, "its first line must name the columns"),
@@ -215,7 +214,7 @@ def test_a_column_of_a_table_is_never_taken_for_its_neighbour(tmp_path, table, c
 def test_json_of_two_meanings_or_none_fails_the_design(tmp_path, text, flaw):
     outputs = {"m": {"file": "out", "key": "a"}}
     problem = shell(tmp_path, "cp given out", outputs, {"given": text})
-    assert flaw in problem.run({"x": 0.5}).flaw
+    assert flaw in problem.run({"x": 0.5}).flaws[0]
 
 
 def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
@@ -224,7 +223,7 @@ def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
     problem = shell(tmp_path, "echo n=2 > in", outputs, {"out": "7", "in": "n=1\n"})
     run = problem.run({"x": 0.5})
     assert run.outputs == {"n": 2.0}
-    assert "left no file out" in run.flaw
+    assert "left no file out" in run.flaws[0]
     assert (tmp_path / "template" / "out").read_text() == "7"
     refused(
         "files must be inputs, and none of them an output",
@@ -269,7 +268,7 @@ def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
 
 
 def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
-    """Linked folders and hidden files, too; a study of version 0.3 did not know them."""
+    """Linked folders and hidden files, too; what has changed is said by its name."""
     outputs = {"m": {"file": "stdout.txt", "pattern": "(.+)"}}
     study, linked = tmp_path / "runs.db", tmp_path / "elsewhere"
     linked.mkdir()
@@ -277,16 +276,21 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
     problem = shell(tmp_path, "cat .hidden link/data", outputs, {".hidden": ""})
     (tmp_path / "template" / "link").symlink_to(linked)
     investigate(problem, 2, study=study)
-    for changed in (linked / "data", tmp_path / "template" / ".hidden"):
-        before = changed.read_text()
+    added = tmp_path / "template" / "added.inp"
+    for name, changed in (
+        ("link/data", linked / "data"),
+        (".hidden", tmp_path / "template" / ".hidden"),
+        ("added.inp", added),
+    ):
+        before = changed.read_text() if changed.exists() else None
         changed.write_text("2")
-        refused("template is", investigate, problem, 2, error=StudyMismatchError, study=study)
-        changed.write_text(before)
-    as_version_0_3(study)
-    entry = "$.problem.parameters.template"
-    edit(study, f"UPDATE study SET value = json_remove(value, '{entry}') WHERE name = 'head'")
-    (linked / "data").write_text("3")
-    assert investigate(problem, 4, study=study).F.tolist() == [[1], [1], [3], [3]]
+        message = f"{name} in the template is not as in the study.*another file, or restore"
+        refused(message, investigate, problem, 2, error=StudyMismatchError, study=study)
+        if before is None:
+            changed.unlink()
+        else:
+            changed.write_text(before)
+    assert investigate(problem, 4, study=study).F.tolist() == [[1]] * 4
 
 
 @posix
@@ -330,11 +334,18 @@ ProgramProblem(
     assert all(gone(int(pid.read_text())) for pid in pids)
 
 
-def test_one_file_that_is_missing_is_one_flaw(tmp_path):
+def test_all_wrong_outputs_of_a_run_are_reported(tmp_path):
     outputs = {name: {"file": "stdout.txt", "pattern": f"{name} = (.*)"} for name in "abcd"}
-    run = shell(tmp_path, "echo a = 1; echo done", outputs).run({"x": 0.5})
-    assert run.outputs == {"a": 1.0}
-    assert run.flaw == "output b: stdout.txt has no match of 'b = (.*)'"
+    outputs["e"] = {"expression": "2*b"}
+    outputs["f"] = {"expression": "2*d"}
+    problem = shell(tmp_path, "echo a = 1; echo c = x; echo d = 3", outputs)
+    run = problem.run({"x": 0.5})
+    assert run.outputs == {"a": 1.0, "d": 3.0, "f": 6.0}
+    assert run.flaws == [
+        "output b: stdout.txt has no match of 'b = (.*)'",
+        "output c: 'x' in stdout.txt is no plain number",
+    ]
+    assert investigate(problem, 1).reasons[1].startswith("output b: stdout.txt has no match")
 
 
 @pytest.mark.parametrize(
@@ -347,6 +358,102 @@ def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
         output.read(tmp_path)
     (tmp_path / "out").write_text("f = -1.5D+03\n")
     assert output.read(tmp_path) == -1500.0
+
+
+@pytest.mark.parametrize(
+    ("content", "settings", "expected"),
+    [
+        ("f = 1,5\n", {"pattern": "f = (.*)", "decimal": ","}, 1.5),
+        ("f = -1,5E+03\n", {"pattern": "f = (.*)", "decimal": ","}, -1500.0),
+        ("w;m\n1,5;1,250\n", {"column": "m", "decimal": ","}, 1.25),
+        ("f = 0.12+103\n", {"pattern": "f = (.*)"}, 0.12e103),
+        ("Länge = 3\n".encode("cp1252"), {"pattern": "Länge = (.*)", "encoding": "cp1252"}, 3.0),
+        ("Höhe;m\n3;5\n".encode("cp1252"), {"column": "Höhe", "encoding": "cp1252"}, 3.0),
+        ("Länge = 3\r\n".encode("utf-16"), {"pattern": "^Länge = (.*)$"}, 3.0),
+        ("Länge = 3\n".encode("utf-16-le"), {"pattern": "Länge = (.*)"}, 3.0),
+        ("f = 3 \xe4\n".encode("cp1252"), {"pattern": "f = (\\S+)"}, 3.0),
+        ('{"tip.u": {"x": [1, 7]}}', {"key": ["tip.u", "x", 1]}, 7.0),
+        ('\ufeff{"tip": {"u": 7}}', {"key": "tip.u"}, 7.0),
+        ("Solver 3\n\nrun of Monday, F in N\nt;F\n0;7\n", {"column": "F", "header": 4}, 7.0),
+        ("force (N) = 7", {"pattern": r"force \(N\) = (\S+)"}, 7.0),
+    ],
+)
+def test_numbers_are_read_as_programs_write_them(tmp_path, content, settings, expected):
+    if isinstance(content, str):
+        content = content.encode()
+    (tmp_path / "out").write_bytes(content)
+    assert Output(file="out", **settings).read(tmp_path) == expected
+
+
+@pytest.mark.parametrize(
+    ("content", "settings", "flaw"),
+    [
+        ("f = 1,5\n", {"pattern": "f = (.*)"}, "write decimal = ','"),
+        ("f = 1.250,5\n", {"pattern": "f = (.*)", "decimal": ","}, "no plain number"),
+        ("f = 1.5\n", {"pattern": "f = (.*)", "decimal": ","}, "no plain number"),
+        ("Länge = 3\n".encode("cp1252"), {"pattern": "Länge = (.*)"}, "encoding = 'cp1252'"),
+        ("Höhe;m\n3;5\n".encode("cp1252"), {"column": "Höhe"}, "encoding = 'cp1252'"),
+        ('{"tip.u": 7}', {"key": "tip.u"}, "key = ['tip.u', 'x']"),
+        ("Solver 3\n\nt;F\n0;7\n", {"column": "F"}, "write header = 3"),
+        ("Solver 3\nt;F\n0;7\n", {"column": "F", "header": 2, "row": 1}, "number 1"),
+        ("f = 3\n", {"pattern": "f = (.*)", "encoding": "cp99"}, "unknown encoding: cp99"),
+        ("w,m\n1,5\n", {"column": "m", "header": 9}, "1 to 2, got 3"),
+    ],
+)
+def test_an_output_in_another_notation_has_its_remedy(tmp_path, content, settings, flaw):
+    if isinstance(content, str):
+        content = content.encode()
+    template = {"run.sh": "cp given out", "given": ""}
+    problem = shell(tmp_path, "cp given out", {"m": {"file": "out"} | settings}, template)
+    (tmp_path / "template" / "given").write_bytes(content)
+    (found,) = problem.run({"x": 0.5}).flaws
+    assert found.startswith("output m: ")
+    assert flaw in found
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        (r"f (N) = (\S+)", r"'f (N) = (\S+)', 2 groups; write \( and \)"),
+        (r"f = \S+", r"got 'f = \S+', 0 groups"),
+        (r"f = (\S+", r"got 'f = (\S+', missing ), unterminated subpattern"),
+    ],
+)
+def test_a_wrong_pattern_is_shown_as_typed(pattern, message):
+    refused(re.escape(message), Output, file="out", pattern=pattern)
+
+
+def test_a_listing_says_why_a_program_failed(tmp_path):
+    outputs = {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}}
+    script = "echo '*** ERROR: mesh'; echo '*** ERROR: more'; echo bye; exit 3"
+    error = {"file": "stdout.txt", "pattern": "ERROR: (.+)"}
+    failed = shell(tmp_path, script, outputs, error=error)
+    assert failed.run({"x": 0.5}).flaws == ["mesh; exit code 3: bye"]
+    assert investigate(failed, 1).reasons[1].startswith("mesh; exit code 3: bye; see ")
+    last = shell(tmp_path, script, outputs, error=error | {"row": -1})
+    assert last.run({"x": 0.5}).flaws == ["more; exit code 3: bye"]
+    silent = shell(tmp_path, "echo 'ERROR: mesh' > job.log", outputs, error=error)
+    assert silent.run({"x": 0.5}).flaws == ["output m: stdout.txt has no match of 'm = (.+)'"]
+    # That of an earlier run, which lies in the template, says nothing.
+    stale = shell(
+        tmp_path, "exit 3", outputs, {"job.log": "ERROR: x"}, error=error | {"file": "job.log"}
+    )
+    assert stale.run({"x": 0.5}).flaws == ["exit code 3: no message"]
+    works = shell(tmp_path, "echo 'ERROR: mesh'; echo m = 5", outputs, error=error)
+    assert works.run({"x": 0.5}).outputs == {"m": 5.0}
+
+
+def test_another_exit_code_may_mean_success(tmp_path):
+    outputs = {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}}
+    problem = shell(tmp_path, "echo m = 5; exit 1", outputs)
+    assert problem.run({"x": 0.5}).flaws == ["exit code 1: m = 5"]
+    allowed = shell(tmp_path, "echo m = 5; exit 1", outputs, exit_codes=[0, 1])
+    assert allowed.run({"x": 0.5}).outputs == {"m": 5.0}
+    # A study goes on with it; the tests that failed may be made again.
+    study = tmp_path / "runs.db"
+    investigate(problem, 2, study=study)
+    table = investigate(allowed, 2, study=study, retry="failed")
+    assert table.F.tolist() == [[5], [5]]
 
 
 @pytest.mark.parametrize(

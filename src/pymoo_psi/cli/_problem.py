@@ -352,13 +352,16 @@ def try_program(name: str, problem: Any, points: int) -> int:
     run = problem.run(design, keep=True)
     say(f"Command: {shlex.join(run.words)}")
     say(f"Folder: {run.folder}")
+    for line in run.filled:
+        say(f"Filled: {line}")
     rows = []
     for column, value in {**design, **run.outputs}.items():
         rows.append((with_unit(column, problem.units.get(column, "")), value))
     print_frame(pd.DataFrame(rows, columns=["column", "value"]), "Variables and outputs:")
     say(f"Took {run.seconds:.1f} s.")
-    if run.flaw:
-        say(f"Wrong: {run.flaw}")
+    for flaw in run.flaws:
+        say(f"Wrong: {flaw}")
+    if run.flaws:
         return 1
     study = shlex.quote(f"{Path(name).stem}.db")
     command = f"pymoo-psi solve {shlex.quote(name)} --points {points} --study {study}"

@@ -18,14 +18,15 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
+from pymoo.core.variable import Choice
 
 from pymoo_psi._validation import (
     Entries,
@@ -49,6 +50,7 @@ from pymoo_psi.problems._named import (
     sections,
     units_of,
 )
+from pymoo_psi.problems._placeholders import BRACES, Placeholders
 from pymoo_psi.problems._wrapped import require_model
 from pymoo_psi.table import Expression, UnfitError, cells_of_text
 
@@ -63,8 +65,10 @@ _WAYS = "given as file with one of pattern, key and column, or as expression"
 _LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
 # Fortran writes 1.5D+03.
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
-_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")  # beside it 1.250 may be a thousand and more
-_PLACEHOLDER = re.compile(r"\{([^\W\d]\w*)(?::([^{}]*))?\}")
+_NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent has three digits
+_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eEdD][+-]?\d+)?\s*")
+_SWAPPED = str.maketrans(",.", ".,")
+_NAME = re.compile(r"[^\W\d]\w*")
 
 
 class ProgramError(Exception):
@@ -78,11 +82,16 @@ class Output:
     Attributes:
         file: File in the design's folder; ``stdout.txt`` has what the program prints.
         pattern: Regular expression with one group, which is the number.
-        key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``.
+        key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``; if names have dots, a list
+            such as ``["tip.u", "x"]``.
         column: Column of a table with a header and rows of equal length, whose cells are separated
             by tabs, semicolons, commas, bars or blanks; see :func:`read_table`.
+        header: Number of the line that names the columns, from 1, if other text is above it.
         row: Number of the match of the pattern, or of the table's row: from 0, or from -1
             backwards. By default there must be exactly one.
+        encoding: Encoding of the file, such as ``"cp1252"``. By default UTF-8, or UTF-16 if the
+            file begins with its mark.
+        decimal: The decimal mark of its numbers, ``"."`` or ``","``.
         expression: Arithmetic of variables and of the outputs above, instead of a file.
         unit: Its unit.
 
@@ -95,9 +104,12 @@ class Output:
 
     file: str = ""
     pattern: str = ""
-    key: str = ""
+    key: str | Sequence[str | int] = ""
     column: str = ""
+    header: int = 1
     row: int | None = None
+    encoding: str = ""
+    decimal: str = "."
     expression: str = ""
     unit: str = ""
 
@@ -108,14 +120,19 @@ class Output:
         if not is_measured and (len(ways) != 1 or bool(self.file) == bool(self.expression)):
             raise invalid("an output", _WAYS, [self.file, *ways])
         _require_inside("file", self.file)
+        known_name("decimal", self.decimal, (".", ","))
         if self.pattern:
+            groups: Any = None
             try:
-                n_groups = re.compile(self.pattern).groups
-            except re.error:
-                n_groups = 0
-            if n_groups != 1:
+                groups = re.compile(self.pattern).groups
+                problem = f"{groups} groups"
+            except re.error as error:
+                problem = str(error)
+            if groups != 1:
                 rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
-                raise invalid("the pattern of an output", rule, self.pattern)
+                received = Received(f"'{self.pattern}', {problem}")  # as typed: a backslash is one
+                remedy = r"write \( and \) for brackets of the text"
+                raise invalid("the pattern of an output", rule, received, remedy)
 
     def read(self, folder: Path) -> float:
         """Return the number that a program has left in a folder.
@@ -123,50 +140,79 @@ class Output:
         Raises:
             ProgramError: There is none, or not exactly one.
         """
-        if not (folder / self.file).is_file():
+        cell = self.cell(folder)
+        number = _NO_LETTER.sub(r"\1e\2", cell)
+        if self.decimal == ",":
+            number = number.translate(_SWAPPED)  # 1.250,5 is refused as 1,250.5 is
+        if not _NUMBER.fullmatch(number):
+            remedy = ""
+            if _WITH_COMMA.fullmatch(cell):
+                remedy = "; write decimal = ',' if it has a decimal comma"
+            raise ProgramError(f"{cell!r:.60} in {self.file} is no plain number{remedy}")
+        return float(number.lower().replace("d", "e"))
+
+    def cell(self, folder: Path) -> str:
+        """Return the text of the number.
+
+        Raises:
+            ProgramError: There is none, or not exactly one.
+        """
+        path = folder / self.file
+        if not path.is_file():
             raise ProgramError(f"the program left no file {self.file}")
-        text = text_of(folder / self.file).removeprefix("\ufeff").replace("\r\n", "\n")
+        content = path.read_bytes()
+        encoding = self.encoding or json.detect_encoding(content)
+        text = content.decode(encoding, "replace").replace("\r\n", "\n")
         if self.key:
             texts = [self._value_at_key(text)]
         elif self.pattern:
             texts = re.findall(self.pattern, text, re.MULTILINE)
         else:
             texts = self._column(text)
-        kind = f"match of {self.pattern!r}" if self.pattern else f"row of {self.column!r}"
+        kind = f"match of '{self.pattern}'" if self.pattern else f"row of {self.column!r}"
         if self.row is None and len(texts) > 1:
             remedy = "say which one by row, -1 for the last"
             raise ProgramError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
         row = self.row or 0
         if not -len(texts) <= row < len(texts):
             number = "" if self.row is None else f" number {row}"
+            if not kind.isascii():
+                number += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
             raise ProgramError(f"{self.file} has no {kind}{number}")
-        cell = texts[row].strip()
-        if not _NUMBER.fullmatch(cell):
-            raise ProgramError(f"{cell!r:.60} in {self.file} is no plain number")
-        return float(cell.lower().replace("d", "e"))
+        return texts[row].strip()
 
     def _value_at_key(self, text: str) -> str:
         """Return the value at the path in JSON."""
+        path = self.key
+        if isinstance(path, str):
+            path = path.split(".")
         try:
             value = json.loads(text, object_pairs_hook=distinct)
-            for part in self.key.split("."):
-                value = value[int(part)] if isinstance(value, list) else value[part]
+            for part in path:
+                value = value[int(part)] if isinstance(value, list) else value[str(part)]
         except (ValueError, LookupError, TypeError, RecursionError) as error:
             reason = f"{type(error).__name__}: {error}"
-            raise ProgramError(f"no {self.key} in {self.file} ({reason:.80})") from None
+            problem = f"no {self.key} in {self.file} ({reason:.80})"
+            if isinstance(error, KeyError):
+                problem += "; a name with dots is one part of a list, as key = ['tip.u', 'x']"
+            raise ProgramError(problem) from None
         return str(value)
 
     def _column(self, text: str) -> list[str]:
         """Return the cells of the column."""
+        remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
-            columns = cells_of_text(text).columns
+            columns = cells_of_text(text, range(1, self.header)).columns
         except UnfitError as error:
-            raise ProgramError(f"{self.file} is no table: {error.problem}") from None
+            raise ProgramError(f"{self.file} is no table: {error.problem}; {remedy}") from None
         if self.column not in columns:
             names = ", ".join(columns)
-            raise ProgramError(f"{self.file} has {names:.80}, not one column {self.column!r}")
-        if any(map(_WITH_COMMA.fullmatch, chain.from_iterable(columns.values()))):
-            raise ProgramError(f"{self.file} has decimal commas; let the program write points")
+            problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
+            raise ProgramError(f"{problem}; {remedy}")
+        cells = chain.from_iterable(columns.values())
+        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells)):
+            # Beside it 1.250 may be a thousand and more.
+            raise ProgramError(f"{self.file} has decimal commas; write decimal = ','")
         return columns[self.column]
 
 
@@ -186,7 +232,12 @@ class Program:
         command: The program with its arguments, run without a shell; ``{width}`` is replaced by the
             value.
         template: Folder that is copied for each design; the command runs in the copy.
-        files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value.
+        files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value. Doubled
+            braces stand for those of the text: ``{{width}}`` becomes ``{width}``.
+        marks: How a placeholder is written, if other than ``{name}``: such as ``@name@``.
+        exit_codes: Exit codes that mean success.
+        error: Where a failed program says why, like an output: ``file`` with ``pattern`` or
+            ``key``. The first match begins the reason unless there is a ``row``.
         timeout: Seconds after which a design fails; None for no limit.
         keep: Which folders are kept: ``"failed"``, those of failed designs; ``"all"``; ``"none"``.
         folder: Folder in which the folders of the designs are made.
@@ -195,6 +246,9 @@ class Program:
     command: str = ""
     template: str = ""
     files: Names = ()
+    marks: str = BRACES
+    exit_codes: Sequence[int] = (0,)
+    error: Output = Output()
     timeout: int | float | None = None
     keep: str = "failed"
     folder: str = "runs"
@@ -222,13 +276,13 @@ class Program:
             folder: Folder in which it runs and in which its output is written.
 
         Raises:
-            ProgramError: It takes too long, ends with another exit code than 0, or ends before what
-                it has started.
+            ProgramError: It takes too long, ends with an exit code that is none of success, or ends
+                before what it has started.
         """
         code, left_some = run_program(words, folder, self.timeout)
         if code is None:
             raise ProgramError(f"timed out after {self.timeout:g} s")
-        if code != 0:
+        if code not in self.exit_codes:
             raise ProgramError(f"exit code {code}: {_last_line(folder) or 'no message'}")
         if left_some:
             problem = "it ended while processes that it had started went on, so they were killed"
@@ -266,14 +320,16 @@ class ProgramRun:
         words: The command as it ran.
         outputs: The numbers that were read.
         seconds: How long it took.
-        flaw: What is wrong; empty if nothing is.
+        filled: The lines of files that have placeholders, with their values.
+        flaws: What is wrong.
     """
 
     folder: Path
     words: list[str] = field(default_factory=list)
     outputs: dict[str, float] = field(default_factory=dict)
     seconds: float = 0.0
-    flaw: str = ""
+    filled: list[str] = field(default_factory=list)
+    flaws: list[str] = field(default_factory=list)
 
 
 class ProgramProblem(NamedProblem):
@@ -367,6 +423,8 @@ class ProgramProblem(NamedProblem):
         self._check_outputs()
         if program is not None:
             self.program: Program = section("program", Program, program)
+            self._read_files = [*self.outputs.values(), self.program.error]
+            self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
             self._check_files()
             self._check_placeholders()
 
@@ -397,6 +455,8 @@ class ProgramProblem(NamedProblem):
             message = f"{path}: {error}"
             if "Unescaped" in str(error):
                 message += "; between '…' it stays as it is"
+            if re.search("after a key|Invalid statement", str(error)):
+                message += '; a name with other letters than a-z stands in quotes, as "Höhe"'
             raise ArgumentValueError(message) from error
 
     # What is checked before any run
@@ -435,7 +495,7 @@ class ProgramProblem(NamedProblem):
         if not shutil.which(word) and not in_template:
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
-        read = {os.path.normpath(output.file) for output in self.outputs.values()}
+        read = {os.path.normpath(output.file) for output in self._read_files}
         for file in program.files:
             if not program.template or not (template / file).is_file():
                 raise invalid("files", "files in the folder of the template", file)
@@ -444,11 +504,25 @@ class ProgramProblem(NamedProblem):
                 raise invalid("files", "inputs, and none of them an output", file, remedy)
 
     def _check_placeholders(self) -> None:
-        """Refuse variables that are used nowhere; a placeholder for a seed makes a model noisy."""
-        texts = [self.program.command]
+        """Refuse what could be a placeholder and is none, and variables that are used nowhere.
+
+        A placeholder for a seed makes a model noisy.
+        """
+        values: Values = {"seed": 1}
+        for name, variable in self.variables.items():
+            if not _NAME.fullmatch(name):
+                rule = "letters, digits and _ that do not begin with a digit"
+                raise invalid("the name of a variable", rule, name, "rename it, such as t_web")
+            if isinstance(variable, Choice):
+                values[name] = variable.options[0]
+            else:
+                values[name] = variable.vtype(variable.lb)
+        # The command is filled word by word, in which a placeholder may be between quotes.
+        for part in (self.program.command, *shlex.split(self.program.command)):
+            self._placeholders.fill("command", part, values)
         for file in self.program.files:
-            texts.append(text_of(self._template / file))
-        used = {name for name, _ in _PLACEHOLDER.findall("\n".join(texts))}
+            self._placeholders.fill(file, text_of(self._template / file), values)
+        used = self._placeholders.used
         if "seed" in used and "seed" not in self.variables:
             self.noisy = True
         for expression in self.known_expressions.values():
@@ -456,38 +530,33 @@ class ProgramProblem(NamedProblem):
         for name in self.variables:
             if name not in used:
                 rule = "in the command, in one of files or in an expression"
-                remedy = f"write {{{name}}} where its value belongs"
+                placeholder = self._placeholders.marks.replace("name", name)
+                remedy = f"write {placeholder} where its value belongs, in UTF-8"
                 raise invalid(f"the variable {name}", rule, Received("in none"), remedy)
 
     # What a study depends on
 
     def fingerprint(self) -> Values:
-        """Return what a study depends on: key, command, and hashes of the template and outputs."""
+        """Return what a study depends on: key, program, and hashes of files of the template."""
         if self.by_people:
             return {"key": self.key}
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
-        inputs = [*self.program.files]
-        in_version_0_3 = self._hash([outputs, inputs], self._files_in_version_0_3())
-        template = self._hash(inputs, self._template_files())
         for name in self.known_expressions:  # these are computed anew where they change
             del outputs[name]
         for output in outputs.values():
             del output["unit"], output["expression"]
+        template = {}
+        for path in sorted(filter(Path.is_file, self._template_files())):
+            file = path.relative_to(self._template).as_posix()
+            template[file] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
         return {
             "key": self.key,
             "command": self.program.command,
+            "files": [*self.program.files],
+            "marks": self.program.marks,
             "template": template,
-            "template and outputs": in_version_0_3,
             "outputs": outputs,
         }
-
-    def _hash(self, settings: Any, files: Iterable[Path]) -> str:
-        """Return a hash of settings and of files of the template."""
-        content = hashlib.sha256(json.dumps(settings).encode())
-        for path in sorted(filter(Path.is_file, files)):
-            file = path.relative_to(self._template).as_posix()
-            content.update(file.encode() + path.read_bytes())
-        return content.hexdigest()[:16]
 
     def _template_files(self) -> Iterator[Path]:
         """Yield the files that each run copies."""
@@ -498,19 +567,11 @@ class ProgramProblem(NamedProblem):
                     if name not in _LEFT_OUT:
                         yield Path(folder, name)
 
-    def _files_in_version_0_3(self) -> Iterator[Path]:
-        """Yield the files that counted in version 0.3: none hidden or in linked folders."""
-        if self.program.template:
-            for path in self._template.rglob("*"):
-                parts = path.relative_to(self._template).parts
-                if not any(part.startswith((".", "__")) for part in parts):
-                    yield path
+    # A run
 
     @property
     def _template(self) -> Path:
         return Path(self.base, self.program.template)
-
-    # A run
 
     def run(self, values: Entries, *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
@@ -533,11 +594,16 @@ class ProgramProblem(NamedProblem):
             self._fill_template(run, values)
             self.program.run(run.words, run.folder)
             self._read(run, values)
-        except (ProgramError, OSError, ValueError) as error:  # a format that does not fit
-            run.flaw = str(error)
+        except (ProgramError, OSError, ValueError) as error:  # the template may have changed
+            run.flaws.append(str(error))
+        listing = self.program.error
+        if run.flaws and listing.file:
+            with suppress(ProgramError, LookupError):
+                first = replace(listing, row=listing.row or 0)
+                run.flaws[0] = f"{first.cell(run.folder)}; {run.flaws[0]}"
         run.seconds = time.monotonic() - began
         keep = keep or self.program.keep == "all"
-        if keep or (run.flaw and self.program.keep == "failed"):
+        if keep or (run.flaws and self.program.keep == "failed"):
             text = json.dumps({**values, **run.outputs}, indent=1, default=str)
             with suppress(OSError):  # the disk may be full, which is the flaw already
                 (run.folder / "design.json").write_text(text, encoding="utf-8")
@@ -559,33 +625,38 @@ class ProgramProblem(NamedProblem):
                 ignore=left_out,
                 ignore_dangling_symlinks=True,  # editors leave such links for open files
             )
-        for output in self.outputs.values():
+        for output in self._read_files:
             if output.file:
                 (run.folder / output.file).unlink(missing_ok=True)
         for file in self.program.files:
             path = run.folder / file
-            text = fill_placeholders(text_of(path), values)
-            path.write_bytes(text.encode(errors="surrogateescape"))
+            text = text_of(path)
+            filled = self._placeholders.fill(file, text, values)
+            lines = zip(text.split("\n"), filled.split("\n"), strict=False)
+            for number, (line, new) in enumerate(lines, 1):
+                if new != line:
+                    run.filled.append(f"{file}, line {number}: {new.strip()}")
+            path.write_bytes(filled.encode(errors="surrogateescape"))
         for word in shlex.split(self.program.command):
-            run.words.append(fill_placeholders(word, values))
+            run.words.append(self._placeholders.fill("command", word, values))
 
     def _read(self, run: ProgramRun, values: Entries) -> None:
-        """Read or compute the outputs in their order, up to the first that cannot be read.
-
-        Raises:
-            ProgramError: There is one.
-        """
+        """Read or compute the outputs in their order; what cannot be read is a flaw."""
         columns = {name: np.array([value]) for name, value in values.items()}
         for name, output in self.outputs.items():
             try:
                 if output.expression:
-                    value = float(self.known_expressions[name].values(columns)[0])
+                    expression = self.known_expressions[name]
+                    if not columns.keys() >= {*expression.columns}:
+                        continue  # an output above is missing, which is the flaw
+                    value = float(expression.values(columns)[0])
                 else:
                     value = output.read(run.folder)
                 if not math.isfinite(value):
                     raise ProgramError(f"it is {value}")
-            except ProgramError as error:
-                raise ProgramError(f"output {name}: {error}") from None
+            except (ProgramError, LookupError, ValueError) as error:  # no such encoding or header
+                run.flaws.append(f"output {name}: {error}")
+                continue
             run.outputs[name] = value
             columns[name] = np.array([value])
 
@@ -593,8 +664,8 @@ class ProgramProblem(NamedProblem):
         """Return the outputs of a design; see :class:`NamedProblem`."""
         require_model(self)
         run = self.run(design)
-        if run.flaw:
-            reason = run.flaw
+        if run.flaws:
+            reason = run.flaws[0]
             if run.folder.exists():
                 reason += f"; see {run.folder}"
             raise EvaluationError(dict(design), reason)
@@ -662,21 +733,9 @@ class ProgramProblem(NamedProblem):
         """Return the outputs that can be read from the folder of a run."""
         values = {}
         for name, output in self._tested.items():
-            with suppress(ProgramError, OSError):
+            with suppress(ProgramError, OSError, LookupError):
                 values[name] = output.read(folder)
         return values
-
-
-def fill_placeholders(text: str, values: Entries) -> str:
-    """Return a text with values for placeholders; other braces stay as they are."""
-
-    def replacement(match: re.Match[str]) -> str:
-        name, form = match.groups("")
-        if name not in values:
-            return match[0]
-        return format(values[name], form)
-
-    return _PLACEHOLDER.sub(replacement, text)
 
 
 def text_of(path: Path) -> str:

@@ -52,12 +52,8 @@ _IN_BOTH = (
     "problem.choices.",
     "problem.objectives.",
     "problem.parameters.outputs.",
-    "problem.parameters.template.",
-    "problem.parameters.template and outputs.",
 )
-# Version 0.3 had one hash of the template and all outputs, which may be more now.
-_TEMPLATE = "problem.parameters.template"
-_IN_ONE = "problem.parameters.template and outputs"
+_TEMPLATE = "problem.parameters.template."
 SUFFIX = ".db"  # the suffix of the studies in a folder
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
@@ -192,7 +188,8 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
     if differences:
         raise StudyMismatchError(
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
-            "Give the name of another file, or the problem (and study_key) with which it was begun"
+            "Give the name of another file, or restore the model with which it was begun (its "
+            "template, its study_key)"
         )
 
 
@@ -202,11 +199,13 @@ def _differences(stored: Mapping[str, str], model: Mapping[str, str], where: str
         in_both = name in stored and name in model
         if f"{name}.".startswith(_IN_BOTH) and not in_both:
             continue
-        if name == _IN_ONE and _TEMPLATE in stored and _TEMPLATE in model:
-            continue
         fact = stored.get(name, "absent")
         other = model.get(name, "absent")
-        if fact != other:
+        if fact != other and name.startswith(_TEMPLATE):
+            differences.append(
+                f"{name.removeprefix(_TEMPLATE)} in the template is not as in the study"
+            )
+        elif fact != other:
             differences.append(f"{name} is {fact:.120} in the study, {other:.120} {where}")
     return differences
 

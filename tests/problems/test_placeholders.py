@@ -1,0 +1,214 @@
+"""What is a placeholder, what is refused as it could be one, and what stays as it is."""
+
+import random
+import re
+from contextlib import suppress
+
+import pytest
+
+from pymoo_psi import ProgramProblem, PsiError
+from tests.mutations import mutated, toml_file
+from tests.refusals import refused
+
+X, WIDTH = 25.0, 3  # a real and an integer variable
+VARIABLES = {"x": {"bounds": [X, X]}, "width": {"bounds": [WIDTH, WIDTH], "kind": "integer"}}
+
+
+def problem_with(tmp_path, text, *, variables=None, command="true {x}{width}", **program):
+    """Return a problem with a text as a file of its template."""
+    (tmp_path / "template").mkdir(exist_ok=True)
+    (tmp_path / "template" / "in.txt").write_bytes(text.encode())
+    return ProgramProblem(
+        variables or VARIABLES,
+        {"command": command, "template": "template", "files": ["in.txt"], **program},
+        {"m": {"file": "stdout.txt", "pattern": "(.+)"}},
+        {"minimize": ["m"]},
+        base=tmp_path,
+    )
+
+
+def filled(tmp_path, text, **program):
+    """Return what a run makes of a text."""
+    if program.get("marks"):
+        program["command"] = "true " + program["marks"].replace("name", "x")
+        text += "\n" + program["marks"].replace("name", "width")
+    run = problem_with(tmp_path, text, **program).run({"x": X, "width": WIDTH}, keep=True)
+    content = (run.folder / "in.txt").read_bytes().decode()
+    if program.get("marks"):
+        content = content.rpartition("\n")[0]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("{x}", "25.0"),
+        ("{x:.6g}|{x:08.3f}|{x:>8.2f}|{x:+e}", "25|0025.000|   25.00|+2.500000e+01"),
+        ("{width:d} {width:03d} {width}", "3 003 3"),
+        ("{x}{x} {{x}", "25.025.0 {25.0"),
+        ('{"x": {x}, "of x": {"x": [{width}]}}', '{"x": 25.0, "of x": {"x": [3]}}'),
+        ("{y} {101} {} { a } {maxx} {xy: 3}", "{y} {101} {} { a } {maxx} {xy: 3}"),
+        ("{x\n}\n{x", "{x\n}\n{x"),  # braces on two lines
+        ("a\r\nb {x}\r\n", "a\r\nb 25.0\r\n"),
+        ("{{x}} ${{x}} {{x: 60}} {a: {{x: 60}}}", "{x} ${x} {x: 60} {a: {x: 60}}"),
+        ('f"{{x}}" print("{x}") half"{x}"', 'f"{x}" print("25.0") half"25.0"'),
+    ],
+)
+def test_a_placeholder_is_filled_and_other_braces_stay(tmp_path, text, expected):
+    assert filled(tmp_path, text) == expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("${x}", "${width}", "\\${x}", "${seed}"),
+        *("{x: 60}", "{x:60}", "{x:1.5}", "{y: 1, x: 60}", "{ x }", "{x }", "{a: x}"),
+        *("{x!r}", "{2*x}", "{x,width}", "{x:}", "{x:,}", "{x:.1%}", "{x:_}", "{x:n}"),
+        *('f"{x}"', "f'{a} {x:.3f}'", 'rf"{x}"', 'f"""{x}"""', "f'{{a}} {x}'", "{x:99999f}"),
+        'f"""\nsecond {x}"""',
+        *("{{{x}}}", "{seed: 42}"),
+        *("{x:d}", "{x:s}", "{width:s}", "{x:.2q}"),
+    ],
+)
+def test_what_could_be_a_placeholder_is_refused_by_its_line(tmp_path, text):
+    refused(
+        r"in\.txt, line 2: a placeholder must be \{name\} or \{name:FORMAT\}.*marks = '@name@'",
+        problem_with,
+        tmp_path,
+        text if "\n" in text else f"first {{x}}\nsecond {text} end\n",
+    )
+    refused(
+        r"command, line \d: a placeholder must be",
+        problem_with,
+        tmp_path,
+        "{x}{width}",
+        command=f"true '{text}'" if "'" not in text else f'true "{text}"',
+    )
+
+
+def test_a_wrong_format_is_named_with_its_placeholder(tmp_path):
+    message = re.escape("got '{x:d}' (Unknown format code 'd' for object of type 'float')")
+    refused(f"in.txt, line 1.*{message}", problem_with, tmp_path, "{x:d}")
+    steel = {"steel": {"choices": ["S235", "S355"]}}
+    message = re.escape("got '{steel:.6g}' (Unknown format code 'g' for object of type 'str')")
+    refused(f"in.txt, line 1.*{message}", problem_with, tmp_path, "{steel:.6g}", variables=steel)
+
+
+@pytest.mark.parametrize(
+    ("marks", "text", "expected"),
+    [
+        ("@name@", "@x@ @x:.3f@ ${x} {x: 60} @@x@@ me@y", "25.0 25.000 ${x} {x: 60} @x@ me@y"),
+        ("@name@", "a@b, @x@", "a@b, 25.0"),
+        ("<<name>>", "<<x>> <x> <<<<x>>>> $<<x>>", "25.0 <x> <<x>> $25.0"),
+        ("${name}", "${x} {x} ${${x}}", "25.0 {x} ${x}"),
+        ("{{name}}", "{{x}} {x} ${x}", "25.0 {x} ${x}"),
+    ],
+)
+def test_other_marks_leave_braces_to_the_text(tmp_path, marks, text, expected):
+    assert filled(tmp_path, text, marks=marks) == expected
+
+
+@pytest.mark.parametrize("marks", ["", "name", "@", "@name", "name@", "a name b", "@x@", "@name:"])
+def test_marks_are_on_both_sides_of_a_name(tmp_path, marks):
+    refused("marks must be 'name' between marks", problem_with, tmp_path, "{x}", marks=marks)
+    refused("in.txt, line 1.*got '@x 3@'", problem_with, tmp_path, "@x 3@", marks="@name@")
+
+
+@pytest.mark.parametrize("name", ["t-web", "2d", "a b", "x.y", "", "{x}"])
+def test_a_variable_has_a_plain_name(tmp_path, name):
+    refused(
+        "the name of a variable must be letters, digits and _ .* rename it, such as t_web",
+        problem_with,
+        tmp_path,
+        "",
+        variables={name: [1, 2]},
+        command="true",
+    )
+
+
+def test_umlauts_are_letters_and_quoted_in_toml(tmp_path):
+    text = """[variables]
+"Höhe" = {bounds = [1, 2]}
+[program]
+command = "echo {Höhe:.3f}"
+[outputs]
+"Fläche" = {file = "stdout.txt", pattern = "(.+)"}
+[objectives]
+minimize = ["Fläche"]
+"""
+    path = tmp_path / "m.toml"
+    path.write_text(text, "utf-8")
+    assert ProgramProblem.from_toml(path).run({"Höhe": 1.5}).outputs == {"Fläche": 1.5}
+    path.write_text(text.replace('"Höhe"', "Höhe"), "utf-8")
+    refused('line 2.*stands in quotes, as "Höhe"', ProgramProblem.from_toml, path)
+
+
+# Random files
+
+FOREIGN = ("{y}", "{}", "{101}", '{"k": 1}', "$y", "100 %", "x", "width", "{ a b }", "}", "ä", "'")
+REFUSED = ("${x}", "{x: 60}", "{x:60}", "{ width }", "{x!r}", "{2*x}", "{x:d}", "{y: x}", "{{{x}}}")
+FORMATS = {"x": ("", ":.6g", ":08.3f", ":e", ":>12.4f"), "width": ("", ":d", ":03d", ":g")}
+
+
+def random_text(rng, wrong):
+    """Return a text, what becomes of it by plain replacement, and the line to be refused, or 0."""
+    lines, expected, line_refused = [], [], 0
+    for number in range(1, rng.randint(2, 9)):
+        line = []
+        for _ in range(rng.randint(0, 4)):
+            name = rng.choice([*FORMATS])
+            form = rng.choice(FORMATS[name])
+            pieces = (f"{{{name}{form}}}", f"{{{{{name}}}}}", f"${{{{{name}: 6}}}}")
+            line.append(rng.choice((*pieces, *FOREIGN, pieces[0])))
+        if wrong and not line_refused and rng.random() < 0.5:
+            line.insert(rng.randint(0, len(line)), rng.choice(REFUSED))
+            line_refused = number
+        lines.append(" ".join(line))
+        expected.append(" ".join(map(plainly_replaced, line)))
+    end = rng.choice(("\n", "\r\n"))
+    return end.join(lines), end.join(expected), line_refused
+
+
+def plainly_replaced(piece):
+    if piece.startswith(("{{", "${{")):
+        return piece.replace("{{", "{").replace("}}", "}")
+    for name, value in {"x": X, "width": WIDTH}.items():
+        for form in FORMATS[name]:
+            piece = piece.replace(f"{{{name}{form}}}", format(value, form[1:]))
+    return piece
+
+
+def test_random_files_are_filled_as_plainly_or_refused_by_line(tmp_path):
+    """Each template is filled as by plain replacement, or refused by file and line."""
+    (tmp_path / "template").mkdir()
+    path = tmp_path / "model.toml"
+    n_filled, n_refused = 0, 0
+    for seed in range(200):
+        rng = random.Random(seed)
+        text, expected, line = random_text(rng, wrong=seed % 2)
+        (tmp_path / "template" / "in.txt").write_bytes(text.encode())
+        content = {
+            "variables": VARIABLES,
+            "program": {
+                "command": "true {x} {width}",
+                "template": "template",
+                "files": ["in.txt"],
+                "keep": "none",
+            },
+            "outputs": {"m": {"file": "in.txt.out", "pattern": "(.+)"}},
+            "objectives": {"minimize": ["m"]},
+        }
+        path.write_text(toml_file(content), "utf-8")
+        if line:
+            refused(f"model.toml: in.txt, line {line}: ", ProgramProblem.from_toml, path)
+            n_refused += 1
+        else:
+            run = ProgramProblem.from_toml(path).run({"x": X, "width": WIDTH}, keep=True)
+            assert (run.folder / "in.txt").read_bytes().decode() == expected
+            assert run.words == ["true", "25.0", "3"]
+            n_filled += 1
+        # The same with a slip of the hand in the file: a problem, or one line that names it.
+        path.write_text(toml_file(mutated(content, rng)), "utf-8")
+        with suppress(PsiError):
+            ProgramProblem.from_toml(path)
+    assert min(n_filled, n_refused) > 60
