@@ -142,18 +142,21 @@ def test_nsga3_continues_a_study(said):
     minimize(problem, NSGA2(20), ("n_gen", 1), seed=1)  # the seed gives the same first designs
     for stored in (20, 200):
         printed = said(*words, "--study", "osy.db", "--out", "o.csv")
-        assert f"200 tested, {stored} of them from the study" in printed
-    same = [written(path).drop(columns="test_point") for path in ("o.csv", "alone.csv")]
-    pd.testing.assert_frame_equal(*same, check_exact=True)
-    assert len(read_table("osy.db")) == 200
+        n_evaluated = 200 - stored
+        assert f"evaluated {n_evaluated} designs: 200 tested, {stored} of them" in printed
+    table = read_table("osy.db")
+    assert len(table) == 200
+    assert sorted(written("o.csv")["test_point"]) == sorted(table.numbers[table.pareto()])
+    alone = written("alone.csv")[["f1", "f2"]].to_numpy().tolist()
+    assert all(F in table.F.tolist() for F in alone)
     # A design that recurs is one test.
     words = ["solve", "models:Mixed", "--algorithm", "nsga3", "--points", 64, "--study", "m.db"]
     words += ["--box", "a=0.5,n=1:2,steel=S235"]
-    assert ", 2 tested, by place" in said(*words)
+    assert "evaluated 2 designs: 2 tested." in said(*words)
     words[-1] = "a=0.5,n=2:3,steel=S235"
     printed = said(*words)
-    assert ", 2 tested, 1 of them from the study, by place" in printed
-    assert "The study has 3 tests of 2 runs; this run asked for 2 of them." in printed
+    assert "of 3 tests in m.db (3 ok, 0 infeasible, 0 failed), by place" in printed
+    assert "by nsga3 evaluated 1 design: 2 tested, 1 of them from the study." in printed
 
 
 def test_a_model_that_hangs_or_dies_fails_alone(said):
@@ -186,10 +189,32 @@ def test_failures_that_differ_in_numbers_alone_are_one_reason(run):
     ]
 
 
-def test_a_study_of_more_tests_than_asked_for_is_said_to_be_one(said):
-    words = ["solve", "bnh", "--study", "s.db", "--points"]
-    assert "The study has" not in said(*words, 96)
-    assert "The study has 96 tests of 1 run; this run asked for 64 of them." in said(*words, 64)
+@pytest.mark.parametrize("algorithm", ["psi", "surrogate", "nsga3"])
+def test_a_command_answers_with_the_whole_study(said, algorithm):
+    """With its Pareto set, however few tests the command has added."""
+    words = ["solve", "bnh", "--study", "s.db", "--out", "o.csv"]
+    said(*words, "--points", 96)
+    more = ["--algorithm", algorithm, "--points", 12 if algorithm == "nsga3" else "+12"]
+    printed = said(*words, *more, "--box", "x1=0.3:0.7")
+    whole = read_table("s.db")
+    assert len(whole) == 108
+    said("rank", "s.db", "--out", "ranked.csv")
+    ranked = written("ranked.csv")
+    columns = ["place", "test", "f1", "f2", "mu1", "mu2", "mu3", "efficiency_rank"]
+    optimal = ranked[ranked["pareto"]].reset_index(drop=True)
+    pd.testing.assert_frame_equal(written("o.csv")[columns], optimal[columns], check_dtype=False)
+    assert f"{len(optimal)} Pareto-optimal designs of {len(whole)} tests in s.db" in printed
+    assert f"This run by {algorithm} evaluated 12 designs: 12 tested." in printed
+
+
+def test_a_run_without_a_feasible_design_answers_with_those_of_its_study(said):
+    words = ["solve", "models:Root", "--points", 32, "--study", "s.db"]
+    optimal = said(*words).partition("Root: ")[2].partition(" design")[0]
+    printed = said(*words, "--box", "x1=-1:-0.5", "--out", "o.csv")
+    assert f"{optimal} designs of 63 tests in s.db (16 ok, 0 infeasible, 47 failed)" in printed
+    evaluated = "31 designs: 32 tested, 1 of them from the study, 32 failed"
+    assert f"This run by psi evaluated {evaluated}." in printed
+    assert len(written()) == int(optimal.split()[0])
 
 
 def test_a_problem_is_made_of_options(run, said):

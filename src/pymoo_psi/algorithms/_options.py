@@ -117,11 +117,12 @@ class RunOptions:
             the formulation.
         share: ``(k, n)`` tests only the k-th of n parts of the points. The n parts together equal
             the run without ``share``; each part covers all bounds.
-        study: Name of a study file. Tests are stored about every second, and also when an
-            interrupt, SIGTERM or a failure ends the run. The same call continues an interrupted
-            study, and a larger ``n_points`` extends it; no stored design is evaluated again. With a
-            ``share`` it is the name of a folder with a file for each share, which
-            :func:`~pymoo_psi.read_table` reads as one study.
+        study: Name of a study file. Tests are stored about every second, so that a kill costs the
+            results of the last one, and also when an interrupt, SIGTERM or a failure ends the run.
+            The table has the tests of this run, the file those of all runs. The same call continues
+            an interrupted study, and a larger ``n_points`` extends it; no stored design is
+            evaluated again. With a ``share`` it is the name of a folder with a file for each share,
+            which :func:`~pymoo_psi.read_table` reads as one study.
         study_key: A version or constants of the model; a study rejects a changed key. The study
             itself compares name, variables, choices and number of objectives, and the numbers and
             texts that the problem was made with (arguments of its class that it keeps as

@@ -269,14 +269,16 @@ class StudyStore(Store):
 
         If these differ, columns say the run and the test points.
         """
+        with self.study.reading() as database:
+            n_stored = sum(database.n_tests().values())
         if not self.has_other_runs:
-            return tests
+            return tests.of_study(n_stored)
         numbers = self.numbers(tests.numbers)
         extra = {**tests.extra, POINT: tests.numbers.tolist()}
         if RUN not in tests.layout.columns:
             extra[RUN] = [self.run] * len(tests)
         tests = replace(renumbered(tests, numbers), extra=extra)
-        return tests.rows(np.argsort(numbers))
+        return tests.rows(np.argsort(numbers)).of_study(n_stored)
 
     def numbers(self, test_points: Numbers) -> Numbers:
         """Return the numbers that the tests of test points have in the study."""

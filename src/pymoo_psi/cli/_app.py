@@ -116,7 +116,7 @@ _PROBLEM = click.Argument(["problem"])
 _OF_PROBLEM = [
     _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
-    _file("study", "FILE.db", "Keep every test here; a later run continues it."),
+    _file("study", "FILE.db", "Keep every test here, and answer with all of them."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
     _names("from-names", "X=A,…", "Column A of the --from FILE holds X of the problem."),

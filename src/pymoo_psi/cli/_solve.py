@@ -59,6 +59,7 @@ from pymoo_psi.table import (
     is_of_texts,
     limit_text,
     limits_of,
+    read_table,
     suffixes_for,
 )
 
@@ -141,12 +142,21 @@ def run_solve(options: Options) -> int:
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
     plan = _plan(options, problem, n_points, settings)
     _import(problem, options, settings)
+    study = options.study and options.study.absolute()  # a model may change the working directory
     result = _search(options, plan)
+    counts = _counts(problem, result)
+    if study is None:
+        subject = f"{problem_name(problem)} by {options.algorithm}"
+        _say_result(options, subject, f", {counts}", result, out)
+    else:
+        evaluated = counted(result.n_evaluated, "design")
+        result = _result(plan, read_table(study, repeats=False), result.n_evaluated)
+        tests = counted(len(result.tests), "test")
+        size = f" of {tests} in {options.study} ({result.tests.status_counts()})"
+        _say_result(options, problem_name(problem), size, result, out)
+        say(f"This run by {options.algorithm} evaluated {evaluated}: {counts}.")
     if not result.table.eligible().any():
-        _say_infeasible(problem, result, options.out)
         return 1
-    _say_best(options, problem, result, out)
-    _say_other_runs(settings, len(result.tests))
     _say_limits(options, formulation, plan)
     if formulation.limits and not options.box:
         _say_box(result.table)
@@ -326,23 +336,29 @@ def _by_nsga3(plan: Plan, show: Show) -> Result:
 # The result
 
 
-def _say_best(options: Options, problem: Problem, result: Result, out: Path | None) -> None:
-    """Write the Pareto set if a file is named, and print the best designs."""
-    frame = ranked_frame(result.table, out, only_pareto=True)
-    size = counted(len(frame), "Pareto-optimal design")
-    name = problem_name(problem)
-    title = f"{name} by {options.algorithm}: {size}, {_counts(problem, result)}, by place"
-    say_best(frame, title, result.table, options.out)
-    _say_remarks(result)
+def _say_result(
+    options: Options, subject: str, size: str, result: Result, out: Path | None
+) -> None:
+    """Write the Pareto set if a file is named, and print the best designs, or why there are none.
 
-
-def _say_infeasible(problem: Problem, result: Result, out: Path | None) -> None:
-    """Print that no design is feasible, and why."""
-    say(f"{problem_name(problem)}: no feasible design, {_counts(problem, result)}")
-    say(f"{most_violated(result.table)}.")
+    Args:
+        options: The options.
+        subject: What was searched, in words.
+        size: How many tests there are, in words.
+        result: These tests.
+        out: The absolute path of the file.
+    """
+    table = result.table
+    if table.eligible().any():
+        frame = ranked_frame(table, out, only_pareto=True)
+        n_optimal = counted(len(frame), "Pareto-optimal design")
+        say_best(frame, f"{subject}: {n_optimal}{size}, by place", table, options.out)
+        _say_remarks(result)
+        return
+    say(f"{subject}: no feasible design{size}", f"{most_violated(table)}.")
     _say_remarks(result)
     if out is not None:
-        say(f"{out} is not written.")
+        say(f"{options.out} is not written.")
 
 
 def _counts(problem: Problem, result: Result) -> str:
@@ -380,18 +396,6 @@ def _say_remarks(result: Result) -> None:
     if len(counts) > _N_REASONS:
         texts.append(counted(len(counts) - _N_REASONS, "other reason"))
     say(f"Failed: {'; '.join(texts)}")
-
-
-def _say_other_runs(settings: RunOptions, n_tests: int) -> None:
-    """Print how many tests the study has, if this run asked for fewer of them."""
-    if settings.study is None or settings.share is not None:
-        return
-    with Study(settings.study).reading() as database:
-        runs = database.n_tests()
-    n_stored = sum(runs.values())
-    if n_stored > n_tests:
-        of_runs = f"{n_stored} tests of {counted(len(runs), 'run')}"
-        say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
 
 
 def _say_limits(options: Options, formulation: Formulation, plan: Plan) -> None:

@@ -115,6 +115,8 @@ class Tests:
     _codes: NDArray[np.int8] = field(init=False)
     # The tests as they were before `under`; None if they are that themselves.
     _tested: Tests | None = field(default=None, init=False)
+    # How many tests the study has in which these are kept; 0 if they are in none.
+    _n_stored: int = field(default=0, init=False)
     # The Pareto-optimal designs, once they are known. It is no field: no other table takes it over.
     _pareto: ClassVar[Mask | None] = None
 
@@ -341,7 +343,7 @@ class Tests:
         return cls(layout, np.zeros(0, dtype=np.int64), **blocks)
 
     def __repr__(self) -> str:
-        """Return the size of the table."""
+        """Return the size of the table, and that of its study if this has further tests."""
         layout = self.layout
         sizes = []
         for word in ("variable", "objective", "constraint", "output"):
@@ -349,7 +351,19 @@ class Tests:
             if names or word != "output":
                 sizes.append(counted(len(names), word))
         tests = counted(len(self), layout.words.row)
+        if self._n_stored > len(self):
+            tests += f", the study has {self._n_stored}"
         return f"TestTable({tests}: {self.status_counts()}; {', '.join(sizes)})"
+
+    def of_study(self, n_stored: int) -> Self:
+        """Return these tests as a part of those of a study, which has ``n_stored``.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
+            >>> repr(table.of_study(64)).partition(";")[0]
+            'TestTable(2 tests, the study has 64: 2 ok, 0 infeasible, 0 failed'
+        """
+        return self._with(_n_stored=n_stored)
 
     def status_counts(self) -> str:
         """Return how many rows have each status, in words.
