@@ -5,10 +5,13 @@ import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
 from pymoo_psi import CompromiseProgramming, TestTable, rank_of_efficiency
 from pymoo_psi.pareto import number
-from pymoo_psi.plots import plot_objectives, plot_ranking
+from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table
 from tests.plots.drawn import assert_whole, shown, texts
 
 
@@ -50,6 +53,26 @@ def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking,
     for j, name in enumerate(["c0 [kg]", "c1 (max)", "c2"]):
         assert below[j] == [number(ranking.ideal[j]), name]
         assert above[j] == number(ranking.nadir[j])
+
+
+def test_figures_take_what_is_ranked_or_read():
+    result = minimize(get_problem("bnh"), NSGA2(pop_size=20), ("n_gen", 4), seed=1)
+    frame = pd.DataFrame(result.F, columns=["f1", "f2"])
+    table = TestTable.of(range(1, len(frame) + 1), result.X, result.F)
+    by_places = [plot_ranking(source) for source in (table, result, result.F, frame)]
+    in_pairs = [plot_objectives(source) for source in (table, result, result.F, frame)]
+    matrices = [plot_table(source) for source in (table, result)]
+    for same in (by_places, in_pairs, matrices):
+        for figure in same[1:]:
+            assert figure.caption == same[0].caption
+            for ax, first in zip(shown(figure), shown(same[0]), strict=True):
+                assert ax.dataLim.bounds == first.dataLim.bounds
+
+
+def test_a_marked_line_has_the_name_only(ranking):
+    figure = plot_ranking(ranking, row=3)
+    assert ranking.name_of(3) in texts(figure)
+    assert not any("chosen" in text for text in texts(figure))
 
 
 def test_one_value_far_from_all_others_does_not_flatten_the_axes():

@@ -84,6 +84,13 @@ def test_figures_are_saved_all_or_none(tmp_path):
     refused("suffix must be one of ", plots.save_figures, never, tmp_path, 20, ".mp3")
 
 
+def test_figures_may_be_a_mapping(tmp_path):
+    by_name = {"one": Figure(figsize=(1, 1)), "two": Figure(figsize=(1, 1))}
+    paths = save_figures(by_name, tmp_path / "mapping", 20)
+    pairs = save_figures([*by_name.items()], tmp_path / "pairs", 20)
+    assert [path.name for path in paths] == [path.name for path in pairs] == ["one.png", "two.png"]
+
+
 def test_figures_for_journals(tmp_path):
     """TrueType fonts in PDF, the width in mm, and the figure as it was."""
     figure = Figure(figsize=(7.0, 3.5))

@@ -9,6 +9,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.decomposition.asf import ASF
+from pymoo.decomposition.pbi import PBI
+from pymoo.decomposition.tchebicheff import Tchebicheff
+from pymoo.decomposition.weighted_sum import WeightedSum
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -16,6 +20,7 @@ from pymoo_psi import (
     CompromiseProgramming,
     EfficientSubset,
     SalukvadzeOptimum,
+    TestTable,
     rank_of_efficiency,
 )
 from pymoo_psi.selection import compare_selectors
@@ -117,6 +122,39 @@ def test_pipeline(name):
         alone = [] if alone is None else np.atleast_1d(alone).tolist()
         assert chosen.tolist() == alone
         assert all(0 <= i < n for i in alone)
+
+
+@pytest.mark.parametrize("normalize", [True, False])
+@pytest.mark.parametrize("decomposition", [ASF(), Tchebicheff(), PBI(), WeightedSum()])
+def test_decompositions_of_pymoo_choose_in_the_scale_said(decomposition, normalize):
+    F = np.random.default_rng(7).random((60, 3)) * [1, 1e3, 1e-3] + [5, 0, -1]
+    front = np.flatnonzero(rank_of_efficiency(F).pareto)
+    distances = F[front] - F[front].min(axis=0)
+    if normalize:
+        distances /= np.ptp(F[front], axis=0)
+    selectors = {"equal": decomposition, "given": (decomposition, [0.6, 0.3, 0.1])}
+    chosen = compare_selectors(pd.DataFrame(F), selectors, normalize=normalize)
+    for name, weights in (("equal", np.ones(3)), ("given", np.array([0.6, 0.3, 0.1]))):
+        assert chosen[name].tolist() == [front[decomposition.do(distances, weights).argmin()]]
+    refused(
+        r"weights must be of shape \(3,\)", compare_selectors, F, {"a": (decomposition, [1, 2])}
+    )
+
+
+def test_selectors_take_what_is_ranked():
+    result = minimize(get_problem("bnh"), NSGA2(pop_size=40), ("n_gen", 8), seed=1)
+    asked = {
+        "ASF": ASF(),
+        "weights": PseudoWeights(np.array([0.3, 0.7])),
+        "best": SalukvadzeOptimum(),
+    }
+    expected = compare_selectors(result.F, asked)
+    table = TestTable.of(range(1, len(result.F) + 1), result.X, result.F)
+    for source in (result, pd.DataFrame(result.F), table, rank_of_efficiency(result.F)):
+        chosen = compare_selectors(source, asked)
+        assert {k: v.tolist() for k, v in chosen.items()} == {
+            k: v.tolist() for k, v in expected.items()
+        }
 
 
 class Fixed:

@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.pareto import EfficiencyRanking, number, unit_lengths, with_units
+from pymoo_psi.pareto import number, rank_of_efficiency, unit_lengths, with_units
 from pymoo_psi.plots._points import (
     BLUE,
     OPTIMUM,
@@ -38,8 +38,8 @@ from pymoo_psi.plots._points import (
     Marker,
     groups_by_place,
     name_axis,
+    opened_table,
     points_of_table,
-    require_table,
     shaded_groups,
 )
 from pymoo_psi.plots._style import (
@@ -84,7 +84,7 @@ _PERSON: Style = {"color": "#D55E00", "linestyle": "none", "zorder": 8.0}
 
 
 def plot_table(
-    table: TestTable,
+    table: Any,
     *,
     variables: Names | None = None,
     objectives: Names | None = None,
@@ -97,7 +97,8 @@ def plot_table(
     histograms only, six in a row; name some of the columns to get their matrix.
 
     Args:
-        table: A test table.
+        table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
+            data frame or a result of pymoo.
         variables: Names of variables or other columns; all variables by default.
         objectives: Names of objectives or other columns; all objectives by default, none for
             histograms only.
@@ -105,7 +106,7 @@ def plot_table(
 
     Raises:
         ArgumentValueError: A column is not in the table, or there is no variable.
-        ArgumentTypeError: ``table`` is not a test table.
+        ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
         >>> from pymoo_psi import TestTable
@@ -113,7 +114,8 @@ def plot_table(
         >>> len(plot_table(table.under(limits={"f1": 1.5})).axes)
         6
     """
-    layout = require_table(table).layout
+    table = opened_table(table)
+    layout = table.layout
     tops = _column_names("variables", variables, layout.variables, layout)
     rows = _column_names("objectives", objectives, layout.objectives, layout)
     if not tops:
@@ -190,7 +192,7 @@ def _outside(histograms: Sequence[Histogram]) -> str:
 
 
 def plot_objectives(
-    table: TestTable,
+    table: Any,
     *,
     objectives: Names | None = None,
     design: int | str | None = None,
@@ -201,7 +203,8 @@ def plot_objectives(
     """Return the objectives against each other, each pair once.
 
     Args:
-        table: A test table.
+        table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
+            data frame or a result of pymoo.
         objectives: Names of two to seven objectives or other columns; all objectives by default.
         design: Number or label of a design to be marked, such as the chosen one.
         shares: ``(k,)`` a share of each feasible design, such as
@@ -214,7 +217,7 @@ def plot_objectives(
     Raises:
         ArgumentValueError: A column or the design is not in the table, or there are too few or too
             many objectives.
-        ArgumentTypeError: ``table`` is not a test table.
+        ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
         >>> from pymoo_psi import TestTable
@@ -222,7 +225,8 @@ def plot_objectives(
         >>> sum(ax.axison for ax in plot_objectives(table).axes)
         3
     """
-    layout = require_table(table).layout
+    table = opened_table(table)
+    layout = table.layout
     names = _column_names("objectives", objectives, layout.objectives, layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
@@ -265,7 +269,7 @@ def _planes(figure: Drawing, n: int) -> Iterator[tuple[Axes, int, int]]:
 
 
 def plot_ranking(
-    ranking: EfficiencyRanking,
+    ranking: Any,
     *,
     units: Mapping[Any, str] | None = None,
     title: str = "",
@@ -278,21 +282,21 @@ def plot_ranking(
     in pairs.
 
     Args:
-        ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
+        ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
+            objectives, a data frame, a test table, a result of pymoo.
         units: Units of objectives by name, those of a table by default.
         title: Subject of the ranking, with which the caption begins.
         row: Row of a design whose line is marked, such as the chosen one.
 
     Raises:
-        ArgumentTypeError: ``ranking`` is not a ranking.
+        ArgumentTypeError: ``ranking`` is none, and cannot be ranked.
 
     Example:
-        >>> from pymoo_psi import rank_of_efficiency
-        >>> figure = plot_ranking(rank_of_efficiency([[1, 5], [2, 2], [5, 1]]))
+        >>> figure = plot_ranking([[1, 5], [2, 2], [5, 1]])
         >>> [ax.get_ylabel() for ax in figure.axes]
         ['share of the range (0 is best)']
     """
-    instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) returns one")
+    ranking = rank_of_efficiency(ranking)
     objectives = with_units(ranking, units).objectives
     minimized = objectives.minimized
     low = minimized[ranking.pareto].min(axis=0)

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
-from pymoo_psi._validation import Array, Mask, Names, counted, instance
+from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.page import SHADES
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import Style, literal, view
-from pymoo_psi.table import Kind, TestTable, value_ranks
+from pymoo_psi.table import Kind, TestTable, read_table, value_ranks
 
 Ends = tuple[float, float]
 
@@ -208,14 +208,11 @@ class Points:
         return f"{text}."
 
 
-def require_table(table: object) -> TestTable:
-    """Return a table.
-
-    Raises:
-        ArgumentTypeError: It is not a test table.
-    """
-    remedy = "PSI and investigate return one, TestTable.of(...) makes one from arrays"
-    return instance("table", table, TestTable, remedy)
+def opened_table(source: Any) -> TestTable:
+    """Return the table in a source, as :func:`pymoo_psi.read_table` opens it."""
+    if isinstance(source, TestTable):  # which may be empty
+        return source
+    return read_table(source)
 
 
 # Test tables

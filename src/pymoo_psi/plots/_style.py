@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO, StringIO
 from itertools import cycle
@@ -251,7 +251,7 @@ def _resized(figure: Figure, width: float) -> Figure:
 
 
 def save_figures(
-    figures: Iterable[tuple[str, Figure]],
+    figures: Mapping[str, Figure] | Iterable[tuple[str, Figure]],
     directory: str | os.PathLike[str],
     dpi: int = 150,
     suffix: str = ".png",
@@ -263,7 +263,8 @@ def save_figures(
     The caption of a figure is written to a text file beside it, such as ``one.txt``.
 
     Args:
-        figures: Pairs of a file name without suffix and a figure.
+        figures: Figures by their file name without suffix: a mapping, or pairs of a name and a
+            figure, of which each is drawn before the next one is made.
         directory: Folder of the files; it is made if necessary.
         dpi: Resolution in dots per inch.
         suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``. Fonts in PDF are
@@ -281,7 +282,7 @@ def save_figures(
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     [path.name for path in save_figures([("one", Figure())], folder, 20, ".png")]
+        ...     [path.name for path in save_figures({"one": Figure()}, folder, 20, ".png")]
         ['one.png']
     """
     # Before the figures, whose computation may take long.
@@ -291,6 +292,8 @@ def save_figures(
     Path(directory).mkdir(parents=True, exist_ok=True)
     paths = []
     contents = {}
+    if isinstance(figures, Mapping):
+        figures = figures.items()
     for name, figure in figures:
         picture = BytesIO()
         if width is not None:

@@ -3,8 +3,8 @@
 Every selector here returns an array of indices, as several designs may be equally good, or none may
 have the requested rank. It chooses among the Pareto-optimal rows and takes ``maximize=`` as
 :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one index, its
-``HighTradeoffPoints`` an array or None. :func:`pymoo_psi.selection.compare_selectors` accepts all
-of them.
+``HighTradeoffPoints`` an array or None, and its decompositions, such as ``ASF``, values of which
+the least is meant. :func:`pymoo_psi.selection.compare_selectors` accepts all of them.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pymoo.core.decomposition import Decomposition
 from pymoo.core.indicator import Indicator
 
 from pymoo_psi._validation import (
@@ -28,6 +29,7 @@ from pymoo_psi._validation import (
     finite_array,
     invalid,
     mapping,
+    require_shape,
 )
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -253,16 +255,21 @@ def compare_selectors(
 
     Selectors of this package receive the ranking, with its directions and fixed points U and N, so
     that a reference point is in the original directions. Others receive the Pareto-optimal rows
-    only, all objectives minimised; dominated rows would shift the scales of some methods.
+    only, all objectives minimised in their own units; dominated rows would shift the scales of some
+    methods. A decomposition of pymoo receives the same rows as distances from U, in units of the
+    ranges N − U if these are normalised.
 
     Args:
         F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
             accepts, or a ranking.
         selectors: Selectors by name: objects with pymoo's ``.do(F)`` that returns an index, several
             indices, or None. They may be those of this package, pymoo's ``PseudoWeights`` and
-            ``HighTradeoffPoints``, or others.
-        normalize: As for :func:`pymoo_psi.rank_of_efficiency`. Selectors of this package have
-            options of their own.
+            ``HighTradeoffPoints``, or others. Or pymoo's decompositions, such as ``ASF()`` with
+            weights of 1, or a pair ``(ASF(), weights)`` with those of its ``do``; the row with the
+            least value is chosen.
+        normalize: Whether decompositions are normalised, as for
+            :func:`pymoo_psi.rank_of_efficiency`. Selectors of this package have options of their
+            own.
         maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
@@ -286,13 +293,22 @@ def compare_selectors(
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front = np.flatnonzero(ranking.pareto)
     F = ranking.objectives.minimized[front]
+    distances = ranking.frame.scaled(F)
     chosen = {}
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
         if isinstance(selector, RankingSelector):
             chosen[name] = selector.do(ranking)
             continue
+        weights = np.ones(F.shape[1])
+        if isinstance(selector, tuple):
+            selector, given = selector
+            weights = finite_array("weights", given)
+            require_shape("weights", weights, (F.shape[1],))
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-            answer = selector.do(F.copy())
+            if isinstance(selector, Decomposition):
+                answer = np.argmin(selector.do(distances.copy(), weights))
+            else:
+                answer = selector.do(F.copy())
         indices = _indices(name, answer, len(front))
         chosen[name] = front[indices]
     return chosen
