@@ -2,9 +2,12 @@
 
 import io
 import os
+import pickle
 import re
+import sqlite3
 import threading
 import zipfile
+from contextlib import closing
 from decimal import Decimal
 
 import numpy as np
@@ -67,6 +70,13 @@ def inserted(content, mark, text):
     return stream.getvalue()
 
 
+def saved(save, **arrays):
+    """What a function of NumPy writes."""
+    stream = io.BytesIO()
+    save(stream, **arrays)
+    return stream.getvalue()
+
+
 SHEET = workbook(TYPED)
 MERGED = b'<mergeCells count="1"><mergeCell ref="D1:M1048576"/></mergeCells>'
 WIDE = [f"c{j}" for j in range(2_000)]
@@ -98,7 +108,28 @@ FILES = {
     "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number"),
     "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
     # Signs, units, what is no plain number
-    "per cent": ("a,b\n85%,30\n90.5 %,2\n", {}, "'85%' in the column 'a', no plain number; write it without a unit"),
+    "per cent": ("a,b\n85%,30\n90.5 %,2\n", {}, {"a": [85, 90.5], "b": [30, 2]}),
+    "per cent, decimal commas": ("a;b\n81,5 %;30\n79,25\u00a0%;2\n;3\n", {"drop_incomplete": True}, {"a": [81.5, 79.25], "b": [30, 2]}),
+    "per cent beside plain numbers": ("a,b\n85%,30\n0.9,2\n", {}, "'85%' in the column 'a', no plain number; write it without a unit"),
+    # Fortran
+    "Fortran": ("f1,f2\n1D+03,2.5d0\n3D-02,.5D1\n-0.2D+03,0.12+103\n0.5-101,1\n", {}, {"f1": [1000, 0.03, -200, 0.5e-101], "f2": [2.5, 5, 0.12e103, 1]}),
+    "Fortran without a header": ("0.12+103,0.5D+02\n0.1+103,0.6D+02\n", {}, "must name the columns, and holds numbers"),
+    "Fortran, decimal commas": ("f1;f2\n1,5D+03;2\n-2,25D-01;1\n", {}, {"f1": [1500, -0.225], "f2": [2, 1]}),
+    "dimensions are no numbers": ("m,a,b\n1D,1,2\n2D2,2,1\n", {"objectives": ["a", "b"]}, {"a": [1, 2], "b": [2, 1]}),
+    "ranges are no numbers": ("m,a,b\n1.5-200,1,2\n2-300,2,1\n", {}, "'1.5-200' in the column 'm', no plain number"),
+    # Names in a comment: numpy.savetxt, MATLAB
+    "names in a comment": ("# f1,f2\n1,2\n2,1\n", {}, {"f1": [1, 2], "f2": [2, 1]}),
+    "names in a comment, titles": ("# of May\n#\n#f1,f2\n1,2\n2,1\n# the end\n", {}, {"f1": [1, 2], "f2": [2, 1]}),
+    "names in a comment, blanks": ("% f1, f2\n1.0e+00 2.0e+00\n2.0e+00 1.5e-07\n", {}, {"f1": [1, 2], "f2": [2, 1.5e-7]}),
+    "names and units in comments": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {}, "comments in lines 1,2 may all be the names .* --skip-rows"),
+    "units of comments left out": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {"skip_rows": [2]}, {"f1": [1, 2], "f2": [2, 1]}),
+    "a comment with too few names": ("# f1 f2\n1 2 3\n2 1 3\n", {}, "must name the columns, and holds numbers"),
+    # Aligned cells: SU2, Dakota
+    "padded quotes": ('"Iter" ,    "CD"     ,"CL" \n  0,   0.34,  0.5\n  1,   0.32,  0.6\n', {"objectives": ["CD", "CL"]}, {"CD": [0.34, 0.32], "CL": [0.5, 0.6]}),
+    "padded quotes with commas in them": ('name ;"C;D"  ; b\n"A; x"  ;1;2\n"B, y" ;2;1\n', {}, {"C;D": [1, 2], "b": [2, 1]}),
+    "a quotation mark within a cell": ('name,a,b\n"A" x,1,2\nB,2,1\n', {}, "no text in rows and columns"),
+    "Dakota": ("%eval_id interface x1       f1    f2\n1   NO_ID  3.5   1402.3 0.19\n2   NO_ID  4.5   1202.3 0.29\n", {"objectives": ["f1", "f2"]}, {"f1": [1402.3, 1202.3], "f2": [0.19, 0.29]}),
+    "Dakota without a comment": ("eval_id interface   x1  f\n1 NO_ID  3.5   1402.3\n2 NO_ID  4.5   1202.3\n", {"objectives": ["f"]}, {"f": [1402.3, 1202.3]}),
     "dates are text": ("day;a;b\n01.05.2024;1,5;2\n2024-05-02;2,5;3\n", {}, {"a": [1.5, 2.5], "b": [2, 3]}),
     "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number; .* --skip-rows 3"),
     **{
@@ -126,7 +157,13 @@ FILES = {
     "a comment or a design": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with # .* --skip-rows 3 if"),
     "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
-    "names of a header with blanks": ("unit cost   mass\nA  1.5  30\n", {}, "put commas between the cells"),
+    "names of a header with blanks": ("  unit cost   mass\n0  1.5  30\n", {}, "put commas between the cells"),
+    "as many names as cells": ("unit cost   mass\nA  1.5  30\n", {}, {"cost": [1.5], "mass": [30]}),
+    "a title": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {}, "2 names are empty in line 1, .* --skip-rows 1"),
+    "a title of two columns": ("Offers 2026,\nprice,power\n1,5\n2,7\n", {}, "1 name is empty in line 1, .* --skip-rows 1"),
+    "a title without separators": ("Offers 2026\nname;price;power\nA;1;5\nB;2;7\n", {}, "line 1 has 1 cell, most lines 3; .* --skip-rows 1"),
+    "a title left out": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {"skip_rows": [1]}, {"price": [1, 2], "power": [5, 7]}),
+    "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "1 name is empty in line 1, .* --skip-rows 1"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
     "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
@@ -139,8 +176,9 @@ FILES = {
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
-    "shares in per cent": (workbook([["a", "b"], [0.57, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, "'57 %' in the column 'a', no plain number"),
-    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "row 1 .line 2. alone has no name"),
+    "shares in per cent": (workbook([["a", "b"], [0.57, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [57, 90], "b": [2, 1]}),
+    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "1 name is empty in line 1"),
+    "a large workbook": (inserted(SHEET, b"<pageMargins", b"<!--" + b" " * 10**8 + b"-->"), {}, "100 MB of cells, .* save the sheet with the designs as CSV"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides the rows 4; show them, or leave them out by --skip-rows 4"),
     "hidden rows left out, or below the designs": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4, 9)), {"skip_rows": [4]}, COST),
@@ -149,6 +187,12 @@ FILES = {
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     # What else a file may be
+    "an array of NumPy": (b"\x93NUMPY\x01\x00v\x00", {}, r"an array of NumPy .* numpy.savetxt\('designs.csv', numpy.load\('designs'\)"),
+    "an archive of NumPy": (saved(np.savez, F=np.ones((2, 2))), {}, "an archive of NumPy"),
+    "Parquet that pandas cannot read": (b"PAR1" + bytes(20), {}, "it is Parquet, .*read_parquet|could not"),
+    "a pickle": (pickle.dumps([1]), {}, "a pickle of Python"),
+    "HDF5": (b"\x89HDF\r\n\x1a\n", {}, "HDF5, .*read_hdf"),
+    "JSON Lines": ('{"a": 1, "b": 2}\n{"a": 2, "b": 1}\n', {}, "JSON Lines.*lines=True"),
     "no feasible test": ("a,b,status,violated,reason,pareto\n1,2,failed,,,False\n", {"objectives": ["a"]}, "none of its 1 row counts: not feasible"),
 }  # fmt: skip
 
@@ -404,6 +448,59 @@ def test_arrays_and_frames():
     assert read_table(places, Formulation(["f1", "f2"])).names == ["row 1", "row 2"]
     for wrong in (np.zeros(3), frame[:0], pd.DataFrame([[1, 2]], columns=["a", "a"])):
         refused("source must be", read_table, wrong)
+
+
+def test_databases_of_others_are_named(tmp_path):
+    """Optuna and OpenMDAO have these tables, among others."""
+    for name, tables in {"Optuna": ["studies", "trial_values"], "OpenMDAO": ["driver_iterations"],
+                         "another program, with the tables costs": ["costs"]}.items():  # fmt: skip
+        path = tmp_path / f"{tables[0]}.db"
+        with closing(sqlite3.connect(path)) as db:
+            for table in tables:
+                db.execute(f"CREATE TABLE {table} (a)")
+        refused(f"no study of pymoo-psi, but a database of {name}; .* export it as CSV by .*{path}",
+                read_table, path)  # fmt: skip
+    for name in ("box.csv", "box.xlsx", "model.toml"):
+        refused(
+            "study must be a database", investigate, get_problem("bnh"), 4, study=tmp_path / name
+        )
+
+
+def test_grouped_frames_have_their_keys_as_variables():
+    runs = pd.DataFrame({"material": ["a", "a", "b", "b"], "width": [1, 1, 1, 2],
+                         "mass": [1.0, 1.2, 2.0, 3.0], "cost": [3.0, 3.1, 2.0, 1.0]})  # fmt: skip
+    by = ["material", "width"]
+    table = read_table(runs.groupby(by).mean())
+    assert (table.layout.variables, table.layout.objectives) == (
+        ("material", "width"),
+        ("mass", "cost"),
+    )
+    assert table.names == ["a, 1", "b, 1", "b, 2"]
+    assert table.X.tolist() == [["a", 1], ["b", 1], ["b", 2]]
+    np.testing.assert_allclose(table.F, [[1.1, 3.05], [2, 2], [3, 1]])
+    table = read_table(runs.groupby(by)[["mass", "cost"]].agg(["mean", "max"]))
+    assert table.layout.objectives == ("mass mean", "mass max", "cost mean", "cost max")
+    table = read_table(runs.groupby(by, as_index=False).mean(), Formulation(["mass", "cost"]))
+    assert table["material"].tolist() == ["a", "b", "b"]
+    table = read_table(runs.set_index(["mass", pd.Index([4, 3, 2, 1])]), Formulation(["mass"]))
+    assert table.layout.variables == ("index 2",)
+    assert read_table(runs.groupby("material").mean()).names == ["a", "b"]
+    assert read_table(runs.set_index("material", drop=False)).names[2:] == ["b #3", "b #4"]
+    refused("different names", read_table, runs.set_axis([("a", "b"), "a b", "c", "d"], axis=1))
+
+
+def test_results_keep_the_marks_of_their_source(read, tmp_path):
+    table = read("n;a;eff\nA;1.250,5;81,5 %\nB;980,25;79 %\nC;1.000,125;80 %\n")
+    assert (table.decimal, table.separator, table.layout.units) == (",", ";", {"eff": "%"})
+    table.to_csv(tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text().splitlines()[1] == "1;1250,5;81,5;A;ok;;;False"
+    again = read_table(tmp_path / "t.csv")
+    assert again.equals(table)
+    assert (again.decimal, again.separator) == (",", ";")
+    table = read("a\tb\n1.5\t2\n2.5\t1\n")
+    table.to_csv(tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text().startswith("test_point\ta\tb\t")
+    assert read_table(tmp_path / "t.csv").equals(table)
 
 
 def test_a_pipe_is_read_to_its_end(tmp_path):

@@ -47,7 +47,14 @@ from pymoo_psi.study._facts import (
     require_other_names,
     with_outputs,
 )
-from pymoo_psi.study._integrity import intact, reported, row_checksums, text_checksum, unreadable
+from pymoo_psi.study._integrity import (
+    intact,
+    of_others,
+    reported,
+    row_checksums,
+    text_checksum,
+    unreadable,
+)
 
 LAST = 2**63 - 1  # the largest number of a test
 
@@ -170,6 +177,8 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     )
     items = dict(db.execute(query))
     tables = dict.fromkeys(_TABLES.get(version, ()), "table")
+    if application != _APPLICATION and items:
+        raise of_others(path, [*items])
     if application != _APPLICATION or items != tables:
         others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
         raise unreadable(path, f"it holds {', '.join(others) or 'no tests'}")

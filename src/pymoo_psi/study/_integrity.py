@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import IO, Any, TypeAlias
 
@@ -79,6 +79,36 @@ def unreadable(path: str, problem: str) -> StudyCorruptError:
     return StudyCorruptError(
         f"{path} is no study of pymoo-psi, or damaged: {problem:.80}; it was left as it is: "
         "restore it from a copy, or move it away and repeat the runs that it held"
+    )
+
+
+# Databases of other programs by a table that they have, and how to export it.
+_OTHERS = {
+    "trial_values": (
+        "Optuna",
+        "optuna.load_study(study_name=None, storage='sqlite:///FILE').trials_dataframe()"
+        ".to_csv('trials.csv')",
+    ),
+    "driver_iterations": (
+        "OpenMDAO",
+        "pandas.DataFrame([{**case.get_design_vars(), **case.get_objectives()} for case in "
+        "openmdao.api.CaseReader('FILE').get_cases('driver')]).map(numpy.squeeze)"
+        ".to_csv('cases.csv')",
+    ),
+}
+
+
+def of_others(path: str, tables: Sequence[str]) -> StudyCorruptError:
+    """Return the error of a database of another program."""
+    program = f"another program, with the tables {', '.join(tables):.80}"
+    export = f"sqlite3 -header -csv FILE 'SELECT * FROM {tables[0]}' > designs.csv"
+    for table, known in _OTHERS.items():
+        if table in tables:
+            program, export = known
+    return StudyCorruptError(
+        f"{path} is no study of pymoo-psi, but a database of {program}; it was left as it is: "
+        f"export it as CSV by "
+        f"{export.replace('FILE', path)}"
     )
 
 

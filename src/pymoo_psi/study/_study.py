@@ -72,6 +72,8 @@ from pymoo_psi.study._facts import (
 from pymoo_psi.study._integrity import BESIDE, intact, locked, reported
 
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
+# What is in such files is no study, and other programs would not open one by such a name.
+_OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
 # A plain BEGIN would take the write lock at the first change only, after reading.
 _READ = "BEGIN"
 _WRITE = "BEGIN IMMEDIATE"
@@ -97,6 +99,10 @@ class Study:
         if self.path.lower().endswith(BESIDE):
             rule = f"the name of a file that does not end in {', '.join(BESIDE)}"
             remedy = "such files belong to the study beside them, which deletes them"
+            raise invalid("study", rule, os.fspath(path), remedy)
+        if self.path.lower().endswith(_OF_OTHERS):
+            rule = "a database with a name such as designs.db"
+            remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
             raise invalid("study", rule, os.fspath(path), remedy)
         self.wait = wait
         self._head: Head | None = None  # the head of the run that was begun

@@ -56,10 +56,15 @@ def _notation(mark: str, other: str) -> re.Pattern[str]:
     group = rf"(?P<gap>[{other} \u00a0\u2009\u202f'’])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
     grouped = rf"[1-9][0-9]{{0,2}}{group}(?:[{mark}][0-9]*)?"
     plain = rf"(?:[0-9]+(?:[{mark}][0-9]*)?|[{mark}][0-9]+)(?:e[+-]?[0-9]+)?"
-    return re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity)", re.IGNORECASE)
+    # Fortran writes 1D+03 and 1.5D3, and 0.12+103 for an exponent of three digits.
+    double = rf"(?:[0-9]+d[+-]|(?:[0-9]+[{mark}][0-9]*|[{mark}][0-9]+)d[+-]?)[0-9]+"
+    long = rf"(?:0?[{mark}][0-9]+|[1-9][{mark}][0-9]{{3,}})[+-][123][0-9]{{2}}"
+    return re.compile(rf"[+-]?(?:{grouped}|{plain}|{double}|{long}|inf|infinity)", re.IGNORECASE)
 
 
 _NOTATIONS = {mark: _notation(mark, other) for mark, other in _OTHER.items()}
+_PERCENT = re.compile(r".*%")
+_EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
 _LONGEST = 100  # the most characters in which a number is searched
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
@@ -161,6 +166,7 @@ class Column(NamedTuple):
         decimal: The decimal mark with which they were read.
         problem: Why a column that may hold numbers cannot be read, and what to do; else empty.
         is_label: Whether it names or numbers designs.
+        unit: ``"%"`` if all its numbers are per cents.
     """
 
     name: str
@@ -169,6 +175,7 @@ class Column(NamedTuple):
     decimal: str = "."
     problem: str = ""
     is_label: bool = False
+    unit: str = ""
 
     def has_numbers(self) -> bool:
         """Say whether it is a column of numbers; if that is not certain, it is refused."""
@@ -216,11 +223,22 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     if len(rows) < 2:
         raise UnfitError("it holds column names, but no row", "add a line for each design")
     cells = {}
+    unnamed = []
+    for j, (name, column) in enumerate(zip(names, columns, strict=True)):
+        if name == "" and not all(map(is_blank, column)):  # no comma at the end of every line
+            unnamed.append(j)
+    if unnamed == [0]:
+        names[0] = "index"  # data frames write the numbers of rows without a name
+    elif unnamed:
+        line = next(iter(rows))
+        empty = "1 name is" if len(unnamed) == 1 else f"{len(unnamed)} names are"
+        raise UnfitError(
+            f"{empty} empty in line {line}, which must name the columns",
+            f"if it is a title, skip it by --skip-rows {line}; else complete it",
+        )
     for name, column in zip(names, columns, strict=True):
         if name == "":
-            if all(map(is_blank, column)):  # a comma at the end of every line
-                continue
-            name = "index"  # data frames write the numbers of rows without a name
+            continue
         if name in cells:
             raise UnfitError(
                 f"its header names the column {name!r} {names.count(name)} times",
@@ -275,15 +293,34 @@ def cells_of_frame(frame: Any) -> Cells:
     """Return the cells of a data frame; an index other than row numbers names the rows."""
     import pandas as pd  # loaded only where there is a frame
 
-    if len(frame) == 0 or not frame.columns.is_unique:
+    names = []
+    for name in frame.columns:
+        if isinstance(name, tuple):  # of several levels
+            name = " ".join(map(str, name)).strip()
+        names.append(str(name))
+    if len(frame) == 0 or len({*names}) < len(names):
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
     label = None
-    if not isinstance(frame.index, pd.RangeIndex):
-        label = str(frame.index.name or "index")
-        frame = frame.rename_axis(label).reset_index()
-    frame = frame.astype(object).where(frame.notna(), None)
-    columns = {str(name): frame[name].tolist() for name in frame}
-    return Cells(columns, label=label)
+    levels: list[str] = []
+    columns = {}
+    index = frame.index
+    if index.nlevels > 1:  # tests were grouped by variables
+        levels = [str(name or f"index {k}") for k, name in enumerate(index.names, start=1)]
+        label = ", ".join(levels)
+        columns[label] = [", ".join(map(str, key)) for key in index]
+        for k, name in enumerate(levels):
+            columns[name] = _cells_of_series(index.get_level_values(k).to_series())
+    elif not isinstance(index, pd.RangeIndex):
+        label = str(index.name or "index")
+        columns[label] = _cells_of_series(index.to_series())
+    for j, name in enumerate(names):
+        columns[name] = _cells_of_series(frame.iloc[:, j])
+    return Cells(columns, label=label, variables=levels)
+
+
+def _cells_of_series(series: Any) -> list[Any]:
+    cells: list[Any] = series.astype(object).where(series.notna(), None).tolist()
+    return cells
 
 
 # From cells to numbers
@@ -302,7 +339,8 @@ def is_blank(cell: Any) -> bool:
 def is_number(cell: Any) -> bool:
     """Say whether a cell is a plain number in any notation."""
     if isinstance(cell, str):
-        return _MARKED.fullmatch(_plain(cell)[:_LONGEST]) is not None
+        text = _plain(cell)[:_LONGEST]
+        return any(notation.fullmatch(text) for notation in (_MARKED, *_NOTATIONS.values()))
     return isinstance(cell, (int, float)) and not isinstance(cell, bool)
 
 
@@ -327,8 +365,12 @@ def read_columns(cells: Cells, decimal: str | None = None, labels: Names = ()) -
         raise invalid("decimal", "'.' or ','", decimal)
     readings: dict[str, _Readings] = {}
     certain = set()
+    percents = set()
     for name, column in cells.columns.items():
         plain = list(map(_plain, column))
+        if all(map(_PERCENT.fullmatch, (str(cell) for cell in plain if not is_blank(cell)))):
+            plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
+            percents.add(name)
         readings[name] = {}
         for mark, notation in _NOTATIONS.items():
             if decimal in (None, mark):
@@ -339,7 +381,10 @@ def read_columns(cells: Cells, decimal: str | None = None, labels: Names = ()) -
     columns = {}
     for name in readings:
         numbers = _column(cells, name, readings[name], certain)
-        columns[name] = numbers._replace(is_label=name in labels)
+        unit = ""
+        if name in percents and numbers.numbers is not None and "%" not in name:
+            unit = "%"
+        columns[name] = numbers._replace(is_label=name in labels, unit=unit)
     return columns
 
 
@@ -347,7 +392,8 @@ def _number(cell: Any, mark: str, notation: re.Pattern[str]) -> float | None:
     """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
     if isinstance(cell, str):
         if len(cell) <= _LONGEST and notation.fullmatch(cell):
-            return float(re.sub(rf"[^\w+{mark}-]", "", cell).replace(mark, "."))
+            text = re.sub(rf"[^\w+{mark}-]", "", cell).replace(mark, ".")
+            return float(_EXPONENT.sub("e", text))
     elif is_number(cell):
         return float(str(cell))  # infinite for an integer beyond float64
     if is_blank(cell):

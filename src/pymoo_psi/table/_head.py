@@ -118,6 +118,8 @@ class StoredTests(NamedTuple):
                 extra={name: choice_values(columns[name]) for name in extra},
                 formulation=formulation_of_head(self.head),
                 remarks=self.remarks,
+                decimal=self.head.get("decimal", "."),
+                separator=self.head.get("separator", ","),
             )
             if self.is_derived:
                 table = _without_rejected(table, status)
@@ -188,7 +190,12 @@ def formulation_of_head(head: Head) -> Formulation:
 
 def marked(table: Any) -> Values:
     """Return the head of a file of a table."""
-    return {MARK: _FORMAT, "tests": len(table), **head_of(table)}
+    return {MARK: _FORMAT, "tests": len(table), **head_of(table), **_marks(table)}
+
+
+def _marks(table: Any) -> Values:
+    """Return the entries of a head for the marks of the source, which files keep."""
+    return {"decimal": table.decimal, "separator": table.separator}
 
 
 def is_of_tests(head: Head) -> bool:
@@ -324,6 +331,7 @@ def designs_head(designs: Any, columns: Collection[str]) -> Values:
         "variables": layout.variables,
         "units": units_of(columns, layout.units),
         **head,
+        **_marks(designs),
     }
 
 
@@ -472,7 +480,7 @@ def tests_of_cells(where: object, cells: Cells) -> StoredTests:
         for name, kind in kinds.items():
             if name in cells_by_name:
                 try:
-                    columns[name] = _cells(cells_by_name[name], kind)
+                    columns[name] = _cells(cells_by_name[name], kind, head.get("decimal", "."))
                 except ValueError:
                     raise ValueError(
                         f"the column {name!r} holds other than {kind.value} values"
@@ -480,7 +488,7 @@ def tests_of_cells(where: object, cells: Cells) -> StoredTests:
         return StoredTests(head, columns)
 
 
-def _cells(cells: Iterable[Any], kind: Kind) -> AnyArray:
+def _cells(cells: Iterable[Any], kind: Kind, decimal: str) -> AnyArray:
     """Return the values of a column of a kind."""
     texts = ["" if cell is None else str(cell) for cell in cells]
     if kind is Kind.CHOICE:
@@ -489,5 +497,5 @@ def _cells(cells: Iterable[Any], kind: Kind) -> AnyArray:
         return np.array([("false", "true").index(text.lower()) == 1 for text in texts], dtype=bool)
     number: Any = int if kind is Kind.INTEGER else float
     # Python takes 1_0 for 10.
-    values = [number(text.replace("_", " ") or "nan") for text in texts]
+    values = [number(text.replace("_", " ").replace(decimal, ".") or "nan") for text in texts]
     return np.array(values, DTYPES[kind])

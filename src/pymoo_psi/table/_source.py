@@ -163,7 +163,7 @@ def read_table(
                 asked = formulation or Formulation()
                 # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
                 cells = _designs(content, asked, is_file=path is not None and not repeats)
-                cells, columns = _columns(cells, decimal)
+                cells, columns = _columns(cells, decimal or content.head.get("decimal"))
                 table = _table(cells, columns, asked, variables, drop_incomplete)
             case StoredTests():
                 table = content.table(path)
@@ -222,7 +222,7 @@ def _content(
         content,
         columns=columns,
         stated=stated,
-        variables=variables,
+        variables=variables or content.variables,
         rows=range(1, n_rows + 1),
     )
 
@@ -281,7 +281,14 @@ def source_columns(
     cells = _content(source, sheet=sheet, units=units)
     if not isinstance(cells, Cells):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    return cells, read_columns(cells, decimal)
+    columns = read_columns(cells, decimal)
+    for name, column in columns.items():
+        if column.unit and column.unit != units.get(name):
+            remedy = f"write it without {column.unit}, in the unit of the column"
+            columns[name] = column._replace(
+                numbers=None, problem=f"{cells.place(name, 0)}; {remedy}"
+            )
+    return cells, columns
 
 
 # The rows that are designs
@@ -519,6 +526,7 @@ def _table(
 
     numbers = _numbers(cells, extra)
     dependent = (*objectives, *outputs)
+    of_columns = {name: column.unit for name, column in columns.items() if column.unit}
     label = "row"  # designs without names are called by their rows
     if label in designs or label in dependent:
         label = "design"
@@ -532,7 +540,7 @@ def _table(
         objectives,
         outputs=[*outputs],
         maximize=[name for name in stated.maximize if name in dependent],
-        units=units_of((*designs, *dependent), stated.units),
+        units=units_of((*designs, *dependent), {**of_columns, **stated.units}),
     )
     if label in extra:  # else test_point names the designs
         layout = replace(layout, label=label)
@@ -542,7 +550,11 @@ def _table(
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
     return replace(
-        table, remarks=tuple(remarks), formulation=stated, decimal="," if "," in marks else "."
+        table,
+        remarks=tuple(remarks),
+        formulation=stated,
+        decimal="," if "," in marks else ".",
+        separator=(cells.separator or ",").replace(" ", ","),
     )
 
 

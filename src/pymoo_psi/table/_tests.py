@@ -84,7 +84,8 @@ class Tests:
         extra: ``(n,)`` columns with other content, such as texts of a file.
         remarks: Sentences on what a reader must know about the rows; they are not written to files.
         formulation: Objectives, limits, ranges, normalisation, computed columns, a chosen design.
-        decimal: The decimal mark of the source, which the page uses.
+        decimal: The decimal mark of the source, which the page and files written use.
+        separator: The mark between the cells of the source, which files written use.
 
     Example:
         >>> table = TestTable.of(
@@ -111,6 +112,7 @@ class Tests:
     remarks: tuple[str, ...] = ()
     formulation: Formulation = field(default_factory=Formulation)
     decimal: str = "."
+    separator: str = ","
     # ``(n,)`` the indices of their statuses: a text takes 40 bytes.
     _codes: NDArray[np.int8] = field(init=False)
     # The tests as they were before `under`; None if they are that themselves.

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from pymoo_psi._validation import FilePath, invalid
 from pymoo_psi.table._formats._format import FileFormat, SourceFile, StudyFile, tests_of_folder
+from pymoo_psi.table._formats._others import OtherFile
 from pymoo_psi.table._formats._texts import CsvFile, JsonFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._xlsx import WorkbookFile
 
@@ -34,7 +35,7 @@ CSV = CsvFile()
 WORKBOOK = WorkbookFile()
 STUDY = StudyFile()
 
-FORMATS: list[FileFormat] = [STUDY, WORKBOOK, JsonFile(), CSV]
+FORMATS: list[FileFormat] = [STUDY, OtherFile(), WORKBOOK, JsonFile(), CSV]
 """All formats, in the order in which they are asked whether a file is theirs. CSV comes last, as
 any text could be CSV, and what begins like JSON is JSON: insert a further format in front."""
 

@@ -34,6 +34,7 @@ from pymoo_psi.table._cells import (
     cells_of_frame,
     cells_of_rows,
     is_blank,
+    is_number,
 )
 from pymoo_psi.table._formats._format import (
     FileFormat,
@@ -57,7 +58,9 @@ _DATATYPES: Values = {  # data types of CSVW by those of pandas
 }
 # A list must begin with an object, as a name in the header of a CSV may begin with a bracket.
 _JSON = re.compile(r"\s*(?:\{|\[\s*\{)")
-_ABOVE_HEADER = re.compile(r'"*#|\s*$')  # comments and blank lines
+_COMMENT = re.compile(r'\s*"*#+|\s*"*%+')
+_BLANK = re.compile(r"\s*$")
+_PADDING = re.compile(r'"[ \t]+(?=[;,|\t]|$)', re.MULTILINE)  # behind a cell in quotation marks
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
 # Apostrophes in front count with the text, so that no two texts are written alike. logic.js has
@@ -90,7 +93,8 @@ class CsvFile(FileFormat):
         if not head:
             return replace(cells_of_text(text, file.skip_rows), metadata=metadata.name)
         if is_of_tests(head):
-            rows = _rows([*StringIO(text, newline="")], ",", skipinitialspace=False)
+            separator = head.get("separator", ",")
+            rows = _rows([*StringIO(text, newline="")], separator, skipinitialspace=False)
             cells = cells_as_written(rows, head)
         else:
             cells = cells_of_text(text, file.skip_rows, has_comments=False)
@@ -160,13 +164,23 @@ class CsvFile(FileFormat):
                 column = list(map(inert, column))
             cells[inert(headings[name])] = column
         frame = pd.DataFrame(cells, dtype=object)  # 1 beside blanks stays an integer
-        text = frame.to_csv(index=False, lineterminator="\n")
+        if head.get("decimal") == ",":
+            frame = frame.map(_with_comma)
+        layout = {"index": False, "lineterminator": "\n", "sep": head.get("separator", ",")}
+        text = frame.to_csv(**layout)
         # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
         if "\r" in text:
-            text = frame.to_csv(index=False, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
+            text = frame.to_csv(**layout, quoting=csv.QUOTE_NONNUMERIC)
         # Spreadsheets take a file for UTF-8 by its mark, others stumble over it: only where needed.
         encoding = "utf-8" if text.isascii() else "utf-8-sig"
         path.write_text(text, encoding, newline="")
+
+
+def _with_comma(cell: Any) -> Any:
+    """Return a cell as it is written in a file with decimal commas."""
+    if isinstance(cell, float) and cell == cell:
+        return str(cell).replace(".", ",")
+    return cell
 
 
 # Formulas
@@ -216,6 +230,8 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
     described = []
     for name, heading in headings_of(columns, units).items():
         datatype = _DATATYPES.get(infer_dtype(columns[name]), "string")
+        if datatype == "number" and head.get("decimal") == ",":
+            datatype = {"base": "number", "format": {"decimalChar": ","}}
         column = {"titles": inert(heading), "datatype": datatype}
         if name in units:
             column["schema:unitText"] = units[name]
@@ -223,7 +239,8 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": quote(os.fsencode(Path(path).name)),
-        "dialect": {"commentPrefix": None},  # a text that begins with # is no comment
+        # A text that begins with # is no comment.
+        "dialect": {"commentPrefix": None, "delimiter": head.get("separator", ",")},
         _N_ROWS: max(map(len, columns.values())),
         _HEAD: head,
         "tableSchema": {"columns": described},
@@ -270,15 +287,42 @@ def cells_of_text(
         if not 1 <= number <= len(lines):
             raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(lines)}", number)
         lines[number - 1] = "\n"
-    n_above = sum(1 for _ in takewhile(_ABOVE_HEADER.match, lines))
-    lines[:n_above] = ["\n"] * n_above
-    separator = _separator(lines)
-    if separator == " ":
-        _require_plain_names(lines[n_above])
+    above = [*takewhile(lambda line: _COMMENT.match(line) or _BLANK.match(line), lines)]
+    lines[: len(above)] = ["\n"] * len(above)
+    separator = _separator([line for line in lines if not line.startswith("#")])
     rows = _rows(lines, separator)
     if has_comments:
         rows = _without_comments(rows)
+    first, row = next(iter(rows.items()), (0, []))
+    if any(map(is_number, row)):  # the names may be in a comment, as numpy.savetxt writes them
+        rows = _names_in_comments(above, len(row)) | rows
+    elif separator == " ":
+        _require_plain_names(lines[first - 1], len(row))
     return cells_of_rows(rows, separator)
+
+
+def _names_in_comments(comments: Names, n: int) -> RowsByLine:
+    """Return the n names that a comment holds, by the number of its line; none if none does.
+
+    Raises:
+        UnfitError: Several comments may hold them.
+    """
+    for separator in _SEPARATORS:
+        names: RowsByLine = {}
+        for number, comment in enumerate(comments, start=1):
+            line = _COMMENT.sub("", comment, count=1).strip()
+            (cells,) = _rows([line], separator).values() or ([],)
+            if len(cells) == n > 1:
+                names[number] = cells
+        if len(names) > 1:
+            numbers = ",".join(map(str, names))
+            raise UnfitError(
+                f"the comments in lines {numbers} may all be the names of its columns",
+                "leave out those that are not by --skip-rows",
+            )
+        if names:
+            return names
+    return {}
 
 
 def _without_comments(rows: RowsByLine) -> RowsByLine:
@@ -291,7 +335,9 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
     for end, row in rows.items():
         if not row[0].startswith("#") or is_blank(row[0]):
             designs[end] = row
-        elif all(row):
+    width = max(map(len, designs.values()), default=0)
+    for end in rows.keys() - designs.keys():
+        if len(rows[end]) == width and all(rows[end]):
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
                 f"leave it out by --skip-rows {end} if it is a comment, or rename it",
@@ -314,13 +360,13 @@ def _separator(lines: Names) -> str:
     return max(",;\t|", key=text.count)  # the text is going to be refused
 
 
-def _require_plain_names(header: str) -> None:
-    """Refuse names with blanks in them where blanks are between the names, too."""
-    header = header.strip()
-    if len(re.split(r"\s\s+", header)) not in (1, len(header.split())):
+def _require_plain_names(header: str, n: int) -> None:
+    """Refuse a header above n cells that may also be that of numbered rows, a name of two words."""
+    names = re.split(r"\s\s+", header.strip())
+    if header.startswith(" ") and len(names) == n - 1:
         raise UnfitError(
-            "blanks separate its columns and occur in their names, or names are one blank apart",
-            "put commas between the cells, or two blanks or more between the names",
+            "blanks separate its columns, and may occur in their names",
+            "put commas between the cells",
         )
 
 
@@ -348,6 +394,10 @@ def _rows(lines: Names, separator: str, *, skipinitialspace: bool = True) -> Row
             if any(cell.strip() for cell in row):
                 rows[reader.line_num] = row
     except csv.Error as error:
+        # Some programs align cells by blanks behind their quotation marks.
+        aligned = [_PADDING.sub('"', line) for line in lines]
+        if aligned != lines:
+            return _rows(aligned, separator, skipinitialspace=skipinitialspace)
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
     return rows
 
@@ -371,7 +421,11 @@ class JsonFile(FileFormat):
         try:
             designs = json.loads(file.text, object_pairs_hook=distinct)
         except (ValueError, RecursionError) as error:
-            raise UnfitError(f"it is JSON, but no list of designs: {error}") from None
+            remedy = ""
+            if "Extra data" in str(error):
+                call = f"pandas.read_json('{file.path.name}', lines=True).to_csv('designs.csv')"
+                remedy = f"if it has one object on each line (JSON Lines), export it by {call}"
+            raise UnfitError(f"it is JSON, but no list of designs: {error}", remedy) from None
         if not isinstance(designs, list) or not all(isinstance(row, dict) for row in designs):
             example = '[{"name": "A", "cost": 1.5}]'
             raise UnfitError(f"it is JSON, but no list of designs such as {example}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from io import BytesIO
@@ -34,6 +35,8 @@ _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
 _WIDTH = 16  # the width of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
+_ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
+_MOST_BYTES = 100_000_000  # of XML in a workbook, some millions of cells, which take minutes
 
 
 class WorkbookFile(FileFormat):
@@ -78,7 +81,9 @@ class WorkbookFile(FileFormat):
                 return None
             if isinstance(value, bool):
                 return value
-            cell = make_cell(sheet, illegal.sub("\ufffd", str(value)))
+            text = illegal.sub("\ufffd", _ESCAPED.sub(r"_x005F\g<0>", str(value)))
+            # A parser of XML takes \r\n for \n.
+            cell = make_cell(sheet, text.replace("\r", "_x000D_"))
             # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
             cell.data_type = "s"
             if isinstance(value, (int, float)) and abs(value) != float("inf"):
@@ -139,6 +144,7 @@ def _rows_of_workbook(
     """
     openpyxl = _openpyxl()
     try:
+        _require_few_bytes(content)
         with catch_warnings():
             simplefilter("ignore")  # warnings on drawings and the like, which are not read
             # Read-only: else one merged range or link of 100 bytes becomes a million cells.
@@ -166,6 +172,18 @@ def _rows_of_workbook(
     for row in rows.values():
         row += [""] * (width - len(row))
     return head, rows
+
+
+def _require_few_bytes(content: bytes) -> None:
+    """Refuse a workbook that takes minutes to read, by the size of its parts before it is read."""
+    with ZipFile(BytesIO(content)) as archive:
+        sizes = [part.file_size for part in archive.infolist() if part.filename.endswith(".xml")]
+    if sum(sizes) > _MOST_BYTES:
+        size, most = (n // 1_000_000 for n in (sum(sizes), _MOST_BYTES))
+        raise UnfitError(
+            f"it has {size} MB of cells, and at most {most} MB are read",
+            "save the sheet with the designs as CSV",
+        )
 
 
 def _title(titles: Names, name: str | None) -> str:
@@ -243,6 +261,8 @@ def _typed(cell: Any) -> Any:
         return ""
     if isinstance(value, (int, float)) and "%" in cell.number_format:
         return f"{100 * value:.15g} %"
-    if isinstance(value, (str, int, float)):
+    if isinstance(value, str):
+        return _ESCAPED.sub(lambda match: chr(int(match[1], 16)), value)
+    if isinstance(value, (int, float)):
         return value
     return str(value).removesuffix(" 00:00:00")  # a date
