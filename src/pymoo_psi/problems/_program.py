@@ -75,6 +75,10 @@ class ProgramError(Exception):
     """A run failed, or an output cannot be read; the message says why."""
 
 
+# What reading an output raises, also if there is no such encoding or line of a header.
+_UNREADABLE = (ProgramError, OSError, LookupError, ArgumentValueError)
+
+
 @dataclass(frozen=True)
 class Output:
     """The source of a number: an entry of the section ``[outputs]``.
@@ -517,9 +521,7 @@ class ProgramProblem(NamedProblem):
                 values[name] = variable.options[0]
             else:
                 values[name] = variable.vtype(variable.lb)
-        # The command is filled word by word, in which a placeholder may be between quotes.
-        for part in (self.program.command, *shlex.split(self.program.command)):
-            self._placeholders.fill("command", part, values)
+        self._placeholders.fill("command", self.program.command, values)
         for file in self.program.files:
             self._placeholders.fill(file, text_of(self._template / file), values)
         used = self._placeholders.used
@@ -598,7 +600,7 @@ class ProgramProblem(NamedProblem):
             run.flaws.append(str(error))
         listing = self.program.error
         if run.flaws and listing.file:
-            with suppress(ProgramError, LookupError):
+            with suppress(*_UNREADABLE):
                 first = replace(listing, row=listing.row or 0)
                 run.flaws[0] = f"{first.cell(run.folder)}; {run.flaws[0]}"
         run.seconds = time.monotonic() - began
@@ -654,7 +656,7 @@ class ProgramProblem(NamedProblem):
                     value = output.read(run.folder)
                 if not math.isfinite(value):
                     raise ProgramError(f"it is {value}")
-            except (ProgramError, LookupError, ValueError) as error:  # no such encoding or header
+            except _UNREADABLE as error:
                 run.flaws.append(f"output {name}: {error}")
                 continue
             run.outputs[name] = value
@@ -733,7 +735,7 @@ class ProgramProblem(NamedProblem):
         """Return the outputs that can be read from the folder of a run."""
         values = {}
         for name, output in self._tested.items():
-            with suppress(ProgramError, OSError, LookupError):
+            with suppress(*_UNREADABLE):
                 values[name] = output.read(folder)
         return values
 
