@@ -538,6 +538,19 @@ def test_what_no_longer_fits_at_the_opening_is_reported(cases):
     ]
 
 
+def test_a_position_by_hand_keeps_its_limits(cases):
+    case = cases[0]
+    position = {"name": "Ann", "limits": {case.names[0]: 5, "x": [0, None]}}
+    held = Formulation(positions=[position], decided={"chosen": case.payload["names"][0]})
+    opens_with = case.payload["opens_with"] | {"positions": held.positions, "decided": held.decided}
+    asked = case.asked() | {"states": [], "payload": case.payload | {"opens_with": opens_with}}
+    (answer,) = in_node([asked])
+    assert answer["initial"]["remarks"] == []
+    state = answer["initial"]["state"]
+    assert state["positions"][0]["limits"] == {case.names[0]: [None, 5], "x": [0, None]}
+    assert state["decided"] == held.decided
+
+
 def test_hostile_states_change_nothing(cases, answers):
     for answer in answers:
         for text, found in zip(HOSTILE, answer["checked"], strict=True):

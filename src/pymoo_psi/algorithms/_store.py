@@ -309,7 +309,9 @@ class StudyStore(Store):
         ends = [self._first_planned, self._first_planned + n_points - 1]
         if ends not in self._planned:
             with self.study.changes() as database:
-                database.plan(self.run, *ends)
+                database.reserve(self.run, ends[1])
+                record = database.facts.run(self.run).record
+                record["planned"] = [*record.get("planned", ()), ends]
 
     def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, twice a second."""

@@ -1074,7 +1074,7 @@ function opened(data, text) {
 // Limits as a formulation has them, on numbers or on texts, in two groups as a state has them.
 function limitsOf(limits) {
   const isText = ([, limit]) => Array.isArray(limit) && limit.every((text) => typeof text === "string")
-  const entries = entriesOf(isObject(limits) ? limits : {})
+  const entries = entriesOf(isObject(limits) ? limits : {}).map(([name, limit]) => [name, isNumber(limit) ? [null, limit] : limit]) // a number is the greatest
   return {limits: byName(entries.filter((entry) => !isText(entry))), categories: byName(entries.filter(isText))}
 }
 

@@ -939,11 +939,15 @@ const page = (() => {
   // The positions of files are added, and nothing else changes unless it is asked for; a single file
   // without positions is taken whole.
   async function open(files) {
-    const read = await Promise.all([...files].map(async (file) => ({name: file.name, ...Logic.opened(data, await file.text())})))
-    const remarks = read.flatMap(({name, remarks}) => remarks.map((text) => `${name}: ${text}`))
-    const positions = read.flatMap((one) => one.state?.positions ?? [])
+    const [remarks, positions] = [[], []]
+    let single // the state of a single file
+    for (const file of files) {
+      const read = Logic.opened(data, await file.text())
+      single = files.length === 1 && read.state
+      remarks.push(...read.remarks.map((text) => `${file.name}: ${text}`))
+      positions.push(...read.state?.positions ?? [])
+    }
     const joined = (next) => Logic.checked(data, {...next, positions: [...state.positions, ...positions]}).state
-    const single = read.length === 1 && read[0].state
     const whole = () => take({state: joined(single), remarks})
     if (!positions.length) return single ? whole() : say(remarks.length ? remarks : ["The files have no positions."])
     change(joined(state))

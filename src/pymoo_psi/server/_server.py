@@ -72,7 +72,7 @@ class GrowingStudy:
         self.study = Study(path)
         self.tests = TestTable.empty()
         self.edition = ""
-        self.progress: dict[str, Any] = {"lines": [], "is_running": False}
+        self.progress: dict[str, Any] = {"lines": []}
         self._steer = steer
         self._facts = Facts({})
         self._limits: Any = {}

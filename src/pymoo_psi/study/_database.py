@@ -280,15 +280,6 @@ class Database:
         self.facts.runs.append(run)
         return run
 
-    def plan(self, number: int, first: int, last: int) -> None:
-        """Note that a run is asked for test points ``first`` to ``last``.
-
-        Raises:
-            ArgumentValueError: The tests of another run have these numbers.
-        """
-        self.reserve(number, last)
-        self.facts.run(number).record.setdefault("planned", []).append([first, last])
-
     def n_left(self) -> int | None:
         """Return how many planned tests are not done; None if none are planned."""
         share = Share(*self.facts.share or ALL)
