@@ -255,6 +255,16 @@ def test_a_run_that_adopts_tests_is_done(study_file):
     assert ends(study_file) == ["20 of 20 tests", "All planned tests are done."]
 
 
+def test_a_run_without_a_plan_is_not_over(study_file):
+    investigate(get_problem("bnh"), 8, study=study_file)
+    recorded = Recorded(get_problem("bnh"), study=study_file)
+    minimize(recorded, NSGA2(10), ("n_gen", 2), seed=1)
+    with live(study_file) as view:  # as long as its process is there
+        said = progress(view)
+    assert said["is_running"]
+    assert said["lines"][0] == "28 of 28 tests"
+
+
 def test_a_run_that_people_stopped_says_so(study_file):
     table = minimize(Stopping(study_file), PSI(200, study=study_file)).algorithm.table
     n_tests = len(table)

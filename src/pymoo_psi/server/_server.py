@@ -79,7 +79,7 @@ class GrowingStudy:
         self._modified = 0  # time of the file that was read
         self._key = ""  # what all tests of the edition have in common
         self._n_first = 0  # tests with which the edition began
-        self._n_left: int | None = None  # planned tests that are not done, if any are planned
+        self._n_left = 0  # planned tests that are not done
         self._pages: dict[str, str] = {}  # the page made last, by its edition
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # times, and numbers of tests
         self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
@@ -142,7 +142,7 @@ class GrowingStudy:
     def _lines(self, age: float) -> list[str]:
         """Return what the page says of the run, ``age`` seconds after the file has changed."""
         n_tests = len(self.tests)
-        n_planned = n_tests + (self._n_left or 0)
+        n_planned = n_tests + self._n_left
         reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
         failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
         counts = ", ".join([f"{n_tests} of {n_planned} tests", *failures])
@@ -158,7 +158,9 @@ class GrowingStudy:
 
     def _end(self) -> str:
         """Return a sentence on why no run is at work; empty if one is, as far as is known."""
-        if self._n_left == 0:
+        # What Recorded tests is planned by nobody, so that its end is not known.
+        is_planned = any("planned" in run.record for run in self._facts.runs[-1:])
+        if is_planned and self._n_left == 0:
             return "All planned tests are done."
         if self._last_action() == "stop":
             return "Stopped. The command of the run continues it."

@@ -280,15 +280,13 @@ class Database:
         self.facts.runs.append(run)
         return run
 
-    def n_left(self) -> int | None:
-        """Return how many planned tests are not done; None if none are planned."""
+    def n_left(self) -> int:
+        """Return how many planned tests are not done."""
         share = Share(*self.facts.share or ALL)
-        planned = []
+        planned = [np.zeros(0, dtype=np.int64)]
         for run in self.facts.runs:
             for first, last in run.record.get("planned", ()):
                 planned.append(self.numbers_of(run.number, share.numbers(first, last)))
-        if not planned:
-            return None
         return len(np.setdiff1d(np.concatenate(planned), self.test_numbers()))
 
     def reserve(self, number: int, last: int) -> None:
