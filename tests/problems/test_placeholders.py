@@ -145,70 +145,108 @@ minimize = ["Fläche"]
 
 # Random files
 
-FOREIGN = ("{y}", "{}", "{101}", '{"k": 1}', "$y", "100 %", "x", "width", "{ a b }", "}", "ä", "'")
-REFUSED = ("${x}", "{x: 60}", "{x:60}", "{ width }", "{x!r}", "{2*x}", "{x:d}", "{y: x}", "{{{x}}}")
-FORMATS = {"x": ("", ":.6g", ":08.3f", ":e", ":>12.4f"), "width": ("", ":d", ":03d", ":g")}
+REAL, INTEGER = ("", ":.6g", ":08.3f", ":e", ":>12.4f"), ("", ":d", ":03d", ":g")
+NAMES = ("x", "width", "Höhe", "l_2", "seed_", "name")
+ORDINARY = ("{y}", "{}", "{101}", '{"k": 1}', "$y", "100 %", "{ a b }", "}", "ä", "'", "a", "1e5")
 
 
-def random_text(rng, wrong):
-    """Return a text, what becomes of it by plain replacement, and the line to be refused, or 0."""
-    lines, expected, line_refused = [], [], 0
-    for number in range(1, rng.randint(2, 9)):
-        line = []
-        for _ in range(rng.randint(0, 4)):
-            name = rng.choice([*FORMATS])
-            form = rng.choice(FORMATS[name])
-            pieces = (f"{{{name}{form}}}", f"{{{{{name}}}}}", f"${{{{{name}: 6}}}}")
-            line.append(rng.choice((*pieces, *FOREIGN, pieces[0])))
-        if wrong and not line_refused and rng.random() < 0.5:
-            line.insert(rng.randint(0, len(line)), rng.choice(REFUSED))
-            line_refused = number
-        lines.append(" ".join(line))
-        expected.append(" ".join(map(plainly_replaced, line)))
-    end = rng.choice(("\n", "\r\n"))
-    return end.join(lines), end.join(expected), line_refused
+class RandomFile:
+    """A file of a problem and its template at random, and what is to become of them.
 
+    Each piece of a line is known to be a placeholder, ordinary, or refused; pieces are apart.
+    """
 
-def plainly_replaced(piece):
-    if piece.startswith(("{{", "${{")):
-        return piece.replace("{{", "{").replace("}}", "}")
-    for name, value in {"x": X, "width": WIDTH}.items():
-        for form in FORMATS[name]:
-            piece = piece.replace(f"{{{name}{form}}}", format(value, form[1:]))
-    return piece
+    def __init__(self, seed):
+        self.rng = rng = random.Random(seed)
+        self.marks = rng.choice(("{name}", "{name}", "@name@", "<<name>>", "%{name}"))
+        self.before, self.after = self.marks.split("name")
+        names = rng.sample(NAMES, 2)
+        self.design = {names[0]: rng.uniform(-1e3, 1e3), names[1]: rng.randint(-99, 99)}
+        self.formats = dict(zip(names, (REAL, INTEGER), strict=True))
+        self.line_refused = 0
+        lines, expected = [], []
+        for number in range(1, rng.randint(2, 9)):
+            pieces = [self.piece() for _ in range(rng.randint(0, 4))]
+            if seed % 2 and not self.line_refused and rng.random() < 0.5:
+                pieces.insert(rng.randint(0, len(pieces)), self.refused())
+                self.line_refused = number
+            lines.append(" ".join(pieces))
+            expected.append(" ".join(map(self.plainly_replaced, pieces)))
+        end = rng.choice(("\n", "\r\n"))
+        self.text, self.expected = end.join(lines), end.join(expected)
+
+    def marked(self, text):
+        return f"{self.before}{text}{self.after}"
+
+    def piece(self):
+        """Return a placeholder, doubled marks, or other text."""
+        name = self.rng.choice([*self.design])
+        placeholder = self.marked(name + self.rng.choice(self.formats[name]))
+        doubled = self.marked(self.marked(f"{name}: 6"))
+        others = [placeholder, placeholder, doubled, name, *ORDINARY]
+        if self.marks != "{name}":
+            others += (
+                [f"${{{name}}}", f"{{{name}: 6}}", f'f"{{{name}}}"']
+                if "{" not in self.before
+                else []
+            )
+        return self.rng.choice(others)
+
+    def refused(self):
+        """Return what could be a placeholder."""
+        real, integer = self.design
+        texts = [f"{real}: 60", f"{real}:60", f" {integer} ", f"{real}!r", f"2*{real}", f"{real}:d"]
+        texts = list(map(self.marked, texts))
+        if self.marks == "{name}":
+            texts += [f"${{{real}}}", f'f"{{{real}}}"', f"{{{{{{{real}}}}}}}"]
+        return self.rng.choice(texts)
+
+    def plainly_replaced(self, piece):
+        twice = self.marked(self.marked("|")).split("|")
+        if piece.startswith(twice[0]) and piece.endswith(twice[1]):
+            return piece[len(self.before) : -len(self.after)]
+        for name, value in self.design.items():
+            for form in self.formats[name]:
+                piece = piece.replace(self.marked(name + form), format(value, form[1:]))
+        return piece
+
+    @property
+    def content(self):
+        """The sections of the file; the command has all variables."""
+        kinds = dict(zip(self.design, ("real", "integer"), strict=True))
+        command = " ".join(["true", *map(self.marked, self.design)])
+        return {
+            "variables": {name: {"bounds": [-1000, 1000], "kind": kinds[name]} for name in kinds},
+            "program": {
+                "command": command,
+                "template": "template",
+                "files": ["in.txt"],
+                "marks": self.marks,
+            },
+            "outputs": {"m": {"file": "out.txt", "pattern": "(.+)"}},
+            "objectives": {"minimize": ["m"]},
+        }
 
 
 def test_random_files_are_filled_as_plainly_or_refused_by_line(tmp_path):
-    """Each template is filled as by plain replacement, or refused by file and line."""
+    """Of 200 files each is filled as by plain replacement, or refused by file and line."""
     (tmp_path / "template").mkdir()
     path = tmp_path / "model.toml"
-    n_filled, n_refused = 0, 0
+    n_refused = 0
     for seed in range(200):
-        rng = random.Random(seed)
-        text, expected, line = random_text(rng, wrong=seed % 2)
-        (tmp_path / "template" / "in.txt").write_bytes(text.encode())
-        content = {
-            "variables": VARIABLES,
-            "program": {
-                "command": "true {x} {width}",
-                "template": "template",
-                "files": ["in.txt"],
-                "keep": "none",
-            },
-            "outputs": {"m": {"file": "in.txt.out", "pattern": "(.+)"}},
-            "objectives": {"minimize": ["m"]},
-        }
-        path.write_text(toml_file(content), "utf-8")
-        if line:
-            refused(f"model.toml: in.txt, line {line}: ", ProgramProblem.from_toml, path)
+        file = RandomFile(seed)
+        (tmp_path / "template" / "in.txt").write_bytes(file.text.encode())
+        path.write_text(toml_file(file.content), "utf-8")
+        if file.line_refused:
+            message = f"model.toml: in.txt, line {file.line_refused}: a placeholder must be"
+            refused(message, ProgramProblem.from_toml, path)
             n_refused += 1
         else:
-            run = ProgramProblem.from_toml(path).run({"x": X, "width": WIDTH}, keep=True)
-            assert (run.folder / "in.txt").read_bytes().decode() == expected
-            assert run.words == ["true", "25.0", "3"]
-            n_filled += 1
-        # The same with a slip of the hand in the file: a problem, or one line that names it.
-        path.write_text(toml_file(mutated(content, rng)), "utf-8")
+            run = ProgramProblem.from_toml(path).run(file.design, keep=True)
+            assert (run.folder / "in.txt").read_bytes().decode() == file.expected
+            assert run.words == ["true", *map(str, file.design.values())]
+        # The same with a slip of the hand: a problem, or an error of the package.
+        path.write_text(toml_file(mutated(file.content, file.rng)), "utf-8")
         with suppress(PsiError):
             ProgramProblem.from_toml(path)
-    assert min(n_filled, n_refused) > 60
+    assert 50 < n_refused < 150

@@ -49,7 +49,8 @@ class Placeholders:
         inside = rf"(?!{before}|{after})."  # of the marks
         # Texts between quotation marks name no variable.
         above = rf"(?:\"(?:(?!\"){inside})*\"|'(?:(?!'){inside})*'|(?![\"']){inside})*?"
-        naming = f"{before}{above}{name}(?:{inside})*{after}"
+        rest = f"(?:{inside})*{after}"
+        naming = f"{before}(?={rest}){above}{name}{rest}"  # looking ahead keeps the time linear
         foreign = "(?!)"
         if marks == BRACES:
             foreign = _FOREIGN

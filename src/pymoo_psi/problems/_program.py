@@ -554,8 +554,7 @@ class ProgramProblem(NamedProblem):
         return {
             "key": self.key,
             "command": self.program.command,
-            "files": [*self.program.files],
-            "marks": self.program.marks,
+            "inputs": {"files": [*self.program.files], "marks": self.program.marks},
             "template": template,
             "outputs": outputs,
         }
