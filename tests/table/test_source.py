@@ -16,11 +16,21 @@ import pandas as pd
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import (
+    PSI,
+    Formulation,
+    PsiError,
+    TestTable,
+    VectorizedSphereChute,
+    explain,
+    investigate,
+)
 from pymoo_psi.table import Layout, read_table
 from tests.refusals import refused
 
@@ -626,7 +636,36 @@ def test_results_of_pymoo_are_sources():
     mixed = Result()
     mixed.opt, mixed.F = (), np.array([[1.0, 2.0], [2.0, 1.0]])
     mixed.X = np.array([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}])
-    table = read_table(mixed, variables=["width", "wood"])
+    table = read_table(mixed)
+    assert table.layout.variables == ("width", "wood")
     assert table["wood"].tolist() == ["oak", "ash"]
     mixed.F = mixed.X = None
     refused("a result of pymoo with a feasible design", read_table, mixed)
+
+
+class Bounded(ElementwiseProblem):
+    """Two constraints that the first of them makes infeasible for a large number."""
+
+    def __init__(self, least):
+        super().__init__(n_var=1, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=0, xu=1)
+        self.least = least
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0], 1 - x[0]]
+        out["G"] = [self.least - x[0]]
+        out["H"] = [min(0.0, x[0] - 0.5)]
+
+
+@pytest.mark.parametrize("least", [0.3, 3.0])
+def test_results_of_pymoo_keep_feasibility(least):
+    algorithm = NSGA2(pop_size=10)
+    result = minimize(Bounded(least), algorithm, ("n_gen", 3), seed=1, return_least_infeasible=True)
+    for source, individuals in ((result, result.opt), (result.pop, result.pop),
+                                (result.algorithm, result.opt)):  # fmt: skip
+        table = read_table(source)
+        assert table.layout.constraints == ("g1", "h1")
+        assert table.feasible().tolist() == individuals.get("FEAS")[:, 0].tolist()
+        np.testing.assert_array_equal(table.G, individuals.get("G"))
+        np.testing.assert_array_equal(table.H, individuals.get("H"))
+    if least > 1:
+        refused("a result of pymoo with feasible designs, got infeasible", explain, result, 0)

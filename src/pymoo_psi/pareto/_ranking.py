@@ -214,6 +214,11 @@ class Objectives:
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
         if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo
+            violation = getattr(F, "CV", None)
+            if violation is not None and np.any(violation > 0):
+                rule = "a result of pymoo with feasible designs"
+                remedy = "read_table(result) states what they violate"
+                raise invalid("F", rule, Received("infeasible ones"), remedy)
             F = F.F
             if F is not None:  # (m,) for an algorithm of one objective
                 F = np.atleast_2d(F)

@@ -58,7 +58,7 @@ from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
@@ -107,10 +107,11 @@ def read_table(
     the formulation names the objectives, only the columns that it names must be readable.
 
     Args:
-        source: A path, a data frame, an ``(n, m)`` array of objectives or a result of pymoo, all
-            minimised, or a :class:`TestTable`. A path leads to a study or a folder of studies; a
-            text with commas, semicolons, tabs, bars or spaces between its cells; a workbook
-            (.xlsx); a list of designs in JSON; or a file of a format that was added to ``FORMATS``.
+        source: A path, a data frame, an ``(n, m)`` array of objectives or a result, an algorithm or
+            a population of pymoo, all minimised, or a :class:`TestTable`. A path leads to a study
+            or a folder of studies; a text with commas, semicolons, tabs, bars or spaces between its
+            cells; a workbook (.xlsx); a list of designs in JSON; or a file of a format that was
+            added to ``FORMATS``.
         formulation: Objectives, directions and limits, in addition to what the source states: its
             limits on other columns hold, and it is ranked without normalisation if either says so.
             :meth:`TestTable.under` without a source replaces all of them.
@@ -197,15 +198,15 @@ def _content(
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
     units: Entries = MappingProxyType({}),
-) -> StoredTests | Cells:
+) -> StoredTests | Cells | TestTable:
     """Return what a source holds: tests, or cells with their head and names without units."""
     content: StoredTests | Cells
     if isinstance(source, (str, PathLike)):
         content = _content_of_file(Path(source), encoding, skip_rows, sheet)
     elif hasattr(source, "itertuples"):  # a frame of pandas
         content = cells_of_frame(source)
-    elif hasattr(source, "opt"):
-        content = cells_of_frame(_frame_of_result(source))
+    elif hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
+        return _table_of_result(source)
     else:
         F = real_array("source", source, "or give the path of a file")
         if F.ndim != 2 or F.size == 0:
@@ -227,19 +228,36 @@ def _content(
     )
 
 
-def _frame_of_result(result: Any) -> pd.DataFrame:
-    """Return the designs of a result of pymoo: f1, f2, …, and x1, x2, … or named variables."""
-    import pandas as pd
+def _table_of_result(result: Any) -> TestTable:
+    """Return the designs of a result, an algorithm or a population of pymoo.
 
-    if result.F is None:
-        raise invalid("source", "a result of pymoo with a feasible design", Received("none"))
-    X = np.atleast_1d(result.X)
-    if isinstance(X[0], dict):
-        designs = pd.DataFrame([*X])
+    Objectives are called f1, f2, …, constraints g1 and h1, variables x1 or by their names.
+    """
+    if isinstance(result, np.ndarray):
+        X, F, G, H = result.get("X", "F", "G", "H")  # type: ignore[attr-defined]
     else:
-        designs = pd.DataFrame(np.atleast_2d(X)).rename(columns=lambda j: f"x{j + 1}")
-    F = pd.DataFrame(np.atleast_2d(result.F)).rename(columns=lambda j: f"f{j + 1}")
-    return F.join(designs)
+        if hasattr(result, "result"):
+            result = result.result()
+        X, F, G, H = (getattr(result, name, None) for name in "XFGH")
+    if F is None or len(F) == 0:
+        raise invalid("source", "a result of pymoo with a feasible design", Received("none"))
+    F = np.atleast_2d(F)
+    constraints = []
+    for values in (G, H):
+        none = values is None or np.size(values) == 0
+        constraints.append(np.zeros((len(F), 0)) if none else np.atleast_2d(values))
+    X = np.atleast_1d(X)
+    variables: int | list[str] = np.atleast_2d(X).shape[1]
+    if isinstance(X[0], Mapping):
+        X = [*X]
+        variables = [*X[0]]
+    elif X.ndim == 1:
+        X = np.atleast_2d(X)
+    layout = Layout.of(variables, F.shape[1], *(values.shape[1] for values in constraints))
+    label = "design" if "row" in layout.variables else "row"
+    numbers = range(1, len(F) + 1)
+    layout = replace(layout, label=label)
+    return TestTable.of(numbers, X, F, *constraints, layout=layout, extra={label: [*numbers]})
 
 
 def _content_of_file(
