@@ -147,7 +147,7 @@ def test_how_a_file_is_written(said, tmp_path):
                "--drop-incomplete", "--units", "Masse=kg"]  # fmt: skip
     printed = said("rank", "set.csv", *options, "--out", "o.csv")
     assert "1 incomplete design left out, the first in row 2 (line 4)." in printed
-    ranked = pd.read_csv("o.csv").set_index("Größe")
+    ranked = pd.read_csv("o.csv", sep=";", decimal=",").set_index("Größe")
     assert ranked["Kosten"].to_dict() == {"A": 1250.5, "C": 2100.0}
     assert "Masse [kg]" in said("rank", "o.csv")
     for command in ("page", "report"):

@@ -302,6 +302,14 @@ def test_words_for_a_failure_name_the_limit(read):
     )
 
 
+def test_pruned_trials_differ_from_no_other(read):
+    text = "id,x,f1,f2,state\n1,1,5,5,done\n2,2,4,6,done\n3,2,,,pruned\n4,3,3,7,done\n"
+    table = read(text, Formulation(["f1", "f2"]), variables=["x"], drop_incomplete=True)
+    assert table.remarks == ("1 incomplete design left out, the first in row 3 (line 4).",)
+    asked = Formulation(["f1", "f2"], limits="state=done")
+    assert read(text, asked, variables=["x"]).remarks == ()
+
+
 @pytest.mark.parametrize("text", ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out (600 s)",
                                   "abgebrochen", "solver diverged", "RUN_FAILED", "infeasible"])  # fmt: skip
 def test_a_word_for_a_failure_is_noticed(read, text):

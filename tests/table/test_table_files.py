@@ -353,3 +353,36 @@ def test_without_metadata_directions_are_asked_for(tmp_path):
     refused(r"without t\.csv-metadata\.json, which .*; put it beside", read_table, path)
     asked = Formulation(objectives=["mass [kg]", "gain"], maximize=["gain"])
     assert read_table(path, asked).layout.maximize == ("gain",)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
+def test_positions_and_line_ends_come_back(tmp_path, suffix):
+    tests = TestTable.of([1, 2], [[0], [1]], [[1, 2], [2, 1]],
+                         extra={"note": ["a\r\nb\rc", "_x000D_ _x005F_"]})  # fmt: skip
+    position = {"name": "Ann", "chosen": "test point 1", "limits": {"f1": 2}, "weights": {"f1": 2}}
+    decided = {"date": "2026-11-29", "chosen": "test point 2", "agree": ["Ann"], "dissent": []}
+    table = tests.under(positions=[position], decided=decided)
+    format_of(f"t.{suffix}", "tests").save_tests(tmp_path / f"t.{suffix}", table)
+    read = read_table(tmp_path / f"t.{suffix}")
+    assert read.equals(table)
+    assert not read.equals(tests)
+    assert read.formulation.positions == table.formulation.positions
+    asked = read_table(tmp_path / f"t.{suffix}", Formulation(limits={"f1": 1.5}))
+    assert (asked.formulation.decided, len(asked.formulation.positions)) == (decided, 1)
+
+
+def test_normalisation_tells_tables_apart():
+    table = TestTable.of([1, 2], [[0], [1]], [[1, 2], [2, 1]])
+    assert not table.under(normalize=False).equals(table)
+    assert not table.under(chosen="test point 1").equals(table)
+
+
+def test_a_replaced_table_keeps_its_tests():
+    tests = TestTable.of([1, 2, 3], [[0], [1], [2]], [[1, 2], [2, 1], [3, 0]])
+    asked = tests.under(objectives=["f1", "r"], computed={"r": "f1 * f2"}, limits={"f1": 2})
+    layout = replace(asked.layout, label="name")
+    named = replace(asked, remarks=("two",), layout=layout, extra={"name": ["A", "B", "C"]})
+    assert (named.remarks, named.formulation) == (("two",), asked.formulation)
+    again = named.under(objectives=["f1", "f2"], computed={}, limits={})
+    assert again.feasible().all()
+    assert (again.names, again["f2"].tolist()) == (["A", "B", "C"], [2, 1, 0])

@@ -19,6 +19,8 @@ from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.pareto import RANKING_COLUMNS, decimal_mark, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
+# What a source may say of a decision.
+OF_CHOICE = ("chosen", "reason", "positions", "decided")
 # The options of a formulation.
 OF_FORMULATION = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
 
@@ -122,8 +124,8 @@ def opened_by_options(options: Options, suffixes: Names) -> tuple[TestTable, For
     require_output(options.out, suffixes, path, prototype, options.decision)
     formulation = formulation_of(options)
     table = opened(path, options, formulation)
-    choice = table.formulation
-    return table, replace(formulation, chosen=choice.chosen, reason=choice.reason)
+    choice = {name: getattr(table.formulation, name) for name in OF_CHOICE}
+    return table, replace(formulation, **choice)
 
 
 def say_source(

@@ -304,7 +304,8 @@ class Formulation(Shown):
     def completed(self, other: Formulation, objectives: Names) -> Formulation:
         """Return it with what it leaves open, as the tests to which it applies have it.
 
-        Without a chosen design it takes their choice and its reason. Fixed ranges that are None are
+        Without a chosen design it takes their choice and its reason, without positions or a
+        decision of a group those of the tests. Fixed ranges that are None are
         those of the tests if the objectives are the same, else those of the Pareto set.
 
         Args:
@@ -318,7 +319,10 @@ class Formulation(Shown):
             >>> Formulation(["f1"]).completed(fixed, ["f1", "f2"]).ranges
             {}
         """
-        changes: Values = {}
+        changes: Values = {
+            "positions": self.positions or other.positions,
+            "decided": self.decided or other.decided,
+        }
         if self.chosen is None:
             changes |= {"chosen": other.chosen, "reason": other.reason}
         if self.ranges is None:

@@ -142,7 +142,8 @@ def head_of(table: Any) -> Values:
         tests nor kinds; ``lower``, ``upper``: lists of numbers, None where there is no bound;
         ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
         ``units``, texts by name, and ``label``; of the formulation, ``limits``, ``ranges``,
-        ``normalize`` if it is false and ``chosen``, the name of a design and why; and ``problem``.
+        ``normalize`` if it is false, ``chosen``, the name of a design and why, ``positions`` and
+        ``decided``; and ``problem``.
     """
     layout = table.layout
     head: Values = {field.name: getattr(layout, field.name) for field in fields(layout)}
@@ -173,6 +174,10 @@ def formulation_head(formulation: Formulation) -> Values:
         head["normalize"] = False
     if formulation.chosen is not None:
         head["chosen"] = [formulation.chosen, formulation.reason]
+    if formulation.positions:
+        head["positions"] = formulation.positions
+    if formulation.decided is not None:
+        head["decided"] = formulation.decided
     return head
 
 
@@ -185,6 +190,8 @@ def formulation_of_head(head: Head) -> Formulation:
         normalize=head.get("normalize", True),
         chosen=chosen,
         reason=reason,
+        positions=head.get("positions", ()),
+        decided=head.get("decided"),
     )
 
 

@@ -275,6 +275,7 @@ def designs_of_source(
 
 def _undeclared(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
+    table = table.rows(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
     label = table.layout.label
     word = "variables"
     first = first_rows(table.X)

@@ -594,7 +594,7 @@ def _failures(table: TestTable) -> list[str]:
         if name == table.layout.label or name in table.limits:
             continue
         cells = np.where(blank(column), "", column)
-        counts = Counter(cells.tolist())
+        counts = Counter(cells[table.eligible()].tolist())
         texts = [cell for cell in counts if isinstance(cell, str)]
         words = list(filter(_FAILURE.fullmatch, texts))
         if not words:

@@ -651,6 +651,9 @@ class TestTable(Tests, Shown):
             return False
         if difference(self._with(problem=None), other):
             return False
+        for name in ("normalize", "chosen", "reason", "positions", "decided"):
+            if getattr(self.formulation, name) != getattr(other.formulation, name):
+                return False
         columns = columns_of(self)
         others = columns_of(other)
         if list(columns) != list(others):

@@ -115,8 +115,9 @@ class Tests:
     separator: str = ","
     # ``(n,)`` the indices of their statuses: a text takes 40 bytes.
     _codes: NDArray[np.int8] = field(init=False)
-    # The tests as they were before `under`; None if they are that themselves.
-    _tested: Tests | None = field(default=None, init=False)
+    # The tests as they were before `under`; None if they are that themselves. It is an argument of
+    # the class so that `dataclasses.replace` keeps it.
+    _tested: Tests | None = None
     # How many tests the study has in which these are kept; 0 if they are in none.
     _n_stored: int = field(default=0, init=False)
     # The Pareto-optimal designs, once they are known. It is no field: no other table takes it over.
@@ -137,9 +138,17 @@ class Tests:
         for name, names in layout.blocks.items():
             require_shape(name, arrays[name], (n, len(names)))
         extra = extra_columns(self.extra, layout, n)
-        # The columns are those of the formulation already.
-        formulation = self.formulation.without_columns()
-        self._set(arrays | {"numbers": numbers, "extra": extra, "formulation": formulation})
+        formulation = self.formulation
+        tested = self._tested
+        if tested is not None and not np.array_equal(tested.numbers, numbers):
+            tested = None
+        if tested is None:  # the columns are those of the formulation already
+            formulation = formulation.without_columns()
+        else:
+            labelled = replace(tested.layout, label=layout.label)
+            tested = tested._with(layout=labelled, extra=extra)
+        values = {"numbers": numbers, "extra": extra, "formulation": formulation}
+        self._set(arrays | values | {"_tested": tested})
         self._check_ranges()
         self._set_status(self.reasons)
         # Which outputs a model gives is known as soon as it has run for a test without failing.

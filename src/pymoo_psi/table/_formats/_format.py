@@ -178,7 +178,8 @@ class StudyFile(FileFormat):
         layout = replace(table.layout, label=None)
         tests = table.under(limits={})._with(layout=layout, extra={})
         head = head_of(tests)
-        head.pop("chosen", None)
+        for name in ("chosen", "positions", "decided"):
+            head.pop(name, None)
         limits = {}
         for name, limit in limits_of(table.formulation.limits).items():
             if name in table.layout.columns:
