@@ -62,6 +62,26 @@ def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
     assert (inside["tests"] == 2).all()
 
 
+class Dice(Queue):
+    """A noisy model of three designs, which recur."""
+
+    def __init__(self):
+        super().__init__()
+        self.vtype = int
+        self.xl = np.array([0, 0])
+        self.xu = np.array([2, 0])
+
+
+def test_every_test_of_a_design_that_recurs_counts_once(study_file):
+    problem = Dice()
+    investigate(problem, 8, repeat=2, study=study_file)
+    table = investigate(problem, 16, repeat=2, study=study_file)
+    assert len(problem.calls) == table["tests"].sum() == 32
+    for x, F in zip(table.X, table.F, strict=True):
+        tests = [model(x, seed) for *design, seed in problem.calls if np.array_equal(design, x)]
+        assert np.allclose(F, np.mean(tests, axis=0))
+
+
 def test_a_study_keeps_every_test_and_makes_only_what_is_missing(study_file):
     interrupted(investigate, Queue(12), 8, repeat=2, study=study_file)
     problem = Queue()

@@ -271,9 +271,10 @@ class StudyStore(Store):
         """
         with self.study.reading() as database:
             n_stored = sum(database.n_tests().values())
-        if not self.has_other_runs:
+            n_runs = len(database.facts.runs)  # now, as its repeats are others
+            numbers = database.numbers_of(self.run, tests.numbers)
+        if n_runs == 1:
             return tests.of_study(n_stored)
-        numbers = self.numbers(tests.numbers)
         extra = {**tests.extra, POINT: tests.numbers.tolist()}
         if RUN not in tests.layout.columns:
             extra[RUN] = [self.run] * len(tests)

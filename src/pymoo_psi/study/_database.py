@@ -423,7 +423,8 @@ class Database:
         the test, as a test has one number in the table of a run. Repeated tests are made for one
         run only.
         """
-        if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).identity:
+        others = [other.number for other in self.facts.runs if "repeat" not in other.identity]
+        if others == [run] or run not in others:
             return
         n_variables = len(self.facts.head["variables"])
         variables = _columns_of_values(self.facts.head)[:n_variables]
@@ -438,7 +439,7 @@ class Database:
         self.db.executemany(
             f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, min(test) FROM tests "
             f"WHERE ({names}) = ({marks}) AND design_key({names}) = design_key({marks}) "
-            f"AND run <> {run} "
+            f"AND run <> {run} AND run IN ({', '.join(map(str, others))}) "
             f"AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?) GROUP BY {names}",
             zip(test_points.tolist(), *designs, *designs, numbers.tolist(), strict=True),
         )

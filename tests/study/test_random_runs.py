@@ -1,0 +1,254 @@
+"""Random runs in one study, against a dictionary as oracle.
+
+Whatever runs a study has, and in whatever order: every design is evaluated once, all values are
+those of the model, every run has the points that it would have alone, and the study has what was
+evaluated.
+"""
+
+import zlib
+from collections import Counter
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.optimize import minimize
+
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    Recorded,
+    Restricted,
+    SurrogatePSI,
+    investigate,
+    read_table,
+)
+
+OPTIONS = [12, "12", 1, True, 1.0, "oak"]
+REAL = {"x": Real(bounds=(-1, 1)), "y": Real(bounds=(0, 2))}
+FINITE = {"n": Integer(bounds=(0, 4)), "a": Choice(options=OPTIONS), "b": Binary()}
+SPACES = [REAL, FINITE, {"x": REAL["x"], **FINITE}, {"n": FINITE["n"], "b": Binary()}]
+
+
+def key(values):
+    return repr([*values])
+
+
+def objectives(text, seed=0):
+    """Two objectives, by which no design is taken for another one."""
+    return [zlib.crc32(text.encode(), start + seed) / 2**32 for start in (1, 2)]
+
+
+def fails(text):
+    return zlib.crc32(text.encode(), 3) % 7 == 0
+
+
+class Model(Problem):
+    """A model that notes its calls, fails for some designs and may be interrupted."""
+
+    def __init__(self, variables, *, elementwise=True, noisy=False, calls=None):
+        super().__init__(vars=variables, n_obj=2, elementwise=elementwise)
+        self.noisy = noisy
+        self.calls = [] if calls is None else calls  # the keys of designs, and their objectives
+        self.n_left = None  # how many calls there are before an interrupt
+
+    def fingerprint(self):
+        return {}
+
+    def _evaluate(self, x, out, *args, seed=0, **kwargs):
+        if not self.elementwise:
+            out["F"] = np.array([self._objectives(design, seed) for design in x])
+            return
+        out["F"] = self._objectives(x, seed)
+
+    def _objectives(self, design, seed):
+        if self.n_left == 0:
+            raise KeyboardInterrupt
+        if self.n_left is not None:
+            self.n_left -= 1
+        text = key(design[name] for name in self.vars)
+        self.calls.append((text, *objectives(text, seed)))
+        if self.elementwise and fails(text) and not self.noisy:
+            raise ValueError("no solution")
+        return objectives(text, seed)
+
+
+def part(random, variable):
+    """A random part of a variable, whose points may be points of other parts."""
+    if isinstance(variable, Binary):
+        return bool(random.integers(2))
+    if isinstance(variable, Choice):
+        count = random.integers(1, len(OPTIONS))
+        return [OPTIONS[i] for i in sorted(random.choice(len(OPTIONS), count, replace=False))]
+    steps = 4 if isinstance(variable, Integer) else 8
+    low, high = sorted(random.integers(0, steps + 1, 2).tolist())
+    lower, upper = variable.bounds
+    ends = [lower + (upper - lower) * step / steps for step in (low, high)]
+    if isinstance(variable, Integer):
+        ends = [*map(int, ends)]
+    return ends[0] if random.random() < 0.2 else tuple(ends)
+
+
+def restricted(random, model):
+    box = {}
+    whole = random.choice([*model.vars])
+    for name, variable in model.vars.items():
+        if name != whole and random.random() < 0.5:
+            box[name] = part(random, variable)
+    return lambda problem: Restricted(problem, box) if box else problem
+
+
+def psi(problem, n_points, **options):
+    return minimize(problem, PSI(n_points, **options)).algorithm.table
+
+
+def rows_of(table):
+    """The keys and objectives of the tests of a table, those that failed without objectives."""
+    rows = []
+    for design, F, status in zip(table.X.tolist(), table.F.tolist(), table.status, strict=True):
+        rows.append((key(design), *([] if status == "failed" else F)))
+    return rows
+
+
+class Check:
+    """Runs of one model in one study, and all that holds after each of them."""
+
+    def __init__(self, random, study_file):
+        self.random = random
+        self.study = study_file
+        noisy = random.random() < 0.15
+        variables = SPACES[random.integers(len(SPACES))]
+        elementwise = bool(noisy or random.random() < 0.7)
+        self.model = Model(variables, elementwise=elementwise, noisy=noisy)
+
+    def run(self):
+        choices = [self.sequence, self.sequence, self.sequence, self.recorded, self.surrogates]
+        if self.model.noisy:
+            choices = [self.sequence]
+        choices[self.random.integers(len(choices))]()
+        self.check_study()
+
+    def sequence(self):
+        """Points of the sequence, the same ones as without a study."""
+        random = self.random
+        box = restricted(random, self.model)
+        n_points = int(random.integers(1, 14))
+        options = {"first": int(random.integers(1, 6))}
+        copy = Model(self.model.vars, elementwise=self.model.elementwise, noisy=self.model.noisy)
+        alone = investigate(box(copy), n_points, **options)
+        if self.model.noisy and random.random() < 0.5:
+            options["repeat"] = 2
+        if random.random() < 0.3:
+            self.interrupted(box, n_points, options)
+        by = investigate
+        if "repeat" not in options and random.random() < 0.5:
+            by = psi
+        table = by(box(self.model), n_points, study=self.study, **options)
+        found, expected = (Counter(row[0] for row in rows_of(t)) for t in (table, alone))
+        # investigate averages repeats, PSI does not
+        assert found.keys() == expected.keys()
+        assert found == expected or self.model.noisy
+        self.check_table(table)
+        n_calls = len(self.model.calls)
+        again = by(box(self.model), n_points, study=self.study, **options)
+        assert again.numbers.tolist() == table.numbers.tolist()
+        assert rows_of(again) == rows_of(table)
+        assert len(self.model.calls) == n_calls
+
+    def interrupted(self, box, n_points, options):
+        self.model.n_left = int(self.random.integers(n_points))
+        with suppress(KeyboardInterrupt):
+            investigate(box(self.model), n_points, study=self.study, **options)
+        self.model.n_left = None
+
+    def surrogates(self):
+        box = restricted(self.random, self.model)
+        algorithm = SurrogatePSI(6, n_points=4, study=self.study)
+        seed = int(self.random.integers(2))
+        table = minimize(box(self.model), algorithm, seed=seed).algorithm.table
+        assert len(table) == 6
+        self.check_table(table)
+
+    def recorded(self):
+        """Designs that somebody evaluates, known ones and new ones, some of them twice."""
+        problem = Recorded(FailureTolerant(self.model), study=self.study)
+        designs = []
+        for _ in range(self.random.integers(1, 6)):
+            designs.append({name: self.value(v) for name, v in self.model.vars.items()})
+        if self.study.exists():
+            for row in read_table(self.study, repeats=False).X[:3].tolist():
+                designs.append(dict(zip(self.model.vars, row, strict=True)))
+        designs += designs[:2]
+        F = problem.evaluate(np.array(designs, dtype=object), return_values_of=["F"])
+        for design, values in zip(designs, F.tolist(), strict=True):
+            text = key(design.values())
+            if not (self.model.elementwise and fails(text)):
+                assert values == objectives(text)
+
+    def value(self, variable):
+        if isinstance(variable, Real):  # the two zeros are two designs
+            return [-0.0, 0.0, 0.25, 0.75, float(self.random.random())][self.random.integers(5)]
+        if isinstance(variable, Integer):
+            return int(self.random.integers(5))
+        if isinstance(variable, Binary):
+            return bool(self.random.integers(2))
+        return OPTIONS[self.random.integers(len(OPTIONS))]
+
+    def check_table(self, table):
+        """All tests are of the model, and they are those of the study."""
+        whole = read_table(self.study, repeats=False)
+        if self.model.noisy:
+            return
+        by_number = dict(zip(whole.numbers.tolist(), rows_of(whole), strict=True))
+        for number, row in zip(table.numbers.tolist(), rows_of(table), strict=True):
+            assert by_number[number] == row
+        has_more = f"the study has {len(whole)}" in repr(table)
+        assert has_more == (len(whole) > len(table))
+
+    def check_study(self):
+        calls = self.model.calls
+        whole = rows_of(read_table(self.study, repeats=False))
+        if self.model.noisy:
+            assert Counter(whole) == Counter(calls)
+            return
+        oracle = {text: F for text, *F in calls}
+        if self.model.elementwise:
+            oracle = {text: [] if fails(text) else F for text, F in oracle.items()}
+            assert len(oracle) == len(calls), "a design was evaluated twice"
+        assert {text: F for text, *F in whole} == oracle
+        assert all(oracle[text] == F for text, *F in whole)
+
+
+@pytest.mark.parametrize("start", range(0, 100, 10))
+def test_any_runs_in_one_study_agree_with_a_dictionary(start, tmp_path):
+    for seed in range(start, start + 10):
+        random = np.random.default_rng(seed)
+        check = Check(random, tmp_path / f"{seed}.db")
+        for _ in range(random.integers(2, 4)):
+            check.run()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_shares_in_any_order_are_one_run(seed, tmp_path):
+    random = np.random.default_rng(seed)
+    variables = SPACES[random.integers(len(SPACES))]
+    n_parts = int(random.integers(2, 5))
+    last = dict.fromkeys(range(1, n_parts + 1), 0)
+    models = {part: Model(variables) for part in last}
+    for _ in range(6):
+        part = int(random.integers(1, n_parts + 1))
+        n_points = int(random.integers(4, 24))
+        last[part] = max(last[part], n_points)
+        table = investigate(models[part], n_points, share=(part, n_parts), study=tmp_path / "parts")
+        alone = investigate(Model(variables), n_points, share=(part, n_parts))
+        assert table.equals(alone)
+        calls = [text for text, *_ in models[part].calls]
+        assert len({*calls}) == len(calls)
+    expected = {}
+    for part, n_points in last.items():
+        if n_points:
+            table = investigate(Model(variables), n_points, share=(part, n_parts))
+            expected |= zip(table.numbers.tolist(), rows_of(table), strict=True)
+    whole = read_table(tmp_path / "parts", repeats=False)
+    assert dict(zip(whole.numbers.tolist(), rows_of(whole), strict=True)) == expected
