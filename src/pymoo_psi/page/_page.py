@@ -50,7 +50,7 @@ class DecisionPage(Framed):
         table: The designs on the page.
         prototype: Existing designs to compare with; None if there are none.
         formulation: The objectives, limits, choice and reason that the page opens with.
-        cautions: Reasons not to rely on the optimum of all designs, independent of limits.
+        cautions: Reasons not to rely on the optimum within the limits of the formulation.
         origin: Name of the file with the designs, for the print; empty if there is none.
         further: What is known of further tests, under the limits of the formulation.
 
@@ -189,14 +189,17 @@ def page_of_tests(
         origin: Name of the file with the tests.
         prototype: Existing designs to compare with.
     """
-    ranking = designs.feasible_ranking()
-    certainty = certainty_sentences(designs, int(ranking.salukvadze[0]))
+    reasons: list[str] = []
+    if table.eligible().any():
+        ranking = table.feasible_ranking()
+        reasons += map(str, cautions(ranking))
+        reasons += certainty_sentences(table, int(ranking.salukvadze[0]))
     return DecisionPage(
         title=title,
         table=designs,
         prototype=prototype,
         formulation=replace(table.formulation, limits=table.limits),
-        cautions=tuple(dict.fromkeys([*map(str, cautions(ranking)), *certainty])),
+        cautions=tuple(dict.fromkeys(reasons)),
         origin=origin,
     )
 

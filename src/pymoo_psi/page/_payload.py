@@ -78,7 +78,7 @@ def payload(page: DecisionPage, live: Entries | None) -> Content:
     }
     shades = []
     if live is None:  # all designs are there
-        shades = _shades(table)
+        shades = _shades(table.under(limits=page.formulation.limits))
     return {
         "title": page.title,
         "file": file,
@@ -112,11 +112,13 @@ def payload(page: DecisionPage, live: Entries | None) -> Content:
 def _shades(table: TestTable) -> list[Content]:
     """Return shares of designs by which the page shades them, in classes from light to dark.
 
+    They are those within the limits that the page opens with.
+
     Args:
-        table: Feasible designs, one or more.
+        table: Designs, one or more of them feasible.
     """
     ranking = table.feasible_ranking()
-    shares = {"share of the weights": weight_shares(ranking)}
+    shares = {"share of the weights, which are squared": weight_shares(ranking)}
     if has_errors(table):
         shares["probability of being optimal"] = table.confidence()["pareto"].to_numpy()
     texts = [f"up to {100 * bound:g} %" for bound in SHADES.values()]
@@ -216,8 +218,7 @@ def notations(table: TestTable) -> dict[str, Notation]:
     Args:
         table: Tests, one or more of them feasible.
     """
-    designs = table.under(limits={})
-    designs = designs.rows(designs.feasible())
+    designs = table.rows(table.feasible())
     columns = _columns([designs], nondominated(designs.F))
     return {column["name"]: column["notation"] for column in columns if "notation" in column}
 

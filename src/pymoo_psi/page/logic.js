@@ -102,9 +102,6 @@ function grow(data, more) {
     column.range = [1, -1].map((sign, k) => sign * min(sign * column.range[k], sign * endOf(column.values, sign, data.whole.front)))
   }
   data.fixed = fixedFrame(data) // the points U and N of fixed ranges
-  const isGiven = isFixed(data.opens_with.ranges)
-  data.lengths = isGiven ? new Frame(F, data.whole.front, false, data.fixed).lengths : data.whole.frame.lengths // what per cent are of
-  data.ranged = isGiven ? "the fixed range of each objective" : "the range of all Pareto-optimal designs, whatever the limits"
   return data
 }
 
@@ -411,12 +408,12 @@ function left(data, state) {
 const limitText = ({name, unit}, end, value, text = apart(local(String(value)))) =>
   `${name} ${end ? "at most" : "at least"} ${text}${unit ? ` ${unit}` : ""}`
 
-// A value with six digits, upwards (1) or downwards (0), so that a limit there lets it pass.
-function outward(value, end) {
+// A value with six digits, rounded up or down.
+function inSixDigits(value, isUp) {
   if (value === 0 || !isNumber(value)) return value
   const near = Number(value.toPrecision(6))
-  if (end ? near >= value : near <= value) return near
-  return Number((near + (end ? 1 : -1) * 10 ** (floor(log10(abs(value))) - 5)).toPrecision(6))
+  if (isUp ? near >= value : near <= value) return near
+  return Number((near + (isUp ? 1 : -1) * 10 ** (floor(log10(abs(value))) - 5)).toPrecision(6))
 }
 
 // At which limits another design is proposed (selection's switching_values): as each that is set, or
@@ -477,10 +474,11 @@ function* switches(data, state, now) {
 
 // The same in a sentence, "" if the proposal stays at any limit.
 function staying(data, now, found) {
-  const until = found.filter(({value}) => value !== null).map(({name, end, value, row}) => {
+  const until = found.filter(({value}) => value !== null).map(({name, end, looser, value, row}) => {
     const {unit} = data.by.get(name)
-    return sentence(data, "until", {column: name, other: row < 0 ? "none" : data.names[row],
-      value: `${end ? "at most" : "at least"} ${short(outward(value, end), 6)}${unit ? ` ${unit}` : ""}`})
+    const isUp = looser === (end === 1)
+    return sentence(data, `${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other: row < 0 ? "none" : data.names[row],
+      limit: `${short(inSixDigits(value, isUp), 6)}${unit ? ` ${unit}` : ""}`})
   })
   return until.length && now.best.length ? sentence(data, "stays", {design: capital(data.names[now.best[0]]), changes: listed(until, "or")}) : ""
 }
@@ -492,7 +490,7 @@ function nearestDesign(data, state, {times, rejected}) {
   const ends = entriesOf(state.limits).flatMap(([name, pair]) => pair.flatMap((end, k) => {
     const column = data.by.get(name)
     const value = column.values[row]
-    return end !== null && (k ? value > end : value < end) ? [limitText(column, k, outward(value, k))] : []
+    return end !== null && (k ? value > end : value < end) ? [limitText(column, k, inSixDigits(value, k))] : []
   }))
   const texts = Object.keys(state.categories).filter((name) => rejected.get(name)[row]).map((name) => {
     const {texts, values} = data.by.get(name)
@@ -644,6 +642,7 @@ const apart = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?
 function percent(share) {
   const hundreds = 100 * share
   if (hundreds > 0 && hundreds < 0.01) return "less than 0.01 %"
+  if (hundreds >= 99.5 && hundreds < 100 - 1e-7) return "more than 99 %"
   if (!(hundreds >= 9.95) || hundreds === Infinity) return `${short(hundreds, 2)} %`
   return `${BigInt(whole(hundreds))} %` // all digits of any
 }
@@ -675,10 +674,11 @@ const isWithin = (share) => abs(share) <= 1 + TIE
 const amount = ({unit}, value) => short(value) + (unit === "%" ? " points" : unit ? ` ${unit}` : "")
 
 // A change of one objective in words.
-function changed(data, j, value, share, first) {
+function changed(data, ranking, j, value, share, first) {
   const column = data.objectives[j]
   const key = !isWithin(share) ? "bare change" : first ? "first change" : "change"
-  return sentence(data, key, {objective: column.name, share: percent(share), amount: amount(column, value)})
+  return sentence(data, key, {objective: column.name, share: percent(share), amount: amount(column, value),
+    range: ranking.fixed ? "fixed range" : "range"})
 }
 
 // The objectives by share, the largest first, NaN last.
@@ -688,12 +688,12 @@ function bySize(shares) {
 }
 
 // Where a design is better than another and where worse, in words.
-function difference(data, gains, shares) {
+function difference(data, ranking, gains, shares) {
   const places = bySize(shares)
   let first = true
   const parts = [["better", 1], ["worse", -1]].map(([key, sign]) => {
     const changes = places.filter((j) => sign * gains[j] > 0).map((j) => {
-      const text = changed(data, j, abs(gains[j]), abs(shares[j]), first)
+      const text = changed(data, ranking, j, abs(gains[j]), abs(shares[j]), first)
       first = false
       return text
     })
@@ -703,19 +703,19 @@ function difference(data, gains, shares) {
 }
 
 // Gains of rows against the first of them and shares of the ranges, a list each.
-function gainsOf(data, rows) {
+function gainsOf(data, {frame}, rows) {
   const gains = rows.map((row) => data.F.map((column) => column[rows[0]] - column[row] + 0))
-  return {gains, shares: gains.map((list) => list.map((gain, j) => shareOf(gain, data.lengths[j])))}
+  return {gains, shares: gains.map((list) => list.map((gain, j) => shareOf(gain, frame.lengths[j])))}
 }
 
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
-function against(data, key, row, other, parts = {}) {
-  const {gains, shares} = gainsOf(data, [other, row])
+function against(data, ranking, key, row, other, parts = {}) {
+  const {gains, shares} = gainsOf(data, ranking, [other, row])
   const name = data.names[row]
   const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
-  return sentence(data, key, {design, other: data.names[other], difference: difference(data, gains[1], shares[1]), ...parts})
+  return sentence(data, key, {design, other: data.names[other], difference: difference(data, ranking, gains[1], shares[1]), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
@@ -729,7 +729,7 @@ function compared(data, ranking, state, shown = -1) {
   const base = data.total > data.n ? data.n : best
   const looked = shown >= 0 ? shown : chosen >= 0 ? chosen : best
   const rows = new Set([base, best, chosen, looked, ...state.pins.map(row)].filter((i) => i >= 0))
-  const near = nearest(data, ranking.front, looked, rows, 4 - rows.size)
+  const near = nearest(data, ranking, looked, rows, 4 - rows.size)
   const whole = data.whole.best[0]
   const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [ranking.place[whole] === 1 ? -1 : whole, "proposed without limits"],
     ...near.map((i) => [i, "near"])]
@@ -739,10 +739,10 @@ function compared(data, ranking, state, shown = -1) {
 }
 
 // Some rows of the front that are nearest to a row, in units of the ranges, but for those taken.
-function nearest(data, front, row, taken, count) {
+function nearest(data, {front, frame}, row, taken, count) {
   const away = new Float64Array(front.length)
   data.F.forEach((column, j) => {
-    const [own, length] = [column[row], data.lengths[j]]
+    const [own, length] = [column[row], frame.lengths[j]]
     for (let k = 0; k < away.length; k++) away[k] += ((column[front[k]] - own) / length) ** 2
   })
   for (let k = 0; k < away.length; k++) if (taken.has(front[k])) away[k] = Infinity
@@ -756,8 +756,8 @@ function nearest(data, front, row, taken, count) {
 }
 
 // What rows gain against one of them in each objective, and this in shares of its range.
-function compare(data, rows, base) {
-  const {gains, shares} = gainsOf(data, [base, ...rows])
+function compare(data, ranking, rows, base) {
+  const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
   return data.objectives.map((column, j) => ({column, gains: rows.map((_, k) => gains[k + 1][j]),
     shares: rows.map((_, k) => shares[k + 1][j])}))
 }
@@ -765,8 +765,8 @@ function compare(data, rows, base) {
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
-  const {front, frame: {low}, pareto} = ranking
-  const {objectives, F, lengths} = data
+  const {front, frame: {low, lengths}, pareto} = ranking
+  const {objectives, F} = data
   const own = F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
@@ -809,8 +809,8 @@ function explain(data, ranking, row) {
     if (same) same.names.push(objectives[j].name)
     else steps.push({names: [objectives[j].name], row: neighbours[j]})
   }
-  const {gains, shares: gained} = gainsOf(data, [row, ...steps.map((step) => step.row)])
-  steps.forEach((step, k) => { step.text = difference(data, gains[k + 1], gained[k + 1]) })
+  const {gains, shares: gained} = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
+  steps.forEach((step, k) => { step.text = difference(data, ranking, gains[k + 1], gained[k + 1]) })
   return {
     row,
     objectives: objectives.map(({name, values, maximize}, j) => ({
@@ -829,8 +829,8 @@ function standing(data, ranking, row, dominatedBy) {
   if (row >= data.n) return `${parts.design} is not among the designs that are ranked.`
   if (!mask[row]) return `${parts.design} is beyond the limits.`
   if (dominatedBy >= 0) {
-    const {gains, shares} = gainsOf(data, [row, dominatedBy])
-    const better = difference(data, gains[1], shares[1])
+    const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
+    const better = difference(data, ranking, gains[1], shares[1])
     return sentence(data, "dominated", {...parts, other: data.names[dominatedBy], difference: better})
   }
   const key = front.length === 1 ? "single" : place[row] > 1 ? "ranked" : best.length === 1 ? "optimum" : "optima"
@@ -854,10 +854,10 @@ function verdict(data, ranking, chosen, key = "instead") {
     remarks.push(sentence(data, "far", {objectives: listed(found.weakest), share: percent(worst)}))
   }
   if (ranking.place[first] !== 1) {
-    remarks.push(against(data, ranking.mask[first] ? "moved" : "without limits", first, proposed))
+    remarks.push(against(data, ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
   const isProposed = ranking.place[row] === 1
-  return {...found, proposed, remarks, instead: isProposed ? "" : against(data, key, row, proposed)}
+  return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, key, row, proposed)}
 }
 
 // ------------------------------------------------------------------------------------ typed numbers
@@ -1087,14 +1087,15 @@ const latest = (positions) => [...new Map(positions.map((one) => [one.name, one]
 function separation(data, ranking, positions) {
   const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen))
   const row = ({chosen}) => data.rowOf.get(chosen)
+  const measure = ranking.count ? ranking : data.whole
   const sentences = held.flatMap((one, k) => held.slice(0, k).flatMap((other) => one.chosen === other.chosen ? [] : [
-    against(data, "apart", row(one), row(other), {name: one.name, holder: other.name}),
+    against(data, measure, "apart", row(one), row(other), {name: one.name, holder: other.name}),
     reconciled(data, one, other), reconciled(data, other, one)]))
   if (!sentences.length || !ranking.count) return sentences
   const regret = (i, {weights, chosen}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
     const most = max(...given) || 1
-    return max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[data.rowOf.get(chosen)]) / data.lengths[j]))
+    return max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[data.rowOf.get(chosen)]) / measure.frame.lengths[j]))
   }
   let [best, least] = [-1, [Infinity, Infinity]]
   for (const i of ranking.front) {
@@ -1116,7 +1117,7 @@ function reconciled(data, one, other) {
   for (const column of better) {
     const end = column.maximize ? 0 : 1
     const pair = [...(entryOf(limits, column.name) ?? [null, null])]
-    const limit = pair[end] = outward(column.values[wanted], end)
+    const limit = pair[end] = inSixDigits(column.values[wanted], end)
     if (rank(byName([[column.name, pair]])).place[wanted] === 1) return sentence(data, "by limit", {...parts, limit: limitText(column, end, limit, short(limit, 6))})
   }
   const ranking = rank({})

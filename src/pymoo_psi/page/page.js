@@ -144,6 +144,9 @@ const page = (() => {
     showCounts()
     showVerdict()
     $("fixed").checked = state.fixed
+    const measure = state.fixed ? "the fixed range of each objective" : "the range of the Pareto-optimal designs within the limits"
+    renew("measure", measure)
+    $("of-range").title = measure
     showCharts(everything)
     keepFocus()
     enter()
@@ -304,16 +307,20 @@ const page = (() => {
       renew("verdict-variables", parts.length ? `${parts.join(", ")}.` : "")
     }
     show("cautions", verdict && data.cautions.length)
-    renew($("cautions").querySelector("p"), left.count < data.n ? "For all designs, without limits:" : "")
+    renew($("cautions").querySelector("p"), validity())
+    renew("shaded", isShaded ? validity() : "")
     show("reasoning", chosen >= 0 && !isInspected)
     renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
     if ($("reason").value !== state.reason) $("reason").value = state.reason
     renew("reason-printed", state.reason || "–")
   }
 
-  // What further tests promise within the limits that the page opened with, and the command for them.
-  const further = () => JSON.stringify([state.limits, state.categories]) === JSON.stringify([initial.state.limits, initial.state.categories])
-    ? data.further : {command: data.further.command}
+  // What was computed when the page was made holds for the limits and ranges that it opened with.
+  const asked = ({limits, categories, fixed}) => JSON.stringify([limits, categories, fixed])
+  const isAsOpened = () => asked(state) === asked(initial.state)
+  const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
+  // What further tests promise, and the command for them.
+  const further = () => isAsOpened() ? data.further : {command: data.further.command}
   function showFurther() {
     const {command, expected, is_idle} = further()
     renew("next", ...(expected ? [make("p", expected)] : []), ...(command && !is_idle
@@ -379,7 +386,7 @@ const page = (() => {
     renew("compare-hint", rows.length < 2 ? "Only one design is left; there is none to compare it with."
       : `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
     if (rows.length < 2) return renew("compare-table")
-    const objectives = Logic.compare(data, rows, rows[0])
+    const objectives = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
       const name = called(row)
       const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
@@ -579,8 +586,6 @@ const page = (() => {
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
     renew($("cautions").querySelector("b"), String(data.cautions.length))
     $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", readable(text))))
-    for (const place of document.querySelectorAll(".scale")) place.textContent = data.ranged
-    for (const place of document.querySelectorAll(".ranged")) place.title = data.ranged
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   }
 
@@ -622,6 +627,7 @@ const page = (() => {
   let drawn = []
   const plots = []
   let hues = null // colours by row; null for those of the places
+  let isShaded = false // whether they show what was computed when the page was made
 
   // The ends of an axis: the range of the Pareto set, and of what is marked.
   function scaleOf(column) {
@@ -703,6 +709,7 @@ const page = (() => {
     $("colour").onchange = () => {
       const column = columns[$("colour").selectedIndex - 1]
       const looks = column?.looks ?? Charts.HUES
+      isShaded = data.shades.includes(column)
       hues = column ? (row) => looks[column.values[row] % looks.length] : null
       show("colours", column)
       $("colours").replaceChildren(...(column?.texts ?? []).map((text, k) =>
@@ -902,9 +909,9 @@ const page = (() => {
     const gives = (column) => ({chosen}) => {
       const at = rowOf(chosen)
       if (at < 0) return "–"
-      const best = data.whole.ideal[data.objectives.indexOf(column)]
-      const away = abs(column.values[at] - best)
-      return `${cellText(column, at)}, ${away ? `gives up ${difference(column, away)}` : "the best"}`
+      const j = data.objectives.indexOf(column)
+      const away = data.F[j][at] - (ranking.count ? ranking : data.whole).frame.low[j]
+      return `${cellText(column, at)}, ${away > 0 ? `gives up ${difference(column, away)}` : away < 0 ? `${difference(column, away)} better than the best` : "the best"}`
     }
     const words = ({limits}) => entriesOf(limits).map(([name, limit]) => limit.every((end) => typeof end === "string") ? `${name}: ${limit.join(", ")}`
       : limit.flatMap((end, k) => end === null ? [] : [Logic.limitText(data.by.get(name), k, end)]).join(", ")).join("; ") || "–"

@@ -39,7 +39,7 @@ class Acceptability:
         errors: ``(n, k)`` standard errors of the shares, from the differences between eight parts
             of the weights.
         central: ``(n, m)`` the mean of the weights for which a design is the best, of sum 1; NaN
-            where there are none.
+            where there are none, 0 for an objective in which all Pareto-optimal designs are equal.
 
     Example:
         >>> result = Acceptability.of([[0.0, 1.0], [0.25, 0.25], [1.0, 0.0]], p=1)
@@ -71,12 +71,16 @@ class Acceptability:
         front, values = front_of(ranking)
         terms = np.maximum(ranking.frame.scaled(values), 0.0)
         terms /= terms.max() or 1.0  # no sum overflows
-        designs, design_of_row = np.unique(terms, axis=0, return_inverse=True)
+        # An objective that is equal for all needs no weight.
+        weighted = np.flatnonzero(np.ptp(terms, axis=0))
+        if not len(weighted):
+            weighted = np.arange(1)
+        designs, design_of_row = np.unique(terms[:, weighted], axis=0, return_inverse=True)
         k = len(designs)
         per_block = _PER_BLOCK
         if k > _MANY:
             per_block = _PER_BLOCK // 4
-        weights = _weights(_BLOCKS * per_block, terms.shape[1], factor)
+        weights = _weights(_BLOCKS * per_block, len(weighted), factor)
         nearest = _nearest(designs, weights, p, min(places, k))
         # How many weights of each block give each place to each design, and the sum of its weights.
         # The last design stands for dominated rows.
@@ -85,7 +89,9 @@ class Acceptability:
         for place, design in enumerate(nearest.T):
             np.add.at(counts[:, place], (design, block), 1)
         sums = np.zeros((k + 1, terms.shape[1]))
-        np.add.at(sums, nearest[:, 0], weights)
+        columns = np.zeros((len(weights), terms.shape[1]))
+        columns[:, weighted] = weights
+        np.add.at(sums, nearest[:, 0], columns)
         counts /= per_block
         with np.errstate(invalid="ignore"):
             central = sums / sums.sum(axis=1)[:, None]  # the sum is 1
@@ -112,8 +118,10 @@ def acceptability(
     """Return for which share of the weights each design is the best, the second, the third.
 
     The distance is that of :class:`pymoo_psi.CompromiseProgramming`: the L_p norm of the weighted
-    differences from the ideal point. The weights sum to 1 and are uniformly distributed: 8192 LPτ
-    points, or 2048 for more than 10 000 optimal designs.
+    differences from the ideal point. A weight multiplies a difference before it is squared (p = 2),
+    so that twice the weight counts four times. The weights sum to 1 and are uniformly distributed:
+    8192 LPτ points, or 2048 for more than 10 000 optimal designs. An objective in which all
+    Pareto-optimal designs are equal has no weight.
     :class:`pymoo_psi.pareto.Acceptability` has the errors, usually below 0.003, and central
     weights.
 
@@ -149,8 +157,8 @@ def weight_shares(ranking: EfficiencyRanking) -> Array:
 
     They are 0 for all designs where there is nothing to weigh.
     """
-    line = ranking.frame.line
-    if np.count_nonzero(line) < 2 or ranking.pareto.sum() < 2 or len(line) > MAX_DIMENSIONS:
+    _, values = front_of(ranking)
+    if not 2 <= np.count_nonzero(np.ptp(values, axis=0)) <= MAX_DIMENSIONS:
         return np.zeros(len(ranking.pareto))
     return Acceptability.of(ranking, factor=_FACTOR, places=1).shares[:, 0]
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Rows
+from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
 from pymoo_psi.pareto._ranking import (
@@ -167,7 +167,8 @@ class _Checks:
         rows: ``(k,)`` the Pareto-optimal designs.
         values: ``(k, m)`` their objectives, minimised.
         unlike: ``(n, m)`` which values of all designs are unlike the usual ones of the front.
-        d: ``(k, m)`` the same in units of the ranges, from 0 to 1; 0 in a constant objective.
+        varying: ``(m,)`` in which objectives they differ.
+        d: ``(k, m)`` how far they are from the best values, in units of the ranges.
         mu: ``(k,)`` their distances to the ideal point.
         optima: Which of them are the optimum.
         best: The first of these.
@@ -181,7 +182,8 @@ class _Checks:
         self.unlike = np.zeros(ranking.objectives.values.shape, dtype=bool)
         low = self.values.min(axis=0)
         high = self.values.max(axis=0)
-        self.d = (self.values - low) / unit_lengths(low, high)
+        self.varying: Mask = np.isfinite(unit_lengths(low, high))
+        self.d = (self.values - low) / ranking.lengths
         self.mu = ranking.criteria[self.rows, 0]
         self.optima = np.searchsorted(self.rows, ranking.salukvadze)
         self.best = self.optima[0]
@@ -287,7 +289,7 @@ class _Checks:
         """Yield the caution about objectives that nearly repeat others."""
         twins = []
         originals = []
-        for j in np.flatnonzero(self.d.any(axis=0)):
+        for j in np.flatnonzero(self.varying):
             differences = np.sqrt(np.mean((self.d - self.d[:, [j]]) ** 2, axis=0))
             first = np.flatnonzero(differences <= SAME)[0]
             if first < j:
@@ -307,11 +309,10 @@ class _Checks:
 
     def of_optimum(self) -> Iterator[Caution]:
         """Yield the cautions about the optimum, and about designs that are almost as near."""
-        varying = self.d.any(axis=0)
-        if not varying.any():
+        if not self.varying.any():
             return
-        if not varying.all():
-            yield _caution("constant", objectives=listed(self.names[~varying]))
+        if not self.varying.all():
+            yield _caution("constant", objectives=listed([*self.names[~self.varying]]))
         near = np.flatnonzero(self.mu <= self.mu[self.best] * (1 + NEAR))
         # More than half of the designs, and from all over the set; not two ends that tie.
         many = len(near) >= 3 and 2 * len(near) > len(self.rows)
@@ -354,7 +355,7 @@ class _Checks:
 
     def worst(self) -> Iterator[Caution]:
         """Yield the caution about objectives in which the optimum is the worst."""
-        is_worst = self.d[self.best] >= 1 - EDGE
+        is_worst = self.varying & (self.d.max(axis=0) - self.d[self.best] <= EDGE)
         if is_worst.any():
             yield _caution("extreme", objectives=listed(self.names[is_worst]))
 

@@ -1,11 +1,11 @@
 """Why a design: how far it is from the best, and what others would gain and lose.
 
-Everything is measured against the Pareto set: the best value of an objective is that of the
-Pareto-optimal designs, and its range is that of all Pareto-optimal designs, whatever the limits.
-Shares are of this range; a difference beyond it is given in units only. The step from a design that
-improves an objective goes to the Pareto-optimal design that gives up least: of those that are
-better in it by 1 % of its range or more (or, if there is none, better at all) the one whose
-greatest loss in another objective, in units of the ranges, is the least.
+Everything is measured against the Pareto set of the designs within the limits: the best value of
+an objective is that of the Pareto-optimal designs, and its range is theirs, unless ranges are
+fixed. Shares are of this range; a difference beyond it is given in units only. The step from a
+design that improves an objective goes to the Pareto-optimal design that gives up least: of those
+that are better in it by 1 % of its range or more (or, if there is none, better at all) the one
+whose greatest loss in another objective, in units of the ranges, is the least.
 """
 
 from __future__ import annotations
@@ -127,6 +127,7 @@ class DesignComparison:
             ['f2 by 5 (62 % of its range)']
         """
         texts: list[str] = []
+        measure = "fixed range" if self.ranking.frame.is_fixed else "range"
         for j in columns:
             name = self.ranking.objectives.names[j]
             unit = self.ranking.objectives.units.get(name, "")
@@ -134,10 +135,10 @@ class DesignComparison:
                 unit = "points"
             amount = f"{number(sizes[j])} {unit}".strip()
             template = "change" if texts else "first change"
-            if not shares[j] <= 1 + _TIE:  # NaN is refused, too
+            if not within_range(shares[j]):
                 template = "bare change"
-            share = percent(shares[j])
-            texts.append(sentence(template, objective=name, amount=amount, share=share))
+            parts = {"share": percent(shares[j]), "range": measure}
+            texts.append(sentence(template, objective=name, amount=amount, **parts))
         return texts
 
 
@@ -160,8 +161,8 @@ class Explanation:
             is first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
             somewhere better; -1 if the design is Pareto optimal itself.
-        switching: Of the optimum of a test table, until which limits and values it stays so, as
-            sentences (``TestTable.switching``).
+        switching: Of the optimum of a test table, until which limits it stays so
+            (``TestTable.switching``).
         decimal: The decimal mark of the table, "" without one.
 
     Example:
@@ -449,6 +450,11 @@ def _shares(differences: Array, lengths: Array) -> Array:
     shares = differences / lengths + 0.0  # no -0.0
     shares[np.isinf(lengths) & (differences != 0)] = np.nan
     return shares
+
+
+def within_range(share: float) -> bool:
+    """Whether a difference is within the range of its objective; beyond it, only units tell."""
+    return share <= 1 + _TIE  # NaN is not
 
 
 def _by_size(shares: Array) -> Rows:

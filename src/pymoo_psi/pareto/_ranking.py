@@ -342,8 +342,6 @@ class EfficiencyRanking(Shown):
             around U: then M6 is empty.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
-        whole: The points U and N of all Pareto-optimal designs if the ranking is under limits; None
-            if it is not, or if the ranges are fixed.
 
     Example:
         The last row is dominated; of the others, the second is nearest to U = (0, 0).
@@ -361,20 +359,18 @@ class EfficiencyRanking(Shown):
     salukvadze: Rows
     objectives: Objectives
     rows: Rows
-    whole: UtopianFrame | None = None
 
     @property
     def lengths(self) -> Array:
         """``(m,)`` ranges of which shares are given; infinite for an objective that is constant.
 
-        They are the ranges of all Pareto-optimal designs, whatever the limits, or the fixed ones.
+        They are the ranges of the Pareto-optimal designs, or the fixed ones.
 
         Example:
             >>> rank_of_efficiency([[0, 4], [1, 1], [4, 0]]).lengths
             array([4., 4.])
         """
-        frame = self.whole or self.frame
-        return unit_lengths(frame.ideal, frame.nadir)
+        return unit_lengths(self.frame.ideal, self.frame.nadir)
 
     def __repr__(self) -> str:
         """Return the numbers of designs and objectives, and the best design."""
@@ -386,6 +382,8 @@ class EfficiencyRanking(Shown):
     def name_of(self, row: int) -> str:
         """Return the name of a design in sentences: its label if that is a text, else "design 3".
 
+        If the index of the labels has a name, such as ``test_point``, it is "test point 3".
+
         Example:
             >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).name_of(2)
             'design 2'
@@ -393,7 +391,8 @@ class EfficiencyRanking(Shown):
         label = self.objectives.labels[row]
         if isinstance(label, str):
             return label
-        return f"design {label}"
+        word = getattr(self.objectives.labels, "name", None) or "design"
+        return f"{word} {label}".replace("_", " ")
 
     def row_of(self, design: int | str) -> int:
         """Return the row of a design by its label or by the number of its test.
@@ -567,12 +566,7 @@ def rank_of_efficiency(
     if F.frame.is_fixed:
         ideal = F.ideal if ideal is None else ideal
         nadir = F.nadir if nadir is None else nadir
-    again = ranking_of(
-        F.objectives, F.pareto, F.rows, normalize=normalize, ideal=ideal, nadir=nadir
-    )
-    if again.frame.is_fixed:
-        return again
-    return replace(again, whole=F.whole)
+    return ranking_of(F.objectives, F.pareto, F.rows, normalize=normalize, ideal=ideal, nadir=nadir)
 
 
 def ranking_of(
@@ -689,9 +683,11 @@ def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> E
 
 def measured_in(ranking: EfficiencyRanking) -> str:
     """Return the unit of the distances of a ranking, as a sentence without its full stop."""
-    if ranking.frame.normalize:
-        return "Normalised: distances in units of the ranges"
-    return "Not normalised: plain distances, as in the paper"
+    if not ranking.frame.normalize:
+        return "Not normalised: plain distances, as in the paper"
+    if ranking.frame.is_fixed:
+        return "Normalised: distances in units of the fixed ranges"
+    return "Normalised: distances in units of the ranges"
 
 
 def front_of(ranking: EfficiencyRanking) -> tuple[Rows, Array]:

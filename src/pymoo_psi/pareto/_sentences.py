@@ -23,6 +23,7 @@ for _group in json.loads(Path(__file__).with_name("sentences.json").read_text("u
     SENTENCES.update(_group)
 
 _MARK = ContextVar("_MARK", default=".")  # the decimal mark
+_ALL = 100 - 1e-7  # per cent, up to rounding
 _LONG = 1e9  # numbers from this size on have an exponent
 
 
@@ -81,6 +82,8 @@ def percent(share: float) -> str:
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
         return "less than 0.01 %"
+    if 99.5 <= hundreds < _ALL:
+        return "more than 99 %"
     if hundreds >= 9.95:
         return f"{hundreds:.0f} %"
     return localized(f"{hundreds:.2g} %")

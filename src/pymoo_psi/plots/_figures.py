@@ -29,7 +29,11 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
+<<<<<<< HEAD
 from pymoo_psi.pareto import number, rank_of_efficiency, unit_lengths, with_units
+=======
+from pymoo_psi.pareto import EfficiencyRanking, number, with_units
+>>>>>>> 69642b39 (One meaning of range: a limit is the same as removing the rows that it rejects)
 from pymoo_psi.plots._points import (
     BLUE,
     OPTIMUM,
@@ -278,8 +282,8 @@ def plot_ranking(
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
     Each design is a line, darker for places 2 to 10. The best value of each objective in the Pareto
-    set is at the bottom, the worst on top. :func:`plot_objectives` draws the objectives of a table
-    in pairs.
+    set, or of its fixed range, is at 0, the worst at 1. :func:`plot_objectives` draws
+    the objectives of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -298,10 +302,9 @@ def plot_ranking(
     """
     ranking = rank_of_efficiency(ranking)
     objectives = with_units(ranking, units).objectives
-    minimized = objectives.minimized
-    low = minimized[ranking.pareto].min(axis=0)
-    high = minimized[ranking.pareto].max(axis=0)
-    shares = (minimized - low) / unit_lengths(low, high)
+    frame = ranking.frame
+    shares = (objectives.minimized - frame.ideal) / ranking.lengths
+    measure = "fixed range" if frame.is_fixed else "range"
     names = [literal(name, 30) for name in objectives.headings()]
     height = 60.0
     if len(names) > MATRIX:
@@ -315,14 +318,16 @@ def plot_ranking(
         if row is not None:
             label = literal(ranking.name_of(row))
             ax.plot(shares[row], "ko--", markersize=4.0, linewidth=2.0, zorder=7.0, label=label)
-        _name_objectives(ax, names, objectives.original(low), objectives.original(high))
+        _name_objectives(ax, names, ranking.ideal, ranking.nadir)
+        ax.set_ylabel(f"share of the {measure} (0 is best)")
+        ax.set_ylim(-0.05, max(1.05, shares[ranking.pareto].max() + 0.05))
         legend_of(figure, [ax])
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
             title,
             f"{optimal} of {len(ranking.place)}.",
-            "Each is a line; where many overlap, it is darker. The best values are at the bottom, "
-            "the worst on top.",
+            "Each is a line; where many overlap, it is darker. The best values are at 0, the worst "
+            "at 1.",
         )
     return figure
 
@@ -355,8 +360,7 @@ def _name_objectives(axes: Axes, names: list[str], best: Array, worst: Array) ->
     below = [f"{number(value)}\n{name}" for value, name in zip(best, names, strict=True)]
     axes.set_xticks(places, below, rotation=rotation)
     axes.secondary_xaxis("top").set_xticks(places, [number(value) for value in worst])
-    axes.set(xlim=(-0.4, len(names) - 0.6), ylim=(-0.05, 1.05))
-    axes.set_ylabel("share of the range (0 is best)")
+    axes.set_xlim(-0.4, len(names) - 0.6)
 
 
 # Sensitivities

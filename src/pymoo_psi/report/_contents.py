@@ -27,6 +27,7 @@ from pymoo_psi.pareto import (
     number,
     percent,
     representatives,
+    within_range,
 )
 from pymoo_psi.table import (
     TestTable,
@@ -115,8 +116,20 @@ class Choice:
                 columns[f"against {name}"] = [_gain(gain) for gain in gains]
         columns["best"] = self._texts(self.ranking.ideal)
         columns["worst"] = self._texts(self.ranking.nadir)
-        columns["behind best"] = [percent(share) for share in self.explanation.shares]
+        columns["behind best"] = self._behind()
         return pd.DataFrame(columns)
+
+    def _behind(self) -> list[str]:
+        """Return how far the design is behind the best in each objective."""
+        why = self.explanation
+        texts = []
+        pairs = zip(self.ranking.objectives.names, why.behind, why.shares, strict=True)
+        for name, difference, share in pairs:
+            text = _with_unit(self.table, name, float(difference))
+            if within_range(share):
+                text = percent(share)
+            texts.append(text)
+        return texts
 
     def values(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""

@@ -308,7 +308,7 @@ def confidence(table: TestTable) -> pd.DataFrame:
     errors = np.column_stack([table.column(name)[ranking.rows] for name in columns])
     degrees = None
     if N_TESTS in table.layout.outputs:
-        degrees = _degrees(table.column(N_TESTS), ranking.rows, errors)
+        degrees = _degrees(table.column(N_TESTS)[ranking.rows], errors)
     means, factors = _posterior(objectives.minimized, errors)
     n_designs = len(means)
     n_samples = _SAMPLES
@@ -337,19 +337,18 @@ def confidence(table: TestTable) -> pd.DataFrame:
     return frame
 
 
-def _degrees(n_tests: Array, rows: Rows, errors: Array) -> Array:
-    """Return the degrees of freedom of the variances in the standard errors of some designs.
+def _degrees(n_tests: Array, errors: Array) -> Array:
+    """Return the degrees of freedom of the variances in the standard errors of designs.
 
-    A pooled variance has those of all designs, feasible or not. A moderated one has d + n - 1, with
+    A pooled variance has those of all designs. A moderated one has d + n - 1, with
     d of the prior (Smyth 2004, as in :func:`_variances`). Standard errors do not tell d, so it is
     taken as 1, which is low: probabilities are less extreme than with the d of the prior.
 
     Args:
-        n_tests: ``(n,)`` numbers of tests of all designs.
-        rows: ``(k,)`` rows of some of them.
-        errors: ``(k, m)`` their standard errors.
+        n_tests: ``(n,)`` numbers of tests of the designs.
+        errors: ``(n, m)`` their standard errors.
     """
-    tests = n_tests[rows, None]
+    tests = n_tests[:, None]
     variances = errors**2 * tests
     is_pooled = np.ptp(variances, axis=0) <= _ROUNDING * variances.max(axis=0)
     pooled = np.fmax(n_tests - 1, 0).sum()
@@ -393,7 +392,7 @@ def _confidence_sentence(table: TestTable, row: int) -> str:
         return text
     likeliest = frame["best"].nlargest(2)
     share = likeliest.iloc[0] / likeliest.sum()
-    n_more = tests_to_settle(share, table.column(N_TESTS).mean())
+    n_more = tests_to_settle(share, table.column(N_TESTS)[table.eligible()].mean())
     if n_more == 0:
         return text
     designs = listed(likeliest.index.tolist())

@@ -1,22 +1,21 @@
-"""The values of limits, objectives and weights at which another design is recommended.
+"""The values of limits at which another design is recommended.
 
-The recommended design is the Salukvadze optimum of the designs within the limits or, for weights,
-the first by the achievement function. A path has the values of a limit, an objective or a weight in
-one direction, and ranks again at each of them; the first value at which the design is recommended
-no more is the answer. What would make several people agree is found by ranking again, too, in the
-second half of this file.
+The recommended design is the Salukvadze optimum of the designs within the limits. A path has the
+values of a limit in one direction, and ranks again at each of them; the first value at which the
+design is recommended no more is the answer. What would make several people agree is found by
+ranking again, too, in the second half of this file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Mask, Rows, known_name, mapping
+from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     capital,
     compare_designs,
@@ -43,67 +42,45 @@ Position: TypeAlias = Mapping[str, Any]
 # Up to this number of values each is tried; of more, one in each of 64 parts, and then bisection.
 _MOST_STEPS = 200
 _PARTS = 64
-# Steps of values and weights, as shares of the way to the end.
-_FINE = np.arange(1, 2**20 + 1) / 2**20
 _MOST_DESIGNS = 500  # ranking more Pareto-optimal designs again and again takes too long
 _TIE = 1e-9  # regrets that differ by less are equal
-_GREATEST_FACTOR = 1024.0  # a weight is multiplied by this at most
 _DOUBLINGS = 10  # a weight is doubled so often, at most, for two people to agree
 
 
-def switching_values(
-    table: TestTable,
-    *,
-    weights: Mapping[str, float] | None = None,
-    aspiration: Mapping[str, float] | None = None,
-) -> pd.DataFrame:
-    """Return the values of limits, objectives and weights at which the recommendation changes.
+def switching_values(table: TestTable) -> pd.DataFrame:
+    """Return the values of limits at which the recommendation changes.
 
     Each limit is tightened and loosened; an objective without a limit on its worse side gets one.
-    Each objective value of the recommended design, and each weight, is changed in both directions.
     Everything else stays as it is. The returned value is the nearest change in a direction; more
     changes may follow beyond it, because ranges follow the limits. :meth:`TestTable.switching` is
-    the same in sentences.
+    the same in a sentence.
 
     Args:
         table: The tests, under the formulation with the limits.
-        weights: Weights of objectives by name, 1 by default. With weights or an aspiration, the
-            recommendation is the first design of the achievement function, see
-            :class:`~pymoo_psi.ReferencePoint`.
-        aspiration: Aspired values of objectives by name, by default the best ones.
 
     Returns:
-        One row for each change: ``kind``, "limit", "value" or "weight"; ``column``; ``end``,
-        "lower" or "upper", of a limit; ``direction``, "tighter" or "looser" of a limit, "better" or
-        "worse" of a value, "less" or "more" of a weight; ``present``, NaN for a limit that is not
-        set; ``value``, up to which the design stays recommended, or, for a looser limit, from which
-        it no longer is; NaN if it stays at any value; ``design``, which is recommended then, None
-        if it is none or the same; ``exact``, whether every value was tried. Values and weights are
+        One row for each change: ``column``; ``end``, "lower" or "upper"; ``direction``, "tighter"
+        or "looser"; ``present``, NaN for a limit that is not set; ``value``, up to which the design
+        stays recommended if the limit is tighter, or from which it no longer is if it is looser;
+        NaN if it stays at any value; ``design``, which is recommended then, None if it is none or
+        the same; ``exact``, whether every value was tried. If there are more than 200, values are
         tried in 64 steps, between which the change is found by bisection.
 
     Raises:
-        ArgumentValueError: No design is feasible, or a weight names no objective.
+        ArgumentValueError: No design is feasible.
 
     Example:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
-        >>> frame = switching_values(table)
-        >>> frame[["kind", "column", "direction", "value", "design"]].head(2)
-            kind column direction  value        design
-        0  limit     f1   tighter    1.0  test point 1
-        1  limit     f2   tighter    1.0  test point 3
+        >>> switching_values(table)[["column", "direction", "value", "design"]]
+          column direction  value        design
+        0     f1   tighter    1.0  test point 1
+        1     f2   tighter    1.0  test point 3
     """
     import pandas as pd
 
-    preference = {"weights": weights or {}, "aspiration": aspiration or {}}
-    for name, values in preference.items():
-        for column in mapping(name, values, "objectives to numbers"):
-            known_name(name, column, table.layout.objectives)
-    ranking = table.feasible_ranking()
-    paths = [*_of_limits(table, ranking), *_of_values(table, ranking)]
-    if weights or aspiration:
-        paths += _of_weights(table, preference)
-    columns = ["kind", "column", "end", "direction", "present", "value", "design", "exact"]
+    paths = _of_limits(table, table.feasible_ranking())
+    columns = ["column", "end", "direction", "present", "value", "design", "exact"]
     changes = [_change(table, path) for path in paths]
     frame = pd.DataFrame(changes, columns=columns)
     designs = [change[columns.index("design")] for change in changes]
@@ -130,21 +107,18 @@ _UPPER = _End("upper", 1, 1.0)
 
 
 class _Path(NamedTuple):
-    """Values of a limit, an objective or a weight, in the order in which they are tried.
+    """Values of a limit, in the order in which they are tried.
 
     Attributes:
-        kind: "limit", "value" or "weight".
         column: Its column.
-        end: "lower" or "upper", of a limit.
+        end: "lower" or "upper".
         direction: As in :func:`switching_values`.
         present: The present value.
         values: ``(k,)`` the values to be tried.
         at: Returns the rows that are recommended at the i-th of them.
         best: Row of the design that is recommended at present.
-        back: What is subtracted from a value for the last one at which the design stays.
     """
 
-    kind: str
     column: str
     end: str
     direction: str
@@ -152,7 +126,6 @@ class _Path(NamedTuple):
     values: Array
     at: Callable[[float], Rows]
     best: int
-    back: float = 0.0
 
 
 def _change(table: TestTable, path: _Path) -> tuple[Any, ...]:
@@ -162,11 +135,11 @@ def _change(table: TestTable, path: _Path) -> tuple[Any, ...]:
     value = np.nan
     design = None
     if changed < count:
-        value = path.values[changed] - path.back
+        value = path.values[changed]
         rows = path.at(path.values[changed])
         if len(rows):
             design = str(table.names[rows[0]])
-    return (*path[:5], value, design, count <= _MOST_STEPS)
+    return (*path[:4], value, design, count <= _MOST_STEPS)
 
 
 def first_change(values: Array, keeps_best: Callable[[float], bool]) -> int:
@@ -264,7 +237,7 @@ def _of_limit(
 
     present = limit if np.isfinite(limit) else np.nan
     best = ranking.rows[ranking.salukvadze[0]]
-    return _Path("limit", name, end.name, direction, present, end.sign * steps, at, best)
+    return _Path(name, end.name, direction, present, end.sign * steps, at, best)
 
 
 def _limit(table: TestTable, name: str) -> tuple[float, float]:
@@ -273,56 +246,6 @@ def _limit(table: TestTable, name: str) -> tuple[float, float]:
     if isinstance(limit, list):
         return OPEN
     return limit
-
-
-def _of_values(table: TestTable, ranking: EfficiencyRanking) -> Iterator[_Path]:
-    """Yield the paths of each objective of the recommended design."""
-    best = ranking.rows[ranking.salukvadze[0]]
-    optimal = table.pareto()
-    # Designs that neither are Pareto optimal nor dominated by this one never count, nor does
-    # another test of the recommended design.
-    candidates = np.zeros(len(table), dtype=bool)
-    candidates[ranking.rows] = True
-    candidates &= optimal | (table.F[best] <= table.F).all(axis=1)
-
-    def moved(j: int, value: float) -> Rows:
-        """Return what is recommended where objective j of the design has another value."""
-        low, high = _limit(table, table.layout.objectives[j])
-        F = table.F.copy()
-        F[best, j] = value * table.layout.sign[j]
-        mask = candidates.copy()
-        mask[best] = low <= value <= high
-        return _recommended(ranking.frame, mask, F)
-
-    for j, name in enumerate(table.layout.objectives):
-        sign = table.layout.sign[j]
-        start = table.F[best, j]
-        length = np.ptp(table.F[optimal, j])
-        if length == 0:
-            continue
-        for direction, way in (("better", -length), ("worse", length)):
-            steps = start + way * _FINE
-            if ranking.frame.is_fixed:  # nothing is better than a fixed range
-                steps = steps[steps >= ranking.frame.ideal[j]]
-            back = sign * way * _FINE[0]
-            at = partial(moved, j)
-            yield _Path("value", name, "", direction, sign * start, sign * steps, at, best, back)
-
-
-def _of_weights(table: TestTable, preference: Position) -> Iterator[_Path]:
-    """Yield the paths of the weights, of the first design by weights and aspirations."""
-    first = _first_by_weights(table, preference)
-    for name in table.layout.objectives:
-        at = partial(first, name)
-        present = float(preference["weights"].get(name, 1.0))
-        best = at(present)[0]
-        if present > 0:
-            less = present * (1 / _GREATEST_FACTOR) ** _FINE
-            yield _Path("weight", name, "", "less", present, less, at, best)
-        more = _FINE
-        if present > 0:
-            more = present * _GREATEST_FACTOR**_FINE
-        yield _Path("weight", name, "", "more", present, more, at, best)
 
 
 def _recommended(frame: UtopianFrame, mask: Mask, F: Array) -> Rows:
@@ -364,32 +287,28 @@ def switching_sentences(table: TestTable) -> list[str]:
     ranking = table.feasible_ranking()
     if ranking.pareto.sum() > _MOST_DESIGNS:
         return []
-    changes: dict[str, list[str]] = {"limit": [], "value": []}
+    changes = []
     for row in switching_values(table).dropna(subset="value").to_dict("records"):
-        name = row["column"]
-        value = _limit_words(table, name, row["end"], row["value"])
+        # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
+        template = f"{row['end']} {row['direction']}"
+        is_up = template in ("upper looser", "lower tighter")
+        limit = _with_unit(table, row["column"], _rounded(row["value"], is_up))
         other = row["design"] or "none"
-        changes[row["kind"]].append(sentence("until", column=name, value=value, other=other))
-    design = ranking.name_of(int(ranking.salukvadze[0]))
-    names = {"stays": capital(design), "stays by value": design}
-    sentences = []
-    for texts, (template, name) in zip(changes.values(), names.items(), strict=True):
-        if texts:
-            sentences.append(sentence(template, design=name, changes=listed(texts, "or")))
-    return sentences
+        changes.append(sentence(template, column=row["column"], limit=limit, other=other))
+    if not changes:
+        return []
+    design = capital(ranking.name_of(int(ranking.salukvadze[0])))
+    return [sentence("stays", design=design, changes=listed(changes, "or"))]
 
 
-def _limit_words(table: TestTable, name: str, end: str, value: float) -> str:
-    """Return an end of a limit on a column, or without an end a value, with its unit."""
-    words = {"": number(value)}
-    words["lower"] = f"at least {number(_outward('lower', value), 6)}"
-    words["upper"] = f"at most {number(_outward('upper', value), 6)}"
-    return f"{words[end]} {table.layout.units.get(name, '')}".strip()
+def _with_unit(table: TestTable, name: str, value: float) -> str:
+    """Return a value of a column with its unit."""
+    return f"{number(value, 6)} {table.layout.units.get(name, '')}".strip()
 
 
-def _outward(end: str, value: float) -> float:
-    """Return an end of a limit with six digits, rounded so that it lets the value pass."""
-    rounding = ROUND_FLOOR if end == "lower" else ROUND_CEILING
+def _rounded(value: float, is_up: bool) -> float:
+    """Return a value with six digits, rounded up or down."""
+    rounding = ROUND_CEILING if is_up else ROUND_FLOOR
     return float(Context(prec=6, rounding=rounding).create_decimal(repr(value)))
 
 
@@ -466,6 +385,8 @@ def separation_sentences(table: TestTable) -> list[str]:
     if not latest:
         return []
     free = table.under(limits={}).feasible_ranking()
+    if table.eligible().any():
+        free = replace(free, frame=table.feasible_ranking().frame)
     rows = {free.name_of(row): row for row in range(len(free.rows))}
     positions = [position for position in latest if position["chosen"] in rows]
     sentences = []
@@ -543,12 +464,13 @@ def _reconciled(
         value = float(table.column(name)[row])
         end = _worse_end(table, name)
         pair = [*ends(name, one["limits"].get(name, OPEN))]
-        pair[end.place] = _outward(end.name, value)
+        pair[end.place] = _rounded(value, end is _UPPER)
         if pair[0] > pair[1]:  # the other end rejects that choice
             continue
         is_eligible = table.under(limits={**one["limits"], name: pair}).eligible()
         if row in _recommended(frame, is_eligible, table.F):
-            limit = f"{name} {_limit_words(table, name, end.name, value)}"
+            word = {"lower": "at least", "upper": "at most"}[end.name]
+            limit = f"{name} {word} {_with_unit(table, name, pair[end.place])}"
             return sentence("by limit", **names, limit=limit)
     tests = table.under(limits=one["limits"])
     if tests.eligible().any():

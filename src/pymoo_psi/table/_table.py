@@ -276,8 +276,9 @@ class TestTable(Tests, Shown):
 
         Returns:
             The ranking of the rows :meth:`pareto`, in that order. Its objectives have the table's
-            names and directions, its labels are the numbers of the test points, so that
-            ``.to_frame()`` has the index ``test_point``; ``.rows`` are the rows of the table.
+            names and directions, its labels are the designs' :attr:`names` if the table has labels,
+            else the numbers of the test points, so that ``.to_frame()`` has the index
+            ``test_point``; ``.rows`` are the rows of the table.
 
         Raises:
             ArgumentValueError: There is no design to rank.
@@ -291,11 +292,12 @@ class TestTable(Tests, Shown):
         import pandas as pd
 
         rows = np.flatnonzero(self.pareto())
+        labels = pd.Index(self.numbers[rows], name=number_column(self.extra))
+        if self.layout.label is not None:
+            labels = pd.Index(np.array(self.names)[rows], name=self.layout.label)
         # All of them are optimal: the search is not done twice.
         pareto = np.ones(len(rows), dtype=bool)
-        return self._ranking_of(
-            rows, pareto, pd.Index(self.numbers[rows], name=number_column(self.extra))
-        )
+        return self._ranking_of(rows, pareto, labels)
 
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
@@ -319,11 +321,7 @@ class TestTable(Tests, Shown):
         rows = np.flatnonzero(self.eligible())
         rows = rows[~self._repeated(rows)]
         names = self.names
-        ranking = self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
-        if not self.limits or ranking.frame.is_fixed:
-            return ranking
-        free = self.under(limits={})
-        return replace(ranking, whole=ranking.frame.around(free.F[free.pareto()]))
+        return self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
@@ -390,11 +388,10 @@ class TestTable(Tests, Shown):
         return explain(self, design, row=row)
 
     def switching(self) -> list[str]:
-        """Return sentences on the limits and values up to which the best design stays the best.
+        """Return a sentence on the limits up to which the best design stays the best.
 
-        There are two at most, on limits and on its own objectives; :func:`switching_values` returns
-        the numbers. There is none if more than 500 designs are Pareto optimal, or if nothing
-        changes the best design.
+        :func:`switching_values` returns the numbers. The list is empty if more than 500 designs are
+        Pareto optimal, or if no limit changes the best design.
 
         Raises:
             ArgumentValueError: There is no design to rank.
@@ -402,7 +399,7 @@ class TestTable(Tests, Shown):
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
             >>> table.switching()[0]
-            'Test point 2 stays proposed until f1 at most 1 (then test point 1) or f2 at most 1
+            'Test point 2 stays proposed until f1 below 1 (then test point 1) or f2 below 1
             (then test point 3).'
         """
         with decimal_mark(self.decimal):
