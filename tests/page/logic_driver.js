@@ -54,7 +54,7 @@ function answer({payload, states, rows, pins, texts, typed, thorough}) {
         mu: [mu1, mu2, mu3].map(list), order: list(order),
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
         instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),
-        compared: count ? Logic.compare(data, pins[k].slice(1), pins[k][0]) : null,
+        compared: count ? Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]) : null,
         separation: thorough[k] ? Logic.separation(data, ranking, state.positions) : null,
         switches: thorough[k] || !count ? switched(data, state, ranking) : null,
         nearest: count ? "" : Logic.nearestDesign(data, state, left),

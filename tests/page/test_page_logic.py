@@ -98,10 +98,7 @@ class Case:
             else {}
         )
         left = self.frame.iloc[rows][self.names]
-        ranking = rank_of_efficiency(left, normalize=self.normalize, maximize=self.maximize, **ends)
-        if state and not ends:
-            return replace(ranking, whole=self.whole.frame)
-        return ranking
+        return rank_of_efficiency(left, normalize=self.normalize, maximize=self.maximize, **ends)
 
     def values(self, rng, n, kind):
         if kind == 0:  # a sphere: all of the front equally near
@@ -410,8 +407,7 @@ def test_switching_values_are_those_of_python(thorough):
             limits={**state["limits"], **state["categories"]},
         )
         table = read_table(case.frame, asked, variables=["x"])
-        changes = switching_values(table)
-        limits = changes[changes["kind"] == "limit"]
+        limits = switching_values(table)
         told = {(one["name"], one["end"], one["looser"]): one for one in found["switches"]["rows"]}
         assert len(told) == len(limits)
         for row in limits.itertuples():
@@ -422,11 +418,8 @@ def test_switching_values_are_those_of_python(thorough):
             assert one["exact"] == row.exact
             changed += row.design is not None
         compared += len(limits)
-        if case.m > 3:  # values of objectives, which the page does not change, take long
-            continue
         units = replace(table.layout, units=case.units)
-        texts = [*replace(table, layout=units).switching(), ""]
-        text = next(text for text in texts if not text.startswith("If only its own"))
+        text = "".join(replace(table, layout=units).switching())
         assert found["switches"]["text"].lower() == text.lower()
     assert compared > 130
     assert changed > 60

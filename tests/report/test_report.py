@@ -93,10 +93,7 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     own = pd.DataFrame(TABLE.F[rows] * [1, -1], columns=["mass", "stiffness"])
     own.index = [f"test point {number}" for number in TABLE.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
-    # Shares are of the ranges without limits.
-    all_feasible = TABLE.F[TABLE.under(limits={}).eligible()] * [1, -1]
-    whole = rank_of_efficiency(all_feasible, maximize=[1]).frame
-    ranking = dataclasses.replace(rank_of_efficiency(own, maximize=["stiffness"]), whole=whole)
+    ranking = rank_of_efficiency(own, maximize=["stiffness"])
     why = explain(ranking, row=optimum, units={"mass": "kg"})
     standing, behind, *steps = why.sentences
     said = lines(beam, "Reasons against it")

@@ -1,18 +1,17 @@
 """Switching values: what is recommended just before and just beyond each of them."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from pymoo_psi import (
     Formulation,
-    ReferencePoint,
-    TestTable,
     explain,
     read_table,
     switching_values,
 )
-from tests.refusals import refused
 
 
 def offers(seed, share=0.7, n=40):
@@ -29,11 +28,6 @@ def offers(seed, share=0.7, n=40):
         ranges=None if seed % 2 else {"price": (0, 3), "days": (0, 3), "gain": (0, 3)},
     )
     return frame, asked
-
-
-def switching(table, kind, **preference):
-    changes = switching_values(table, **preference)
-    return changes[changes["kind"] == kind].reset_index(drop=True)
 
 
 def first(frame, asked, **limits):
@@ -53,7 +47,7 @@ def test_limits_between_which_the_recommendation_stays(seed, share):
     """Every value that a design has is tried: the first that changes it is the one reported."""
     frame, asked = offers(seed, share)
     best = first(frame, asked)[0]
-    found = switching(read_table(frame, asked), "limit")
+    found = switching_values(read_table(frame, asked))
     assert (found[found["direction"] == "looser"]["value"].notna()).any() == (share < 0.5)
     assert found["exact"].all()
     assert {*found["column"]} == {"price", "days", "gain"}
@@ -81,37 +75,21 @@ def test_limits_between_which_the_recommendation_stays(seed, share):
             assert (row.value * sign, row.design) == changed
 
 
-def test_values_and_weights_at_which_it_changes():
-    frame, asked = offers(1)
-    table = read_table(frame, asked)
-    best = first(frame, asked)[0]
-    found = switching_values(table, weights={"price": 2.0}, aspiration={"days": 0.3})
-    ranking = table.feasible_ranking()
-    compared = 0
-    for row in found[found["value"].notna()].itertuples():
-        if row.kind == "value":
-            for share, stays in ((0.999, True), (1.001, False)):
-                other = frame.copy()
-                value = row.present + share * (row.value - row.present)
-                other.loc[other["name"] == best, row.column] = value
-                assert (best in first(other, asked)) == stays
-        if row.kind == "weight":
-            point = [ranking.ideal[0], 0.3, ranking.ideal[2]]
-            for share, stays in ((0.999, True), (1.001, False)):
-                weights = {"price": 2.0, "days": 1.0, "gain": 1.0}
-                before = ReferencePoint(point, weights=[*weights.values()]).do(ranking)[0]
-                weights[row.column] = row.present + share * (row.value - row.present)
-                now = ReferencePoint(point, weights=[*weights.values()]).do(ranking)
-                assert (before in now) == stays
-        compared += row.kind != "limit"
-    assert compared > 4
-
-
-def test_another_test_of_the_recommended_design_is_no_other_design():
-    X, F = [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]]
-    once = switching(TestTable.of([1, 2, 3], X, F), "value")
-    repeated = TestTable.of([1, 2, 3, 4], [*X, X[1]], [*F, F[1]])
-    pd.testing.assert_frame_equal(switching(repeated, "value"), once)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_sentence_says_which_limits_change_the_proposal(sign):
+    """A tighter limit changes it beyond the value of the proposed design, not at this value."""
+    F = np.array([[1250.0, 4.0], [1299.0, 1.0], [1400.0, 0.5], [1500.0, 0.0]])
+    frame = pd.DataFrame(F * [sign, 1], columns=["price", "days"], index=list("ABCD"))
+    limit = {1: (None, 1450), -1: (-1450, None)}[sign]
+    maximize = ["price"][: sign < 0]
+    table = read_table(frame, Formulation([*frame], maximize=maximize, limits={"price": limit}))
+    (text,) = table.switching()
+    (tighter,) = re.findall(r"price (below|above) (-?[\d ]+) \(then (.)\)", text)
+    assert tighter == {1: ("below", "1299", "A"), -1: ("above", "-1299", "A")}[sign]
+    for value, stays in ((1299, True), (1298, False)):
+        pair = {1: (None, value), -1: (-value, None)}[sign]
+        ranking = table.under(limits={"price": pair}).feasible_ranking()
+        assert ("B" in [ranking.name_of(row) for row in ranking.salukvadze]) == stays
 
 
 def test_an_explanation_of_the_optimum_says_until_when_it_stays():
@@ -119,7 +97,7 @@ def test_an_explanation_of_the_optimum_says_until_when_it_stays():
     ranking = table.feasible_ranking()
     why = explain(table)
     assert list(why.switching) == table.switching()
-    changes = switching(table, "limit")
+    changes = switching_values(table)
     known = changes.dropna(subset=["value", "design"])
     assert len(known)
     for name in known["design"]:
@@ -127,14 +105,3 @@ def test_an_explanation_of_the_optimum_says_until_when_it_stays():
     assert str(why).replace("\n", " ").endswith(" ".join(why.switching))
     other = ranking.name_of(ranking.by_place[1])
     assert explain(table, other).switching == ()
-
-
-def test_a_weight_of_0_only_grows():
-    table = read_table(*offers(1))
-    found = switching(table, "weight", weights={"price": 0.0})
-    assert found[found["column"] == "price"]["direction"].tolist() == ["more"]
-
-
-def test_wrong_arguments():
-    table = read_table(*offers(1))
-    refused("must be", switching_values, table, weights={"mass": 2})
