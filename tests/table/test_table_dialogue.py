@@ -126,4 +126,4 @@ def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
     frame = ranking.to_frame()
     assert (frame.index.name, frame.index[0]) == ("test_point", 5)
     assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
-    assert "the best is design 5)" in repr(ranking)
+    assert "the best is test point 5)" in repr(ranking)

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Entries, Names, Received, counted, invalid
-from pymoo_psi.page._payload import payload
+from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
+from pymoo_psi.page._payload import payload, roles, values_of
 from pymoo_psi.pareto import cautions
-from pymoo_psi.table import Formulation, TestTable, certainty_sentences, read_table
+from pymoo_psi.table import Allowed, Formulation, TestTable, certainty_sentences, read_table
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
@@ -198,10 +198,26 @@ def page_of_tests(
         title=title,
         table=designs,
         prototype=prototype,
-        formulation=replace(table.formulation, limits=table.limits),
+        formulation=replace(table.formulation, limits=_limits_of_page(table)),
         cautions=tuple(dict.fromkeys(reasons)),
         origin=origin,
     )
+
+
+def _limits_of_page(table: TestTable) -> dict[str, Allowed]:
+    """Return the limits of a table as the page has them: on options, those that are allowed.
+
+    Raises:
+        ArgumentValueError: A limit is on a column that the page does not have.
+    """
+    limits = {}
+    for name, limit in table.limits.items():
+        known_name("a limit of a page", name, [column for _, column in roles(table)])
+        cells = values_of(name, table)
+        if cells.dtype == object and not isinstance(limit, list):
+            limit = sorted({*cells[table.excess(name, limit) == 0]})
+        limits[name] = limit
+    return limits
 
 
 def existing_designs(source: Any, table: TestTable) -> TestTable | None:
@@ -224,9 +240,13 @@ def existing_designs(source: Any, table: TestTable) -> TestTable | None:
 
 
 def designs_of_page(tests: TestTable) -> TestTable:
-    """Return the tests that are feasible without limits, which the reader of the page sets."""
+    """Return the designs that are feasible without limits, which the reader of the page sets.
+
+    Tests of the same design with the same results are one design.
+    """
     tests = tests.under(limits={})
-    return tests.rows(tests.feasible())
+    designs = tests.rows(tests.feasible())
+    return designs.rows(~designs.repeats)
 
 
 def _left_out(table: TestTable) -> list[str]:
@@ -234,6 +254,7 @@ def _left_out(table: TestTable) -> list[str]:
     counts = {
         f"{table.layout.words.failed} design": np.sum(table.status == "failed"),
         "infeasible design": np.sum(table.status == "infeasible"),
+        "repeated test": table.rows(table.feasible()).repeats.sum(),
     }
     remarks = []
     for word, count in counts.items():

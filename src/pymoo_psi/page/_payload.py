@@ -135,7 +135,7 @@ def _shades(table: TestTable) -> list[Content]:
 def rows_of(designs: TestTable) -> Content:
     """Return designs as the script adds them to the page, see ``grow`` in ``logic.js``."""
     columns = []
-    for _, name in _roles(designs):
+    for _, name in roles(designs):
         values = values_of(name, designs)
         if values.dtype == object:
             columns.append(_packed_texts(values))
@@ -164,7 +164,7 @@ def _labels(table: TestTable) -> list[Any]:
 # Columns
 
 
-def _roles(table: TestTable) -> list[tuple[str, str]]:
+def roles(table: TestTable) -> list[tuple[str, str]]:
     """Return role and name of each column, in the order of the page."""
     layout = table.layout
     names_by_role = {
@@ -193,7 +193,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Content]:
     """
     layout = tables[0].layout
     columns = []
-    for j, (role, name) in enumerate(_roles(tables[0])):
+    for j, (role, name) in enumerate(roles(tables[0])):
         column = {
             "field": f"c{j}",  # free of the user's characters
             "name": name,

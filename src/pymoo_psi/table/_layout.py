@@ -48,6 +48,7 @@ RESERVED = ("test_point", *RESULTS)
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 # Extra columns of tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
+NUMBERS = {*ORIGIN, RUN, POINT, "row"}  # extra columns that tell tests apart, not designs
 PROPOSAL_ROUND = "proposal_round"
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _TYPES = {Kind.REAL: float, Kind.INTEGER: int, Kind.BINARY: bool, Kind.CHOICE: str}
@@ -601,8 +602,14 @@ def design_keys(X: AnyArray) -> list[str]:
     return list(map(design_key, X.tolist()))
 
 
-def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
-    """Return ``(n,)`` the first row with the same design, and the same objectives if given."""
+def first_rows(X: AnyArray, F: Array | None = None, columns: Iterable[AnyArray] = ()) -> Rows:
+    """Return ``(n,)`` the first row with the same design.
+
+    Args:
+        X: ``(n, n_var)`` designs.
+        F: ``(n, m)`` objectives, in which the rows agree, too, if given.
+        columns: ``(n,)`` further columns in which they agree, too, beside the objectives.
+    """
     first = np.arange(len(X))
     if X.size == 0:  # without variables, no design equals another
         return first
@@ -616,7 +623,8 @@ def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
         rows = np.flatnonzero(np.isin(values[:, 0], recurring) | np.isnan(values[:, 0]))
     keys: list[Any] = design_keys(X[rows])
     if F is not None:
-        keys = list(zip(keys, map(bytes, F[rows]), strict=True))
+        cells = [map(str, column[rows]) for column in columns]
+        keys = list(zip(keys, map(bytes, F[rows]), *cells, strict=True))
     first[rows] = rows[first_of(keys)]
     return first
 

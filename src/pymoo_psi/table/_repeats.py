@@ -255,7 +255,7 @@ def averaged_repeats(table: TestTable) -> TestTable:
 def designs_of_source(
     table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
 ) -> TestTable:
-    """Return the designs of a source, repeated tests averaged or reported.
+    """Return the designs of a source, repeated tests averaged.
 
     Args:
         table: The tests or designs.
@@ -265,15 +265,12 @@ def designs_of_source(
     """
     if repeats:
         return table.averaged(repeats)
-    if repeats is False:
-        return table
-    remarks = _undeclared(table)
-    if remarks and is_study:
+    if repeats is None and is_study and undeclared_repeats(table):
         return table.averaged()
-    return table._with(remarks=(*table.remarks, *remarks))
+    return table
 
 
-def _undeclared(table: TestTable) -> list[str]:
+def undeclared_repeats(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
     table = table.rows(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
     label = table.layout.label

@@ -53,7 +53,7 @@ from pymoo_psi.table._head import (
     units_of,
 )
 from pymoo_psi.table._layout import POINT, RESULTS, Layout, blank, first_of, names_of
-from pymoo_psi.table._repeats import designs_of_source
+from pymoo_psi.table._repeats import designs_of_source, undeclared_repeats
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
@@ -183,9 +183,11 @@ def read_table(
             if path is None:
                 raise
             raise ArgumentValueError(f"{path}: {error}") from None
-    failures = _failures(table)
-    if failures:
-        table = table._with(remarks=(*table.remarks, *failures))
+    remarks = _failures(table)
+    if repeats is None and not isinstance(source, TestTable):
+        remarks = [*undeclared_repeats(table.rows(table.eligible())), *remarks]
+    if remarks:
+        table = table._with(remarks=(*table.remarks, *remarks))
     return table
 
 

@@ -33,6 +33,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import row_of_design, violated_constraints
 from pymoo_psi.table._formulation import Allowed, Formulation, limits_of, limits_on
 from pymoo_psi.table._layout import (
+    NUMBERS,
     ORIGIN,
     Layout,
     blank,
@@ -490,7 +491,7 @@ class Tests:
 
     @property
     def repeats(self) -> Mask:
-        """``(n,)`` which tests repeat the design and the objectives of an earlier one.
+        """``(n,)`` which tests repeat the design, the objectives and all texts of an earlier one.
 
         PSI calls the model once for each design, and a Pareto set contains the first test only.
 
@@ -502,7 +503,9 @@ class Tests:
         return self._repeated(np.arange(len(self)))
 
     def _repeated(self, rows: Rows) -> Mask:
-        return np.asarray(first_rows(self.X[rows], self.F[rows]) < np.arange(len(rows)))
+        texts = [cells[rows] for name, cells in self.extra.items() if name not in NUMBERS]
+        first = first_rows(self.X[rows], self.F[rows], texts)
+        return np.asarray(first < np.arange(len(rows)))
 
     @property
     def experiments(self) -> tuple[str, ...]:

@@ -1,0 +1,353 @@
+"""A limit is the same as removing the rows that it rejects, in all that is said of the others.
+
+Excepted is what speaks of the limits themselves: how many designs they reject, what loosening them
+would change, and the ends of axes and sliders.
+"""
+
+import os
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pymoo_psi import (
+    Formulation,
+    TestTable,
+    acceptability,
+    cautions,
+    compare_designs,
+    explain,
+    representatives,
+)
+from pymoo_psi.page import decision_page
+from pymoo_psi.pareto import Acceptability
+from pymoo_psi.plots import plot_ranking
+from pymoo_psi.report import decision_report
+from pymoo_psi.table import Layout, certainty_sentences
+from tests.page.documents import payload_of
+from tests.page.test_page_logic import in_node
+from tests.plots.drawn import texts
+from tests.report.test_report import Reader
+
+SEEDS = st.integers(0, 2**32 - 1)
+# What speaks of limits, in the outputs of the commands and in the report.
+OF_LIMITS = re.compile(
+    r"are feasible|is feasible|is within the limits|Without limits|stays proposed until"
+    r"|rejects no design|^Warning|written to"
+)
+
+
+class Example:
+    """A random table, and limits on it: ``limited`` is under them, ``left`` lacks the rows."""
+
+    def __init__(self, seed):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(8, 50))
+        m = int(rng.integers(1, 5))
+        X = [
+            {
+                "x": float(x),
+                "k": int(k),
+                "steel": str(rng.choice(["S", "T"])),
+            }
+            for x, k in zip(rng.random(n).round(2), rng.integers(1, 9, n), strict=True)
+        ]
+        F = rng.random((n, m)).round(int(rng.choice([1, 3]))) * 10.0 ** rng.integers(-3, 4, m)
+        if rng.random() < 0.5 and m > 1:  # a front, its first row far from the others
+            F = np.abs(rng.normal(size=(n, m)))
+            F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 2
+            F[0] *= 50
+        if rng.random() < 0.2:
+            F[:, 0] = 3.0
+        F[rng.random(n) < 0.1, -1] = np.nan
+        G = rng.normal(-1.0, 1.0, (n, int(rng.integers(0, 2))))
+        heat = np.where(rng.random(n) < 0.1, np.nan, rng.random(n).round(2))
+        rail = rng.choice(["yes", "no", ""], n)
+        for row in range(1, n):  # tests that repeat an earlier one, some with another text
+            if rng.random() < 0.15:
+                before = int(rng.integers(0, row))
+                X[row], F[row], G[row], heat[row] = X[before], F[before], G[before], heat[before]
+                if rng.random() < 0.5:
+                    rail[row] = rail[before]
+        names = [f"f{j + 1}" for j in range(m)]
+        maximize = [name for name in names if rng.random() < 0.4]
+        layout = Layout.of(
+            ["x", "k", "steel"],
+            names,
+            ["g"][: G.shape[1]],
+            maximize=maximize,
+            units={names[0]: "kg"},
+            outputs=["heat"],
+        )
+        if rng.random() < 0.5:
+            layout = replace(layout, label="name")
+        extra = {"rail": rail, "name": [f"offer {k}" for k in rng.permutation(n)]}
+        tests = TestTable.of(
+            np.arange(1, n + 1), X, F, G, outputs={"heat": heat}, layout=layout, extra=extra
+        )
+        self.limits = self.drawn(rng, tests)
+        objectives = names
+        computed = {}
+        if rng.random() < 0.4:
+            computed = {"sum": " + ".join(["x", *names])}
+            objectives = [*names, "sum"]
+        asked = Formulation(
+            objectives, maximize=maximize, computed=computed, normalize=bool(rng.random() < 0.8)
+        )
+        table = tests.under(asked)
+        if rng.random() < 0.25:
+            table = fixed(table)
+        self.limited = table.under(limits=self.limits)
+        self.left = table.rows(self.kept(tests))
+        self.is_empty = not self.left.eligible().any()
+
+    def drawn(self, rng, tests):
+        """Return limits on columns of any kind, such that some rows are left, as a rule."""
+        limits = {}
+        for name in rng.choice([*tests.layout.objectives, "x", "k", "heat"], 2, replace=False):
+            values = np.sort(tests.column(name).astype(float))
+            low, high = np.quantile(values[np.isfinite(values)], [0.1, rng.uniform(0.5, 1.0)])
+            limits[str(name)] = [(None, float(high)), (float(low), float(high))][rng.integers(2)]
+        for name, allowed in (("rail", ["yes", ""]), ("steel", ["T"])):
+            if rng.random() < 0.25 and {*allowed} & {*tests.column(name)}:
+                limits[name] = allowed
+        return limits
+
+    def kept(self, tests):
+        """Return which rows a reader of the table would keep by hand."""
+        mask = np.ones(len(tests), dtype=bool)
+        for name, limit in self.limits.items():
+            for row, value in enumerate(tests.column(name)):
+                if isinstance(limit, list):
+                    mask[row] &= value in limit
+                else:
+                    low, high = limit
+                    mask[row] &= np.isfinite(value) and value <= high
+                    mask[row] &= low is None or value >= low
+        return mask
+
+
+def fixed(table):
+    """Return a table under fixed ranges, in which not all designs are."""
+    if not table.eligible().any():
+        return table
+    ranges = {}
+    for name in table.layout.objectives:
+        values = table.column(name)[table.eligible()]
+        low, high = values.min(), values.max()
+        middle = (low + high) / 2
+        ranges[name] = (low, middle)
+        if name in table.layout.maximize:
+            ranges[name] = (middle, high)
+        if not low < middle < high:
+            return table
+    return table.under(ranges=ranges)
+
+
+def assert_equal_rankings(one, other):
+    for name in ("criteria", "place", "rank", "pareto", "salukvadze", "lengths", "ideal", "nadir"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+    assert list(one.objectives.labels) == list(other.objectives.labels)
+    np.testing.assert_array_equal(one.objectives.values, other.objectives.values)
+    assert repr(one) == repr(other)
+
+
+@given(seed=SEEDS)
+def test_limits_leave_what_removed_rows_leave(seed):
+    example = Example(seed)
+    limited, left = example.limited, example.left
+    assert limited.numbers[limited.eligible()].tolist() == left.numbers[left.eligible()].tolist()
+    if example.is_empty:
+        return
+    assert limited.best().names == left.best().names
+    first = limited.layout.objectives[0]
+    assert limited.sorted_by(first).names == left.sorted_by(first).names
+    np.testing.assert_array_equal(
+        limited.refined_bounds(margin=0.1), left.refined_bounds(margin=0.1)
+    )
+    assert_equal_rankings(limited.ranking(), left.ranking())
+    assert_equal_rankings(limited.feasible_ranking(), left.feasible_ranking())
+    for one, other in (
+        (limited.ranking(), left.ranking()),
+        (limited.feasible_ranking(), left.feasible_ranking()),
+    ):
+        pd.testing.assert_frame_equal(one.to_frame(), other.to_frame())
+    assert cautions(limited) == cautions(left)
+    np.testing.assert_array_equal(acceptability(limited), acceptability(left))
+    np.testing.assert_array_equal(Acceptability.of(limited).central, Acceptability.of(left).central)
+    few, same = representatives(limited, 4), representatives(left, 4)
+    assert (few.rows.tolist(), few.shares.tolist(), few.radius) == (
+        same.rows.tolist(),
+        same.shares.tolist(),
+        same.radius,
+    )
+    names = list(left.feasible_ranking().objectives.labels)
+    for row, name in enumerate(names):
+        one, other = explain(limited, name), explain(left, name)
+        assert one.sentences == other.sentences
+        assert one.weakest == other.weakest
+        np.testing.assert_array_equal(one.behind, other.behind)
+        np.testing.assert_array_equal(one.shares, other.shares)
+        assert certainty_sentences(limited, row) == certainty_sentences(left, row)
+        if row:
+            pair = [names[0], name]
+            one, other = compare_designs(limited, pair), compare_designs(left, pair)
+            assert one.sentences == other.sentences
+            np.testing.assert_array_equal(one.shares, other.shares)
+
+
+@given(seed=SEEDS)
+def test_means_of_tests_are_as_sure_as_without_rejected_designs(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(4, 12))
+    X = np.repeat(rng.random((n, 1)), rng.integers(2, 5, n), axis=0)
+    F = np.column_stack([X[:, 0], (1 - X[:, 0]) ** 2]) + rng.normal(0, 0.05, (len(X), 2))
+    designs = TestTable.of(np.arange(1, len(X) + 1), X, F).averaged()
+    limit = float(np.quantile(designs["f1"], 0.7))
+    limited = designs.under(limits={"f1": limit})
+    left = designs.rows(designs["f1"] <= limit)
+    pd.testing.assert_frame_equal(limited.confidence(), left.confidence())
+    assert certainty_sentences(limited, 0) == certainty_sentences(left, 0)
+
+
+def drawn_lines(figure):
+    (ax,) = (ax for ax in figure.axes if ax.lines or ax.collections)
+    return [segment.tolist() for lines in ax.collections for segment in lines.get_segments()]
+
+
+def left_of_report(sections, title):
+    """Return what a section says, but of limits, other sections and the whole table."""
+    return [
+        text
+        for text in sections.get(title, [])
+        if not OF_LIMITS.search(text)
+        and text not in {*sections, "Contents"}
+        and not text.startswith(("Objectives in pairs", "Fingerprint"))
+    ]
+
+
+EXAMPLES = [Example(seed) for seed in range(int(os.environ.get("LIMIT_SEEDS", "10")))]
+EXAMPLES = [example for example in EXAMPLES if not example.is_empty]
+
+
+def test_figures_and_reports_speak_of_the_designs_left():
+    compared = 0
+    for example in EXAMPLES:
+        limited, left = decision_report(example.limited), decision_report(example.left)
+        assert limited.cautions == left.cautions
+        assert str(limited) == str(left)
+        reports = [Reader(report).sections for report in (limited, left)]
+        for title in ("The proposal", "Reasons against it", "Alternatives", "Values of the design"):
+            said, expected = (left_of_report(report, title) for report in reports)
+            assert said == expected
+            compared += len(said)
+        one, other = (
+            plot_ranking(table.feasible_ranking()) for table in (example.limited, example.left)
+        )
+        assert drawn_lines(one) == drawn_lines(other)
+        assert texts(one) == texts(other)
+    assert compared > 100
+
+
+def test_the_command_says_the_same_of_the_rows_left(said, tmp_path):
+    for example in EXAMPLES:
+        outputs = []
+        for name, table in (("limited", example.limited), ("left", example.left)):
+            path = tmp_path / f"{name}.csv"
+            table.tested.to_csv(path)
+            decision = tmp_path / f"{name}.json"
+            table.formulation.to_json(decision)
+            out = tmp_path / f"{name}-ranked.csv"
+            text = said("rank", path, "--decision", decision, "--out", out)
+            text = text.replace(str(path), "FILE").replace(str(out), "OUT")
+            sentences = re.split(r"\n(?=[A-Za-z0-9])", text)
+            outputs.append([text for text in sentences if not OF_LIMITS.search(text)])
+            outputs.append(out.read_text("utf-8"))
+        assert outputs[0] == outputs[2]
+        assert outputs[1] == outputs[3]
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+def test_the_page_says_the_same_of_the_designs_left():
+    cases = []
+    for example in EXAMPLES:
+        for table in (example.limited, example.left):
+            cases.append(
+                asked_of_page(table, list(example.left.feasible_ranking().objectives.labels))
+            )
+    answers = in_node(cases)
+    for number in range(0, len(cases), 2):
+        (limited, left) = cases[number : number + 2]
+        for key in ("cautions", "normalize", "objectives"):
+            assert limited["payload"].get(key) == left["payload"].get(key)
+        shades = [shades_by_name(case) for case in (limited, left)]
+        for name in left["names"]:
+            assert shades[0][name] == shades[1][name]
+        one, other = (
+            page_by_name(*pair)
+            for pair in zip((limited, left), answers[number : number + 2], strict=True)
+        )
+        assert one == other
+
+
+def asked_of_page(table, names):
+    """Return what the page of a table is asked for, in the state in which it opens."""
+    payload = payload_of(decision_page(table))
+    limits = payload["opens_with"]["limits"]
+    is_text = {name: all(isinstance(end, str) for end in limit) for name, limit in limits.items()}
+    state = {
+        "limits": {name: limit for name, limit in limits.items() if not is_text[name]},
+        "categories": {name: limit for name, limit in limits.items() if is_text[name]},
+        "fixed": bool(payload["opens_with"]["ranges"]),
+        "dominated": True,
+    }
+    rows = [payload["names"].index(name) for name in names]
+    return {
+        "payload": payload,
+        "names": names,
+        "states": [state],
+        "rows": [rows],
+        "pins": [[rows[0], *rows]],
+        "texts": [],
+        "typed": [],
+        "thorough": [False],
+    }
+
+
+def shades_by_name(case):
+    payload = case["payload"]
+    values = [shade["values"] for shade in payload["shades"]]
+    return dict(zip(payload["names"], zip(*values, strict=True), strict=True))
+
+
+def page_by_name(case, answer):
+    """Return what the page says of designs, which are numbered otherwise with fewer rows."""
+    (found,) = answer["states"]
+    names = case["payload"]["names"]
+    rows = case["rows"][0]
+    explained = []
+    for one in found["explained"]:
+        steps = [(step["names"], names[step["row"]], step["text"]) for step in one["steps"]]
+        explained.append((one["standing"], one["objectives"], one["weakest"], steps))
+    verdict = found["verdict"]
+    remarks = [text for text in verdict["remarks"] if not OF_LIMITS.search(text)]
+    compared = [(one["gains"], one["shares"]) for one in found["compared"]]
+    return {
+        "count": found["count"],
+        "places": {names[row]: found["place"][row] for row in rows},
+        "measures": [[mu[row] for row in rows] for mu in found["mu"]],
+        "order": [names[row] for row in found["order"]],
+        "best": [names[row] for row in found["best"]],
+        "ideal": found["ideal"],
+        "nadir": found["nadir"],
+        "verdict": (names[verdict["row"]], verdict["standing"], remarks),
+        "instead": found["instead"],
+        "preferred": [names[row] for row in found["preferred"]],
+        "explained": explained,
+        "compared": compared,
+    }
