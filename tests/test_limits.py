@@ -14,6 +14,8 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Choice, Integer
 
 from pymoo_psi import (
     Formulation,
@@ -22,16 +24,18 @@ from pymoo_psi import (
     cautions,
     compare_designs,
     explain,
+    investigate,
     representatives,
 )
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import Acceptability
 from pymoo_psi.plots import plot_ranking
 from pymoo_psi.report import decision_report
-from pymoo_psi.table import Layout, certainty_sentences
+from pymoo_psi.table import Layout, certainty_sentences, read_table
 from tests.page.documents import payload_of
 from tests.page.test_page_logic import in_node
 from tests.plots.drawn import texts
+from tests.refusals import refused
 from tests.report.test_report import Reader
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -254,7 +258,8 @@ def test_figures_and_reports_speak_of_the_designs_left():
     assert compared > 100
 
 
-def test_the_command_says_the_same_of_the_rows_left(said, tmp_path):
+def test_the_command_says_the_same_of_the_rows_left(said, tmp_path, monkeypatch):
+    monkeypatch.delenv("COLUMNS", raising=False)  # each sentence is a line
     for example in EXAMPLES:
         outputs = []
         for name, table in (("limited", example.limited), ("left", example.left)):
@@ -351,3 +356,58 @@ def page_by_name(case, answer):
         "explained": explained,
         "compared": compared,
     }
+
+
+def test_a_worst_value_is_all_of_the_range(said, tmp_path):
+    """In the file, 8 of 15 would be 58 % of the range without limits."""
+    path = tmp_path / "cars.csv"
+    rows = ["P,19,112,53", "N,12,81,56", "C,14,87,60", "Z,16,95,51", "M,24,123,48", "Y,13,89,64"]
+    path.write_text("\n".join(["name,price,power,noise", *rows]))
+    text = said("rank", path, "--maximize", "power", "--limits", "price<=20, noise>=53")
+    assert "The optimum is the worst in price" in text
+    assert "Behind the best in price by 7 (100 % of its range)" in text
+
+
+def test_fixed_ranges_hold_everywhere_and_are_named(said, tmp_path):
+    frame = pd.DataFrame({"cost": [1.0, 2.0, 8.0], "mass": [8.0, 2.0, 1.0]}, ["A", "B", "C"])
+    ranges = {"cost": (0, 4), "mass": (0, 4)}
+    table = read_table(frame, Formulation(["cost", "mass"], ranges=ranges, limits={"cost": 3}))
+    assert "Behind the best in cost by 1 (25 % of its fixed range)" in str(table.explain("B"))
+    # Beyond a range, only units tell.
+    why = table.explain("A").sentences[1]
+    assert why.startswith("Behind the best in mass by 6; ")
+    html = decision_report(table, design="A").html()
+    text = Reader(html).text
+    assert "The ranges are fixed." in text
+    assert "mass | 8 | 2 | 0 | 4 | 6" in text
+    figure = plot_ranking(table.feasible_ranking())
+    assert figure.axes[0].get_ylabel() == "share of the fixed range (0 is best)"
+    assert figure.axes[0].get_ylim()[1] > 2
+
+
+class Geared(ElementwiseProblem):
+    def __init__(self):
+        gear, teeth = Choice(options=[12, 16, 20]), Integer(bounds=(1, 4))
+        super().__init__(vars={"gear": gear, "teeth": teeth}, n_obj=2)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x["gear"] + x["teeth"], (5 - x["teeth"]) ** 2 - x["gear"]]
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+def test_page_report_and_ranking_count_the_same_designs():
+    """Tests repeat designs, and numbers that are options are texts on the page."""
+    table = investigate(Geared(), 64).under(limits={"gear": 16})
+    ranking = table.feasible_ranking()
+    assert len(ranking.rows) == 8 < table.feasible().sum()
+    (answer,) = in_node([asked_of_page(table, list(ranking.objectives.labels))])
+    (found,) = answer["states"]
+    assert (found["count"], len(found["front"])) == (8, ranking.pareto.sum())
+    assert found["remarks"] == []
+    assert "gear<=16: 8 different designs." in Reader(decision_report(table)).text
+    refused("a limit of a page", decision_page, offers_by_name())
+
+
+def offers_by_name():
+    frame = pd.DataFrame({"name": ["A", "B"], "cost": [1, 2], "mass": [2, 1]})
+    return read_table(frame, Formulation(["cost", "mass"], limits={"name": ["A"]}))

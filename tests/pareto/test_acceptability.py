@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from pymoo_psi import CompromiseProgramming, acceptability
+from pymoo_psi import CompromiseProgramming, acceptability, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import Acceptability
+from pymoo_psi.pareto import Acceptability, weights_sentence
 from tests.refusals import refused
 
 # Two and three objectives whose range over the Pareto set is 0 to 1, and one in other units.
@@ -90,6 +90,26 @@ def test_equal_designs_share_their_place_and_dominated_ones_have_none():
     assert np.array_equal(shares[:5], acceptability(TWO))
     assert np.array_equal(shares[5], shares[2])
     assert not shares[6].any()
+
+
+@pytest.mark.parametrize("constant", [3.0, 0.0, -1e9])
+def test_an_objective_that_is_equal_for_all_has_no_weight(constant):
+    F = np.insert(THREE, 1, constant, axis=1)
+    result, without = Acceptability.of(F, factor=2), Acceptability.of(THREE, factor=2)
+    assert np.array_equal(result.shares, without.shares)
+    assert np.array_equal(np.delete(result.central, 1, axis=1), without.central, equal_nan=True)
+    fixed = rank_of_efficiency(F, ideal=F.min(axis=0) - 1, nadir=F.max(axis=0) + 1)
+    of_three = rank_of_efficiency(THREE, ideal=THREE.min(axis=0) - 1, nadir=THREE.max(axis=0) + 1)
+    assert np.array_equal(acceptability(fixed), acceptability(of_three))
+
+
+def test_almost_all_weights_are_not_all():
+    """The middle is the best for all weights if it is at 10^-1/2 or less."""
+    ranking = rank_of_efficiency([[0.0, 1.0], [0.3165, 0.3165], [1.0, 0.0]])
+    sentence = weights_sentence(ranking, 1)
+    assert "for more than 99 % of the weights" in sentence
+    assert "100 %" not in sentence
+    assert "twice the weight counts four times" in sentence
 
 
 def test_many_designs():

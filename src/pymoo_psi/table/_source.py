@@ -183,9 +183,10 @@ def read_table(
             if path is None:
                 raise
             raise ArgumentValueError(f"{path}: {error}") from None
-    remarks = _failures(table)
+    designs = table.rows(table.eligible())
+    remarks = _failures(designs)
     if repeats is None and not isinstance(source, TestTable):
-        remarks = [*undeclared_repeats(table.rows(table.eligible())), *remarks]
+        remarks = [*undeclared_repeats(designs), *remarks]
     if remarks:
         table = table._with(remarks=(*table.remarks, *remarks))
     return table
