@@ -29,11 +29,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-<<<<<<< HEAD
-from pymoo_psi.pareto import number, rank_of_efficiency, unit_lengths, with_units
-=======
-from pymoo_psi.pareto import EfficiencyRanking, number, with_units
->>>>>>> 69642b39 (One meaning of range: a limit is the same as removing the rows that it rejects)
+from pymoo_psi.pareto import number, rank_of_efficiency, with_units
 from pymoo_psi.plots._points import (
     BLUE,
     OPTIMUM,
