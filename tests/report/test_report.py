@@ -239,7 +239,7 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
     report = decision_report(beams().under(limits={"mass": 5.0, "stress": 70}))
     assert report.ranking is None
     said = lines(report, "The proposal")
-    assert said[0].startswith("None of 96 designs is feasible")
+    assert said[0].startswith("None of 96 tests is feasible")
     ok = TABLE.status == "ok"
     least = TABLE.column("mass")[ok].min()
     _, *rows = lines(report, "What limits cost")
