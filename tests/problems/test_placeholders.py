@@ -3,6 +3,7 @@
 import random
 import re
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from pymoo_psi import ProgramProblem, PsiError
 from tests.mutations import mutated, toml_file
 from tests.refusals import refused
 
+BRACKET = Path(__file__).parents[2] / "benchmarks" / "real" / "bracket" / "bracket.toml"
 X, WIDTH = 25.0, 3  # a real and an integer variable
 VARIABLES = {"x": {"bounds": [X, X]}, "width": {"bounds": [WIDTH, WIDTH], "kind": "integer"}}
 
@@ -106,6 +108,11 @@ def test_a_wrong_format_is_named_with_its_placeholder(tmp_path):
 )
 def test_other_marks_leave_braces_to_the_text(tmp_path, marks, text, expected):
     assert filled(tmp_path, text, marks=marks) == expected
+
+
+def test_the_bracket_of_the_benchmarks_has_marks_beside_braces():
+    problem = ProgramProblem.from_toml(BRACKET)
+    assert [*problem.variables] == ["width", "arm", "plate", "rib", "depth"]
 
 
 @pytest.mark.parametrize("marks", ["", "name", "@", "@name", "name@", "a name b", "@x@", "@name:"])

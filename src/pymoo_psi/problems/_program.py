@@ -542,11 +542,10 @@ class ProgramProblem(NamedProblem):
         """Return what a study depends on: key, program, and hashes of files of the template."""
         if self.by_people:
             return {"key": self.key}
-        outputs = {name: asdict(output) for name, output in self.outputs.items()}
-        for name in self.known_expressions:  # these are computed anew where they change
-            del outputs[name]
-        for output in outputs.values():
-            del output["unit"], output["expression"]
+        outputs = {}
+        for name, output in self._tested.items():  # expressions are computed anew where they change
+            outputs[name] = asdict(output)
+            del outputs[name]["unit"], outputs[name]["expression"]
         template = {}
         for path in sorted(filter(Path.is_file, self._template_files())):
             file = path.relative_to(self._template).as_posix()

@@ -1,6 +1,6 @@
 // A wall bracket: a plate on the wall, an arm that carries the load, a rib below it. In mm.
 SetFactory("OpenCASCADE");
-width = {width}; arm = {arm}; plate = {plate}; rib = {rib}; depth = {depth};
+width = @width@; arm = @arm@; plate = @plate@; rib = @rib@; depth = @depth@;
 length = 120; height = 100; eps = 1e-3;
 Box(1) = {0, -width / 2, -height, plate, width, height};
 Box(2) = {0, -width / 2, -arm, length, width, arm};
