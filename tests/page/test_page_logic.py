@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import shutil
 import subprocess
 from collections import Counter
@@ -542,6 +543,23 @@ def test_a_position_by_hand_keeps_its_limits(cases):
     state = answer["initial"]["state"]
     assert state["positions"][0]["limits"] == {case.names[0]: [None, 5], "x": [0, None]}
     assert state["decided"] == held.decided
+
+
+def test_positions_have_the_order_of_python(cases):
+    case = cases[0]
+    first, second = case.payload["names"][:2]
+    dates, names = ("", "2026-01-02", "2026-01-02T09:00"), ("Ann", "Ann B", "Ann!", "Ben")
+    held = [
+        {"name": name, "date": date, "chosen": chosen}
+        for name in names for date in dates for chosen in (second, None, first)
+    ]  # fmt: skip
+    ordered = Formulation(positions=held).positions
+    opens_with = case.payload["opens_with"] | {
+        "positions": random.Random(1).sample(held, len(held))
+    }
+    asked = case.asked() | {"states": [], "payload": case.payload | {"opens_with": opens_with}}
+    (answer,) = in_node([asked])
+    assert answer["initial"]["state"]["positions"] == ordered
 
 
 def test_hostile_states_change_nothing(cases, answers):

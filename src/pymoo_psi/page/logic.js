@@ -944,7 +944,7 @@ function checked(data, anything) {
     },
     // In one order, each once, whatever files they come from and in whatever order.
     positions: [...new Map(items("positions", isObject).map(position).filter(({name}) => name)
-      .map((one) => [JSON.stringify([one.date, one.name, one.chosen ?? "", one]), one]))].sort().map(([, one]) => one), // by their keys
+      .map((one) => [[one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))].sort().map(([, one]) => one), // by their keys
     decided: fitting("decided", (one) => isObject(one) && isDesign(one.chosen) && isText(one.date) && [one.agree, one.dissent].every((list) => Array.isArray(list) && list.every(isText)), null),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
