@@ -52,7 +52,7 @@ from pymoo_psi.problems._named import (
 )
 from pymoo_psi.problems._placeholders import BRACES, Placeholders
 from pymoo_psi.problems._wrapped import require_model
-from pymoo_psi.table import Expression, UnfitError, cells_of_text
+from pymoo_psi.table import Expression, cells_of_text
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -75,8 +75,7 @@ class ProgramError(Exception):
     """A run failed, or an output cannot be read; the message says why."""
 
 
-# What reading an output raises, also if there is no such encoding or line of a header.
-_UNREADABLE = (ProgramError, OSError, LookupError, ArgumentValueError)
+_UNREADABLE = (ProgramError, OSError, LookupError)  # what reading an output raises
 
 
 @dataclass(frozen=True)
@@ -207,8 +206,9 @@ class Output:
         remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
             columns = cells_of_text(text, range(1, self.header)).columns
-        except UnfitError as error:
-            raise ProgramError(f"{self.file} is no table: {error.problem}; {remedy}") from None
+        except ArgumentValueError as error:
+            problem = getattr(error, "problem", error)  # without options of the command
+            raise ProgramError(f"{self.file} is no table: {problem}; {remedy}") from None
         if self.column not in columns:
             names = ", ".join(columns)
             problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
@@ -252,7 +252,7 @@ class Program:
     files: Names = ()
     marks: str = BRACES
     exit_codes: Sequence[int] = (0,)
-    error: Output = Output()
+    error: dict[str, Any] = field(default_factory=dict)
     timeout: int | float | None = None
     keep: str = "failed"
     folder: str = "runs"
@@ -427,7 +427,8 @@ class ProgramProblem(NamedProblem):
         self._check_outputs()
         if program is not None:
             self.program: Program = section("program", Program, program)
-            self._read_files = [*self.outputs.values(), self.program.error]
+            self._listing: Output = section("program: error", Output, self.program.error)
+            self._read_files = [*self.outputs.values(), self._listing]
             self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
             self._check_files()
             self._check_placeholders()
@@ -516,7 +517,9 @@ class ProgramProblem(NamedProblem):
         for name, variable in self.variables.items():
             if not _NAME.fullmatch(name):
                 rule = "letters, digits and _ that do not begin with a digit"
-                raise invalid("the name of a variable", rule, name, "rename it, such as t_web")
+                raise invalid(
+                    "the name of a variable", rule, name, "rename it, such as t_web for t-web"
+                )
             if isinstance(variable, Choice):
                 values[name] = variable.options[0]
             else:
@@ -596,10 +599,9 @@ class ProgramProblem(NamedProblem):
             self._read(run, values)
         except (ProgramError, OSError, ValueError) as error:  # the template may have changed
             run.flaws.append(str(error))
-        listing = self.program.error
-        if run.flaws and listing.file:
+        if run.flaws and self._listing.file:
             with suppress(*_UNREADABLE):
-                first = replace(listing, row=listing.row or 0)
+                first = replace(self._listing, row=self._listing.row or 0)
                 run.flaws[0] = f"{first.cell(run.folder)}; {run.flaws[0]}"
         run.seconds = time.monotonic() - began
         keep = keep or self.program.keep == "all"
