@@ -199,13 +199,36 @@ def test_a_design_of_others_may_be_rounded_but_not_wrong():
         ["a = b = c"],
         ["a <= b = c"],
         ["a + b + c = 5"],
-        ["a + b + c = 1", "2*a + 2*b + 2*c = 2"],
         ["a + b + c = 1", "a + b + c = 0.9"],
         ["a + b + c = 1", "a + b = 0.2"],
     ],
 )
 def test_other_equalities_are_refused(requirements):
     refused("equalit", investigate, Mixture(*THREE[:2], requirements), 4)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "again",
+    [
+        ["c + b = 1 - a"],
+        ["2*a + 2*b + 2*c = 2"],
+        ["(a + b + c)/3 = 1/3", "0.1*a + 0.1*b + 0.1*c = 0.1"],
+    ],
+)
+def test_an_equality_stated_twice_counts_once(again):
+    lower, upper, once, _ = THREE
+    table = investigate(Mixture(lower, upper, once), 32)
+    repeated = investigate(Mixture(lower, upper, once + again), 32)
+    np.testing.assert_array_equal(repeated.X, table.X)
+    assert (repeated.status == "ok").all()
+
+
+def test_an_equality_that_follows_from_two_others_counts_not():
+    rules = ["a + b + c = 1", "a - b = 0.1"]
+    table = investigate(Mixture(*THREE[:2], rules), 32)
+    repeated = investigate(Mixture(*THREE[:2], [*rules, "2*a + c = 1.1"]), 32)
+    np.testing.assert_array_equal(repeated.X, table.X)
 
 
 class Mixed(ElementwiseProblem):

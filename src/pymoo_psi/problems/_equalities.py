@@ -76,6 +76,16 @@ class _Equality:
             rest = rest - values
 
 
+def _independent(equations: Array) -> list[int]:
+    """Return which equations do not follow from those before them."""
+    scaled = equations / np.maximum(np.abs(equations).max(axis=1, keepdims=True), _TINY)
+    rows: list[int] = []
+    for k in range(len(scaled)):
+        if np.linalg.matrix_rank(scaled[[*rows, k]], tol=_ROUNDING) > len(rows):
+            rows.append(k)
+    return rows
+
+
 class Polytope:
     """The designs within bounds that meet linear equalities, and the map from the unit cube.
 
@@ -101,13 +111,16 @@ class Polytope:
         coefficients = np.array(rows)[:, :-1]
         totals = np.array(rows)[:, -1:] - coefficients @ np.array(lower)[:, None]
         matrix = coefficients * np.subtract(upper, lower)
+        independent = _independent(np.hstack([matrix, totals]))
+        matrix = matrix[independent]
+        totals = totals[independent]
         self.dependent: list[int] = []
         for row in np.abs(matrix):
             row[self.dependent] = -1
             self.dependent.append(int(row.argmax()))
         share = 0.0
         solved = matrix[:, self.dependent]
-        if np.linalg.matrix_rank(solved) == len(rows):
+        if np.linalg.matrix_rank(solved) == len(matrix):
             self._rows = np.linalg.solve(solved, np.hstack([matrix, totals]))
             self._fill()
             points = np.random.default_rng(0).random((_TRIED, len(lower)))
