@@ -180,7 +180,7 @@ def test_failures_and_incomplete_rows(alloy, told):
     frame = filled(asked("next.csv"), [1])
     frame.loc[0, "failure"] = "cracked"
     frame.loc[2, "where"] = 0.1
-    assert "Test 3 stays pending, as it lacks some results" in told(frame)
+    assert "2 tests without all results: 3, 4. Fill in strength, where, or failure" in told(frame)
     table = read_table("lab.db")
     assert table.reasons == {1: "cracked"}
     assert table.status.tolist() == ["failed", "ok"]

@@ -131,15 +131,18 @@ def test_more_proposals_after_few_points_are_all_new(model, study):
 
 
 def test_results_from_elsewhere_are_tests_of_a_study(model, study):
-    results = pd.DataFrame(
-        {"x1": [0.25, 0.75, 2.0], "b": [0.5, 0.25, 1.5], "time": [1.0, 2.0, 9.0]}
-    )
+    results = pd.DataFrame({"x1": [0.25, 0.75, 2.0], "x2": [0.5, 0.25, 1.5], "f1": [1.0, 2.0, 9.0]})
     results["f2"] = [3.0, np.nan, 4.0]
-    columns = {"x2": "b", "f1": "time"}
-    tests = import_tests(model, results, RunOptions(study=study), columns)
+    tests = import_tests(model, results, RunOptions(study=study))
     np.testing.assert_array_equal(tests["f1"], [1, 9])  # one result is not complete
-    import_tests(model, results, RunOptions(study=study), columns)
-    import_tests(model, results.iloc[:2], RunOptions(study=study), columns)
+    assert tests.remarks[0] == "2 of 3 tests taken, 0 known already."
+    assert tests.remarks[-2:] == (
+        "x1 is outside 0 to 1 in 1 test, the first 2.",
+        "x2 is outside 0 to 1 in 1 test, the first 1.5.",
+    )
+    for part in (results, results.iloc[:2]):
+        again = import_tests(model, part, RunOptions(study=study))
+        assert again.remarks[0].startswith("0 of")
     assert len(read_table(study)) == 2
     table = investigate(model, 4, study=study)
     assert table["f1"][(table.X == [0.25, 0.5]).all(axis=1)].tolist() == []
@@ -147,17 +150,9 @@ def test_results_from_elsewhere_are_tests_of_a_study(model, study):
     again = investigate(Restricted(model, {"x1": 0.25, "x2": (0.5, 1)}), 1, study=study)
     assert again["f1"].tolist() == [1.0]  # as the table has it, not as the model would
     assert len(model.evaluated) == 4
-    refused(
-        "none named 'x2'; name the column that is x2",
-        import_tests,
-        model,
-        results,
-        RunOptions(study=study),
-        {"f1": "time"},
-    )
-    refused(
-        "did you mean 'x1'", import_tests, model, results, RunOptions(study=study), {"x11": "b"}
-    )
+    for name in ("x2", "f2"):
+        lacking = results.drop(columns=name)
+        refused(f"got '{name}'", import_tests, model, lacking, RunOptions(study=study))
 
 
 def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -11,129 +10,152 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind, named_option, option_text
-from pymoo_psi._validation import AnyArray, Columns, Received, Values, invalid, known_name
-from pymoo_psi.algorithms._laboratory import OF_LOG, TRUTH_VALUES
+from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._validation import Columns, Received, counted, invalid
+from pymoo_psi.algorithms._laboratory import design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._store import StudyStore
-from pymoo_psi.problems import Variable
-from pymoo_psi.table import Formulation, TestTable, columns_of_designs, design_matrix, read_table
+from pymoo_psi.problems import known_expressions, problem_identity
+from pymoo_psi.table import (
+    Formulation,
+    TestTable,
+    choice_texts,
+    error_column,
+    read_table,
+)
 
 
-def import_tests(
-    problem: Any,
-    source: Any,
-    options: RunOptions,
-    columns: Mapping[str, str] | None = None,
-) -> TestTable:
+def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     """Add tests from elsewhere to a study, as a separate run.
 
-    Designs that the study has already are not stored again. Rows that lack an objective are
-    omitted, with a remark; so are failed tests. Designs may lie outside the bounds of the problem.
+    Each row is one test. Outputs that are expressions are computed; where the source has another
+    value, a remark reports both. Tests that the study has already are not stored again: those of
+    the same design or, of a noisy model, those of the same design with the same results.
+
+    Failed tests and rows that lack a result are omitted. Designs may lie outside the bounds of the
+    problem, which a remark reports.
 
     Args:
         problem: The problem whose tests they are.
         source: A file that :func:`read_table` reads, a frame or a table: one column for each
-            variable, objective and constraint, in the original units and directions. Further
-            outputs are added if the source has them.
+            variable, objective, constraint and output with a limit, in the original units and
+            directions, or for the outputs of which these are expressions. Further outputs are added
+            if the source has them.
         options: The options of the study.
-        columns: The columns of the source by the names of the problem, where these differ.
 
     Returns:
-        The tests of the source.
+        The tests of the source that have results. The first remark says how many were new.
 
     Raises:
-        ArgumentValueError: A column is missing or in another unit, or a variable cannot have a
-            value.
+        ArgumentValueError: A column is missing or in another unit, a variable cannot have a value,
+            the rows are means of tests, or the study is a share of one.
         StudyError: The study belongs to another model, or cannot be written.
 
     Example:
         >>> import tempfile
         >>> import pandas as pd
         >>> from pymoo.problems import get_problem
-        >>> results = pd.DataFrame({"x1": [1.0, 2.0], "x2": [0.5, 1.0], "time": [7.0, 8.0]})
+        >>> results = pd.DataFrame({"x1": [1.0, 2.0], "x2": [0.5, 1.0], "f1": [7.0, 8.0]})
         >>> results[["f2", "g1", "g2"]] = [[9.0, -1.0, -1.0], [1.0, -1.0, -1.0]]
         >>> options = RunOptions(study=tempfile.mkdtemp() + "/bnh.db")
-        >>> len(import_tests(get_problem("bnh"), results, options, {"f1": "time"}))
-        2
+        >>> import_tests(get_problem("bnh"), results, options).remarks
+        ('2 of 2 tests taken, 0 known already.',)
     """
-    model = Model(problem, options)
-    layout = model.layout
-    needed = [
-        *layout.variables,
-        *layout.objectives,
-        *layout.inequalities[: model.n_ieq_constr],
-        *layout.equalities,
-        *model.default_limits,
-    ]
-    names = {name: name for name in (*needed, *getattr(model.inner, "outputs", ()))}
-    for name, column in (columns or {}).items():
-        names[known_name("a name of the problem", name, names)] = column
-    objectives = [names[name] for name in layout.objectives]
-    table = read_table(source, Formulation(objectives=objectives), drop_incomplete=True)
-    present = (*table.layout.columns, *table.extra)
-    for name in needed:
-        if names[name] not in present:
-            rule = "a table with a column for each variable, objective and constraint"
-            remedy = f"name the column that is {name}, as {{{name!r}: 'column'}}"
-            raise invalid("the tests", rule, Received(f"none named {names[name]!r}"), remedy)
-    for name, unit in layout.units.items():
-        column = names.get(name, name)
-        received = table.layout.units.get(column, unit)
-        if received != unit:
-            rule = f"that of the problem, {unit}"
-            raise invalid(f"the unit of {column!r}", rule, received, "convert its values")
-    results = _results_of(model, table.rows(table.status != "failed"), names)
+    if options.share is not None:
+        remedy = "join the shares by 'pymoo-psi export', and add the tests to that study"
+        raise invalid("share", "left out for tests from elsewhere", options.share, remedy)
+    repeat = 1
+    if getattr(problem, "noisy", False):
+        repeat = 0
+    model = Model(problem, options, repeat)
+    table = _table_of(model, source)
+    tested = table.rows(table.status != "failed")
+    results = _results_of(model, tested)
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
+    remarks = [*table.tested.remarks]
+    results = with_computed(store.study.facts().head, results, tested.names, remarks)
+    remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
-    store.keep(tests)
-    return replace(tests, remarks=table.remarks)
+    if not model.noisy:
+        tests = tests.rows(~tests.repeats)
+    n_new = store.keep(tests)
+    n_known = len(tests) - n_new
+    taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already."
+    return replace(tests, remarks=(taken, *remarks))
 
 
-def _results_of(model: Model, table: TestTable, names: Mapping[str, str]) -> Columns:
-    """Return tests of a source as columns of a study.
+def _table_of(model: Model, source: Any) -> TestTable:
+    """Return the tests of a source, which must have all that the problem needs.
 
-    Args:
-        model: The model.
-        table: The tests.
-        names: Their columns by the names of the problem; further outputs may be missing.
+    Raises:
+        ArgumentValueError: A column is missing or in another unit, or the rows are means.
     """
     layout = model.layout
-    designs = []
+    inequalities = layout.inequalities[: model.n_ieq_constr]
+    names = (*layout.objectives, *inequalities, *layout.equalities, *model.default_limits)
+    needed = dict.fromkeys(names)
+    for name, expression in reversed([*known_expressions(model.inner).items()]):
+        if name in needed:  # an expression uses outputs before it
+            del needed[name]
+            needed |= dict.fromkeys(expression.columns)
+    results = [name for name in needed if name not in layout.variables]
+    table = read_table(source, Formulation(objectives=results), repeats=False, drop_incomplete=True)
+    means = error_column(layout.objectives[0])
+    if means in table.columns:
+        remedy = "give the study that has them, or its tests by 'pymoo-psi export'"
+        raise invalid("the tests", "single ones", Received(f"means with {means!r}"), remedy)
+    for name, unit in layout.units.items():
+        received = table.layout.units.get(name, unit)
+        if received != unit:
+            rule = f"that of the problem, {unit}"
+            raise invalid(f"the unit of {name!r}", rule, received, "convert its values")
+    return table
+
+
+def _results_of(model: Model, table: TestTable) -> Columns:
+    """Return tests of a source as columns of a study; outputs that it lacks are NaN."""
+    layout = model.layout
+    n = len(table)
+    results: Columns = {"test": np.arange(1, n + 1), "reason": np.full(n, "", object)}
+    choices = problem_identity(model.problem)["choices"]  # those beyond a box, too
     for variable, name in zip(model.space.variables, layout.variables, strict=True):
-        designs.append(_values_of(variable, name, table.column(names[name])))
-    X = design_matrix("X", np.column_stack(designs), layout.variables, layout.kinds)
-    numbers = np.arange(1, len(table) + 1)
-    results: Columns = columns_of_designs(layout.variables, layout.kinds, X)
-    for name, kind in zip(layout.variables, layout.kinds, strict=True):
-        if kind is Kind.LOG and (results[name] <= 0).any():
-            raise invalid(name, OF_LOG, float(results[name].min()))
-    results |= {"test": numbers, "test_point": numbers}
-    results |= {"reason": np.full(len(X), "", object), "status": np.full(len(X), "ok", object)}
-    for name, column in names.items():
-        if name not in results and column in table.layout.columns:
-            results[name] = table.column(column)
+        kind = variable.kind
+        options = choices.get(variable.title)
+        cells = table.column(name)
+        if options is not None:
+            cells = choice_texts(cells)
+        values = []
+        for cell, place in zip(cells.tolist(), table.names, strict=True):
+            values.append(design_value(cell, f"{place}, {name}", kind, options))
+        results[name] = np.array(values, DTYPES[kind])
+    outputs = (*model.default_limits, *getattr(model.inner, "outputs", ()))
+    for name in (*layout.objectives, *layout.constraints, *outputs):
+        results[name] = np.full(n, np.nan)
+        if name in table.layout.columns:
+            results[name] = table.column(name)
     return results
 
 
-def _values_of(variable: Variable, name: str, cells: AnyArray) -> AnyArray:
-    """Return cells as values of a variable."""
-    texts = [str(cell) for cell in cells.tolist()]
-    if variable.kind is Kind.BINARY:
-        value_by_text: Values = TRUTH_VALUES
-        texts = [text.lower() for text in texts]
-    elif variable.kind is Kind.CHOICE:
-        value_by_text = {option_text(option): option for option in variable.options}
-        texts = [named_option(name, option_text(cell), value_by_text) for cell in cells.tolist()]
-    else:
-        return cells.astype(object)
-    values = np.empty(len(cells), dtype=object)
-    for row, text in enumerate(texts):
-        values[row] = value_by_text[known_name(name, text, value_by_text)]
-    return values
+def _beyond_bounds(model: Model, results: Columns) -> list[str]:
+    """Return remarks on the values outside the bounds."""
+    layout = model.layout
+    remarks = []
+    for j, name in enumerate(layout.variables):
+        if layout.kinds[j] is Kind.CHOICE:
+            continue
+        low = layout.lower[j]
+        high = layout.upper[j]
+        values = results[name]
+        beyond = values[(values < low) | (values > high)]
+        if len(beyond):
+            n = counted(len(beyond), "test")
+            remarks.append(
+                f"{name} is outside {low:g} to {high:g} in {n}, the first {beyond[0]:g}."
+            )
+    return remarks
 
 
 def _identity(source: Any, results: Columns) -> str:

@@ -49,9 +49,9 @@ if TYPE_CHECKING:
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # how many points of the sequence come before proposals of surrogates
+_ROUNDED = 1e-3  # relative difference up to which a given value is a rounded one
 _TRIED = 200  # points that are tried for each new design
-OF_LOG = "above 0, as its scale is logarithmic"
-TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
+_TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
 
 
 @dataclass(frozen=True)
@@ -371,16 +371,25 @@ def _results_in(
             rule = "those of the file that was written for these tests"
             remedy = "'ask --points 0' writes pending tests again"
             raise invalid("the columns", rule, Received(f"none named {name!r}"), remedy)
+    for name in head.get("expressions", {}):
+        if name in columns:  # what people give is compared with what is computed
+            kinds.setdefault(name, Kind.REAL)
+    lacking = []
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
         values: Values = {}
         for name, kind in kinds.items():
-            if not is_blank(columns[name].cells[i]):
-                values[name] = _value(columns[name], i, f"{place}, {name}", kind, choices.get(name))
+            cell = columns[name].cells[i]
+            if is_blank(cell):
+                continue
+            if kind not in (Kind.BINARY, Kind.CHOICE):
+                cell = columns[name].require_numbers()[i].item()
+            values[name] = design_value(cell, f"{place}, {name}", kind, choices.get(name))
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
         n_measured = len(values.keys() & {*laboratory.results})
         if n_measured == 0 and not reason:
+            lacking.append(test)
             continue
         if n_measured and reason:
             rule = "either results or the reason of a failure"
@@ -390,33 +399,45 @@ def _results_in(
             rule = "that of a test that was asked for and is not cancelled"
             raise invalid(f"{place}, {TEST}", rule, test)
         if n_measured < len(laboratory.results) and not reason:
-            remarks.append(f"Test {test} stays pending, as it lacks some results.")
+            lacking.append(test)
             continue
         for name, value in assignment.design.items():
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
         unknown = dict.fromkeys(laboratory.results, np.nan)
         yield _Result(assignment, unknown | values | {"reason": reason}, place)
+    pending = [str(test) for test in lacking if test in laboratory.pending]
+    if pending:
+        remarks.append(
+            f"{counted(len(pending), 'test')} without all results: {', '.join(pending)}. Fill in "
+            f"{', '.join(laboratory.results)}, or {FAILURE} if a test failed."
+        )
 
 
-def _value(column: Any, i: int, place: str, kind: Kind, choices: Names | None) -> Any:
-    """Return a cell of a column, which is not blank, as a value of a kind."""
-    cell = column.cells[i]
+def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> Any:
+    """Return a cell, which is not blank, as a value of a kind.
+
+    Args:
+        cell: The cell; text where the kind is one of numbers is refused.
+        place: Where it is, for messages.
+        kind: The kind.
+        choices: The texts of the options of a choice.
+    """
     text = str(cell).strip()
     if kind is Kind.BINARY:
-        return TRUTH_VALUES[known_name(place, text.lower(), TRUTH_VALUES)]
+        return _TRUTH_VALUES[known_name(place, text.lower(), _TRUTH_VALUES)]
     if choices is not None:
         return named_option(place, text, choices)
     if kind is Kind.CHOICE:
         return text
-    number = column.require_numbers()[i].item()
-    if not math.isfinite(number) or (kind is Kind.INTEGER and number % 1):
+    is_number = isinstance(cell, (int, float)) and math.isfinite(cell)
+    if not is_number or (kind is Kind.INTEGER and cell % 1):
         raise invalid(place, f"one {kind.value} number", cell)
-    if kind is Kind.LOG and number <= 0:
-        raise invalid(place, OF_LOG, cell)
+    if kind is Kind.LOG and cell <= 0:
+        raise invalid(place, "above 0, as its scale is logarithmic", cell)
     if kind is Kind.INTEGER:
-        return int(number)
-    return number
+        return int(cell)
+    return cell
 
 
 def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_Result]:
@@ -485,20 +506,43 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
         del frame[PROPOSAL_ROUND]
     columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
     columns["seconds"] = np.full(len(tests), np.nan)
-    columns |= _computed(database.facts.head, columns)
+    places = [result.place for result in results]
+    columns = with_computed(database.facts.head, columns, places, sentences)
     database.widen(columns)
     database.insert(columns | database.numbered(columns[TEST]))
     return sentences
 
 
-def _computed(head: Entries, columns: Columns) -> Columns:
-    """Return what follows from variables and results: status, expressions and requirements."""
+def with_computed(
+    head: Entries, columns: Columns, places: Sequence[str], remarks: list[str]
+) -> Columns:
+    """Return variables and results with what follows from them.
+
+    This is the status, the outputs that are expressions, and the requirements.
+
+    Args:
+        head: The head of the study.
+        columns: The variables, the results and ``reason``. Outputs that are expressions may be
+            given; a remark says where they differ from the computed ones, which count.
+        places: Where the tests are in their source.
+        remarks: The remarks, to which some are added.
+    """
     has_failed = columns["reason"] != ""
     columns = columns | {"status": np.where(has_failed, "failed", "ok")}
     for name, expression in head.get("expressions", {}).items():
-        if expression:
-            values = Expression.of(expression).values(columns)
-            columns[name] = np.where(has_failed, np.nan, values)
+        if not expression:
+            continue
+        values = np.where(has_failed, np.nan, Expression.of(expression).values(columns))
+        given = columns.get(name, values)
+        differs = ~np.isclose(given, values, rtol=_ROUNDED, atol=0) & ~np.isnan(given)
+        if differs.any():
+            row = int(differs.argmax())
+            remarks.append(
+                f"{name} of {counted(differs.sum(), 'test')} is given otherwise than computed from "
+                f"{expression}, which counts: {given[row]:.6g} in {places[row]}, computed "
+                f"{values[row]:.6g}."
+            )
+        columns[name] = values
     designs = {name: columns[name] for name in head["variables"]}
     for name in head["inequalities"][head["model_inequalities"] :]:
         rule = name.rpartition(": ")[2]

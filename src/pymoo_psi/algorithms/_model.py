@@ -48,7 +48,8 @@ class Model:
     Args:
         problem: A pymoo problem.
         options: The options of the run.
-        repeat: Which of the tests of each design these are, from 1.
+        repeat: Which of the tests of each design these are, from 1; 0 for tests of a noisy model
+            from elsewhere.
 
     Attributes:
         problem: The problem with its requirements, not tolerant of failures.

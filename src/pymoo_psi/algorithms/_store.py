@@ -83,8 +83,9 @@ class Store:
         """Return the tests of other runs of the same model."""
         return self.empty
 
-    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
-        """Store tests, and what each of them took; those that are stored already are left alone."""
+    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
+        """Store tests, and what each of them took; return how many are new or replaced."""
+        return 0
 
     def numbered(self, tests: TestTable) -> TestTable:
         """Return tests of the run with the numbers that they have in the study."""
@@ -255,14 +256,14 @@ class StudyStore(Store):
         tests = StoredTests(head, columns, lacking(columns, needed), is_derived=True)
         return tests.table(self.study.path)
 
-    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
-        """Store tests, and what each of them took; those that are stored already are left alone."""
+    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
+        """Store tests, and what each of them took; return how many are new or replaced."""
         columns = columns_of(tests)
         for name in tests.layout.outputs:
             if name in ADDED:
                 del columns[name]
                 warn_of_output(name, "in the study, which adds a column of this name")
-        self.study.append(columns, run=self.run, origin=self.origin, seconds=seconds)
+        return self.study.append(columns, run=self.run, origin=self.origin, seconds=seconds)
 
     def numbered(self, tests: TestTable) -> TestTable:
         """Return tests of the run with the numbers that they have in the study.

@@ -119,7 +119,6 @@ _OF_PROBLEM = [
     _file("study", "FILE.db", "Keep every test here, and answer with all of them."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
-    _names("from-names", "X=A,…", "Column A of the --from FILE holds X of the problem."),
 ]
 _JOBS = _option(
     "jobs",

@@ -39,7 +39,6 @@ from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     formulation_of,
-    pairs_in,
     require_free_names,
     typed_options,
 )
@@ -202,9 +201,8 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
     source = getattr(options, "from")
     if source is None:
         return
-    columns = pairs_in("--from-names", options.from_names, "name=column")
-    tests = import_tests(problem, source, run, columns)
-    say(f"{source}: {counted(len(tests), 'test')} taken into the study.", *tests.remarks)
+    taken, *remarks = import_tests(problem, source, run).remarks
+    say(f"{source}: {taken}", *remarks)
 
 
 # The search

@@ -421,27 +421,37 @@ class Database:
 
         Points with tests of their own keep these. Of points with the same design, the first gets
         the test, as a test has one number in the table of a run. Repeated tests are made for one
-        run only.
+        run only, unless they are from elsewhere: the k-th repeats of designs get the k-th of these.
+        In turn, tests of a noisy model from elsewhere get only tests with the same objectives.
         """
-        others = [other.number for other in self.facts.runs if "repeat" not in other.identity]
-        if others == [run] or run not in others:
+        repeats = {other.number: other.identity.get("repeat", 1) for other in self.facts.runs}
+        repeat = repeats.pop(run)
+        others = []
+        for number, other_repeat in repeats.items():
+            if repeat == 0 or other_repeat == 0 or repeat == other_repeat == 1:
+                others.append(str(number))
+        if not others:
             return
-        n_variables = len(self.facts.head["variables"])
-        variables = _columns_of_values(self.facts.head)[:n_variables]
-        names = ", ".join(variable.sql for variable in variables)
-        marks = ", ".join("?" * n_variables)
+        head = self.facts.head
+        n_compared = len(head["variables"])
+        if repeat == 0:
+            n_compared += len(head["objectives"])
+        compared = _columns_of_values(head)[:n_compared]
+        names = ", ".join(column.sql for column in compared)
+        marks = ", ".join("?" * n_compared)
         self.db.execute(f"CREATE INDEX IF NOT EXISTS designs ON tests ({names})")
         # In SQL, 0.0 is -0.0.
         self.db.create_function("design_key", -1, lambda *cells: design_key(cells))
         test_points = columns["test_point"]
         numbers = test_points + self.facts.run(run).start
-        designs = [columns[name].astype(DTYPES[kind]).tolist() for name, _, kind in variables]
+        values = [columns[name].astype(DTYPES[kind]).tolist() for name, _, kind in compared]
         self.db.executemany(
-            f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, min(test) FROM tests "
+            f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, test FROM tests "
             f"WHERE ({names}) = ({marks}) AND design_key({names}) = design_key({marks}) "
-            f"AND run <> {run} AND run IN ({', '.join(map(str, others))}) "
-            f"AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?) GROUP BY {names}",
-            zip(test_points.tolist(), *designs, *designs, numbers.tolist(), strict=True),
+            f"AND run IN ({', '.join(others)}) "
+            "AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?) "
+            f"ORDER BY test LIMIT 1 OFFSET {max(repeat - 1, 0)}",
+            zip(test_points.tolist(), *values, *values, numbers.tolist(), strict=True),
         )
 
     def n_tests(self) -> dict[int, int]:

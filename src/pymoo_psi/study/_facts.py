@@ -235,7 +235,8 @@ def identity_of_run(
         head: The head of its tests, with the bounds.
         sampling: The sequence or algorithm that the points come from.
         requirements: The rules that designs have to meet before they are evaluated.
-        repeat: Which of the tests of each point the run makes.
+        repeat: Which of the tests of each point the run makes; 0 for tests of a noisy model from
+            elsewhere.
     """
     pairs = zip(head["variables"], head["kinds"], strict=True)
     log = [name for name, kind in pairs if kind == "log"]
@@ -246,7 +247,7 @@ def identity_of_run(
         "log": log,
         "requirements": [*requirements],
     }
-    if repeat > 1:
+    if repeat != 1:
         identity["repeat"] = repeat
     plain: Values = json.loads(json.dumps(identity))
     return plain

@@ -63,6 +63,7 @@ from ._layout import number_column as number_column
 from ._layout import value_ranks as value_ranks
 from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import certainty_sentences as certainty_sentences
+from ._repeats import error_column as error_column
 from ._repeats import has_errors as has_errors
 from ._source import source_columns as source_columns
 from ._switching import decision_sentences as decision_sentences

@@ -1,0 +1,169 @@
+"""Random histories of tests from elsewhere, asking, telling and solving, beside a dictionary."""
+
+from collections import Counter
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import ProgramProblem, Restricted, investigate, lp_tau, read_table
+from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
+
+N_HISTORIES = 30  # of each kind of model
+N_STEPS = 6
+POINTS = lp_tau(32, 2)
+
+
+class Model(ProgramProblem):
+    """A model that people test, too; its third output is an expression."""
+
+    def __init__(self, noisy):
+        super().__init__(
+            {"a": (0, 1), "b": (0, 1)},
+            None,
+            {"f": {}, "g": {}, "ratio": {"expression": "f/g"}},
+            {"minimize": ["f", "ratio"]},
+            {"ratio": "<= 2"},
+            noisy=noisy,
+        )
+        self.by_people = False
+
+    def fingerprint(self):
+        return {}
+
+    def values(self, design):
+        f = 1 + design["a"] + design["b"] ** 2
+        g = 2 - design["a"]
+        if self.noisy:
+            f += np.random.default_rng(design["seed"]).random()
+        return {"f": f, "g": g, "ratio": f / g}
+
+
+class History:
+    """Steps on a study, and what it must then have: the results by design, and what is pending.
+
+    A failed test has the result None.
+    """
+
+    def __init__(self, seed, study, noisy):
+        self.rng = np.random.default_rng(seed)
+        self.problem = Model(noisy)
+        self.options = RunOptions(study=study)
+        self.results = {}
+        self.pending = {}
+
+    def measured(self):
+        """Two results of people, who measure other values than the model."""
+        return tuple(np.round(1 + self.rng.random(2), 3).tolist())
+
+    def from_elsewhere(self):
+        """Rows of any designs, one of them twice, one without a result."""
+        rows = []
+        for point in POINTS[self.rng.choice(len(POINTS), 5, replace=False)].tolist():
+            rows.append((*point, *self.measured()))
+        rows.append((2.0, 2.0, *self.measured()))  # beyond the bounds
+        rows.append(rows[-1])
+        frame = pd.DataFrame(rows, columns=["a", "b", "f", "g"])
+        frame.loc[0, "f"] = np.nan
+        if self.rng.random() < 0.5:
+            frame["ratio"] = 99.0
+        tests = import_tests(self.problem, frame, self.options)
+        n_new = 0
+        for a, b, *result in rows[1:]:
+            known = self.results.setdefault((a, b), [])
+            if known == [None] and not self.problem.noisy:
+                known.clear()
+            if not known or self.problem.noisy:
+                known.append(tuple(result))
+                n_new += 1
+        assert tests.remarks[0].startswith(f"{n_new} of 7 tests taken")
+        again = import_tests(self.problem, frame.sample(3, random_state=1), self.options)
+        assert again.remarks[0].startswith("0 of 3")
+
+    def ask(self):
+        frame = ask_tests(self.problem, int(self.rng.integers(1, 4)), self.options)
+        for test, a, b in frame[["test", "a", "b"]].itertuples(index=False):
+            assert (a, b) not in self.results
+            assert (a, b) not in self.pending.values()
+            self.pending[test] = (a, b)
+
+    def tell(self):
+        """Some designs are tested, fail, are tested at other values, or have no values yet."""
+        if not self.pending:
+            return
+        frame = ask_tests(self.problem, 0, self.options)
+        assert frame["test"].tolist() == sorted(self.pending)
+        for row in frame.index:
+            test = frame.loc[row, "test"]
+            a, b = self.pending[test]
+            chance = self.rng.random()
+            if chance < 0.3:
+                continue
+            del self.pending[test]
+            if chance < 0.5 and (a, b) not in self.results:
+                frame.loc[row, "failure"] = "cracked"
+                self.results[a, b] = [None]
+                continue
+            result = self.measured()
+            frame.loc[row, ["f", "g"]] = result
+            if chance < 0.6:
+                b = float(self.rng.random())
+                frame.loc[row, "b"] = b
+            self.results.setdefault((a, b), []).append(result)
+        if self.rng.random() < 0.5:
+            frame["ratio"] = 99.0
+        tell_tests(frame, self.options.study)
+        pending = ", ".join(map(str, sorted(self.pending))) or "none"
+        assert tell_tests(frame, self.options.study)[-1] == f"Pending tests: {pending}."
+
+    def solve(self):
+        """Points that have no test are tested; of a noisy model, perhaps twice."""
+        n = int(self.rng.integers(1, len(POINTS)))
+        problem = self.problem
+        points = POINTS[:n]
+        if self.rng.random() < 0.3:
+            problem = Restricted(problem, {"a": (0, 0.5)})
+            points = points * [0.5, 1]
+        repeat = 1
+        if self.problem.noisy:
+            repeat = int(self.rng.integers(1, 3))
+        table = investigate(problem, n, repeat=repeat, study=self.options.study)
+        designs = [*map(tuple, points.tolist())]
+        assert sorted(map(tuple, table.X)) == sorted(designs)
+        tests = self.stored()
+        for design in designs:
+            known = self.results.setdefault(design, [])
+            if self.problem.noisy:  # a seed decides on the values
+                new = [*(Counter(tests[design]) - Counter(known)).elements()]
+                assert repeat - len(known) <= len(new) <= repeat
+                known += new
+            elif not known:
+                outputs = problem.values(dict(zip("ab", design, strict=True)))
+                known.append((outputs["f"], outputs["g"]))
+
+    def stored(self):
+        tests = {}
+        if not self.options.study.exists():
+            return tests
+        table = read_table(self.options.study, repeats=False)
+        if len(table):
+            np.testing.assert_array_equal(table["ratio"], table["f"] / table["g"])
+        for row, number in enumerate(table.numbers.tolist()):
+            result = None
+            if number not in table.reasons:
+                result = (table["f"][row], table["g"][row])
+            tests.setdefault(tuple(table.X[row].tolist()), []).append(result)
+        return tests
+
+
+@pytest.mark.parametrize("noisy", [False, True])
+@pytest.mark.parametrize("seed", range(N_HISTORIES))
+def test_a_study_has_what_a_dictionary_has(seed, noisy, study_file):
+    history = History(seed, study_file, noisy)
+    steps = [history.from_elsewhere, history.ask, history.tell, history.solve]
+    for step in history.rng.choice(len(steps), N_STEPS):
+        steps[step]()
+        tests = history.stored()
+        assert tests.keys() == history.results.keys()
+        for design, results in tests.items():
+            assert Counter(results) == Counter(history.results[design])

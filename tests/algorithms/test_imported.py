@@ -1,0 +1,211 @@
+"""Tests from elsewhere: what of a source becomes tests of a study, and what is said of the rest."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Choice, Real
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
+from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
+from tests.refusals import refused
+
+
+class Noisy(ElementwiseProblem):
+    noisy = True
+
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=2, xl=0.0, xu=1.0)
+
+    def _evaluate(self, x, out, *args, seed=None, **kwargs):
+        noise = np.random.default_rng(seed).normal(size=2)
+        out["F"] = [x[0] + noise[0], 1 - x[0] + noise[1]]
+
+
+@pytest.fixture
+def lab():
+    return ProgramProblem(
+        {"a": (0, 1)},
+        None,
+        {
+            "f": {"unit": "kg"},
+            "g": {},
+            "h": {},
+            "ratio": {"expression": "f/g"},
+            "double": {"expression": "2*ratio + h"},
+        },
+        {"minimize": ["f", "ratio"]},
+        {"double": "<= 50"},
+    )
+
+
+RESULTS = pd.DataFrame({"a": [0.5, 0.25, 0.75], "f": [1.5, 2.5, 1.0], "g": [2.0, 1.0, 3.0]})
+
+
+def as_study(frame, lab, path):
+    import_tests(lab, frame, RunOptions(study=path))
+    return path
+
+
+def as_csv(frame, lab, path):
+    frame.to_csv(path.with_suffix(".csv"), index=False)
+    return path.with_suffix(".csv")
+
+
+@pytest.mark.parametrize("source_of", [as_csv, as_study, lambda frame, lab, path: frame])
+def test_outputs_that_are_expressions_are_computed(source_of, lab, tmp_path):
+    source = source_of(RESULTS.assign(h=1.0), lab, tmp_path / "source.db")
+    options = RunOptions(study=tmp_path / "s.db")
+    remarks = import_tests(lab, source, options).remarks
+    assert remarks == ("3 of 3 tests taken, 0 known already.",)
+    table = read_table(options.study)
+    np.testing.assert_array_equal(table["ratio"], RESULTS["f"] / RESULTS["g"])
+    np.testing.assert_array_equal(table["double"], 2 * RESULTS["f"] / RESULTS["g"] + 1)
+    assert (table.status == "ok").all()
+
+
+def test_a_contradiction_is_said_and_the_computed_value_counts(lab, tmp_path):
+    options = RunOptions(study=tmp_path / "s.db")
+    frame = RESULTS.assign(h=1.0, ratio=[0.75, 99.0, 0.333333], double=[2.5, np.nan, 77.0])
+    _, *remarks = import_tests(lab, frame, options).remarks
+    assert remarks == [
+        "ratio of 1 test is given otherwise than computed from f/g, which counts: "
+        "99 in row 2, computed 2.5.",
+        "double of 1 test is given otherwise than computed from 2*ratio + h, which counts: "
+        "77 in row 3, computed 1.66667.",
+    ]
+    asked = ask_tests(lab, 2, options)
+    asked[["f", "g", "h", "ratio"]] = [[3.0, 4.0, 1.0, 0.75], [3.0, 4.0, 1.0, 8.0]]
+    sentences = tell_tests(asked, options.study)
+    assert sentences[1:-1] == [
+        "ratio of 1 test is given otherwise than computed from f/g, which counts: "
+        "8 in row 2, computed 0.75."
+    ]
+    np.testing.assert_array_equal(
+        read_table(options.study)["ratio"], [0.75, 2.5, 1 / 3, 0.75, 0.75]
+    )
+
+
+def test_operands_of_what_is_needed_are_needed(lab, tmp_path):
+    options = RunOptions(study=tmp_path / "s.db")
+    refused("got 'h'", import_tests, lab, RESULTS, options)
+    refused("got 'h'", import_tests, lab, RESULTS.assign(ratio=1.0, double=1.0), options)
+    assert not (tmp_path / "s.db").exists()
+
+
+def exported(study, path):
+    read_table(study, repeats=False).to_csv(path)
+    return path
+
+
+@pytest.mark.parametrize("form", ["study", "csv", "table", "frame"])
+def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
+    first, second = tmp_path / "a.db", tmp_path / "b.db"
+    investigate(Noisy(), 8, repeat=9, study=first)
+    tests = read_table(first, repeats=False)
+    source = {
+        "study": first,
+        "csv": exported(first, tmp_path / "a.csv"),
+        "table": tests,
+        "frame": pd.DataFrame({name: tests[name] for name in tests.layout.columns}),
+    }[form]
+    options = RunOptions(study=second)
+    assert import_tests(Noisy(), source, options).remarks[0].startswith("72 of 72 tests taken")
+    assert import_tests(Noisy(), source, options).remarks[0].startswith("0 of 72 tests taken, 72")
+    part = tests.rows(np.arange(0, 72, 5))
+    assert import_tests(Noisy(), part, options).remarks[0].startswith("0 of 15 tests taken, 15")
+    means = read_table(second)
+    np.testing.assert_array_equal(np.sort(means.F, axis=0), np.sort(read_table(first).F, axis=0))
+    assert (means["tests"] == 9).all()
+    # The study has three tests of each design already, of the same seeds.
+    investigate(Noisy(), 8, repeat=3, study=second)
+    assert len(read_table(second, repeats=False)) == 72
+
+
+def test_a_noisy_study_keeps_its_tests_beside_those_of_others(tmp_path):
+    first, second = tmp_path / "a.db", tmp_path / "b.db"
+    investigate(Noisy(), 8, repeat=3, study=first)
+    investigate(Noisy(), 4, study=second)  # with the seeds of the first tests
+    tests = import_tests(Noisy(), first, RunOptions(study=second))
+    assert tests.remarks[0] == "20 of 24 tests taken, 4 known already."
+    frame = pd.DataFrame({"x1": [0.0, 0.0], "f1": [1.0, 2.0], "f2": [3.0, 4.0]})
+    import_tests(Noisy(), frame, RunOptions(study=second))
+    assert len(read_table(second, repeats=False)) == 26
+
+
+def test_means_of_tests_are_no_tests(tmp_path):
+    study = tmp_path / "a.db"
+    means = investigate(Noisy(), 8, repeat=3, study=study)
+    means.to_csv(tmp_path / "means.csv")
+    means.to_study(tmp_path / "means.db")
+    frame = means.to_frame()
+    for source in (means, frame, tmp_path / "means.csv", tmp_path / "means.db"):
+        refused(
+            "single ones, got means with 'f1 standard error'; give the study",
+            import_tests,
+            Noisy(),
+            source,
+            RunOptions(study=tmp_path / "b.db"),
+        )
+
+
+def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(tmp_path):
+    problem = get_problem("bnh")
+    table = investigate(problem, 64)
+    assert "infeasible" in table.status
+    frame = pd.DataFrame({name: table[name] for name in table.layout.columns})
+    frame["status"] = table.status
+    frame.to_csv(tmp_path / "old.csv", index=False)
+    options = RunOptions(study=tmp_path / "s.db")
+    tests = import_tests(problem, tmp_path / "old.csv", options)
+    assert tests.remarks[0] == "64 of 64 tests taken, 0 known already."
+    assert tests.status.tolist() == table.status.tolist()
+    search = SurrogatePSI(4, study=options.study)
+    new = minimize(problem, search, seed=1).algorithm.table
+    assert (new["proposal_round"] > 0).all()  # the 64 tests stand for the first points
+
+
+def test_values_outside_the_bounds_are_named(tmp_path):
+    problem = get_problem("bnh")
+    frame = pd.DataFrame({"x1": [1.0, 6.0, -2.0], "x2": 1.0, "f1": 1.0, "f2": 2.0})
+    frame[["g1", "g2"]] = -1.0
+    tests = import_tests(problem, frame, RunOptions(study=tmp_path / "s.db"))
+    assert tests.remarks[1:] == ("x1 is outside 0 to 5 in 2 tests, the first 6.",)
+    assert tests["x1"].tolist() == [1, 6, -2]
+
+
+class Material(ElementwiseProblem):
+    def __init__(self):
+        options = ["steel", 12, "12"]
+        super().__init__(vars={"x": Real(bounds=(0, 1)), "m": Choice(options=options)}, n_obj=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = x["x"]
+
+
+def test_choices_outside_a_box_are_tests_too(tmp_path):
+    study = tmp_path / "whole.db"
+    whole = investigate(Material(), 12, study=study)
+    part = Restricted(Material(), {"m": ["steel"]})
+    tests = import_tests(part, study, RunOptions(study=tmp_path / "part.db"))
+    assert tests.X.tolist() == whole.X.tolist()
+
+
+@pytest.mark.parametrize("value", [np.inf, "1,5x", ""])
+def test_a_value_that_no_variable_has_is_refused(value, tmp_path):
+    frame = pd.DataFrame({"x": [0.5, value], "m": "steel", "f1": 1.0}).astype({"x": object})
+    refused(
+        "row 2, x must be one real number",
+        import_tests,
+        Material(),
+        frame,
+        RunOptions(study=tmp_path / "s.db"),
+    )
+
+
+def test_a_share_takes_no_tests_from_elsewhere(tmp_path):
+    options = RunOptions(study=tmp_path / "shares", share=(1, 2))
+    refused("share must be left out .* 'pymoo-psi export'", import_tests, Noisy(), RESULTS, options)
+    assert not (tmp_path / "shares").exists()
