@@ -149,7 +149,7 @@ def _beyond_bounds(model: Model, results: Columns) -> list[str]:
         low = layout.lower[j]
         high = layout.upper[j]
         values = results[name]
-        beyond = values[(values < low) | (values > high)]
+        beyond = values[values != np.clip(values, low, high)]
         if len(beyond):
             n = counted(len(beyond), "test")
             remarks.append(

@@ -76,16 +76,6 @@ class _Equality:
             rest = rest - values
 
 
-def _independent(equations: Array) -> list[int]:
-    """Return which equations do not follow from those before them."""
-    scaled = equations / np.maximum(np.abs(equations).max(axis=1, keepdims=True), _TINY)
-    rows: list[int] = []
-    for k in range(len(scaled)):
-        if np.linalg.matrix_rank(scaled[[*rows, k]], tol=_ROUNDING) > len(rows):
-            rows.append(k)
-    return rows
-
-
 class Polytope:
     """The designs within bounds that meet linear equalities, and the map from the unit cube.
 
@@ -111,9 +101,15 @@ class Polytope:
         coefficients = np.array(rows)[:, :-1]
         totals = np.array(rows)[:, -1:] - coefficients @ np.array(lower)[:, None]
         matrix = coefficients * np.subtract(upper, lower)
-        independent = _independent(np.hstack([matrix, totals]))
-        matrix = matrix[independent]
-        totals = totals[independent]
+        equations = np.hstack([matrix, totals])
+        sizes = np.abs(equations).max(axis=1, keepdims=True)
+        scaled = equations / np.maximum(sizes, _TINY)
+        independent: list[int] = []
+        for k in range(len(rows)):  # an equality may follow from those before it
+            if np.linalg.matrix_rank(scaled[: k + 1], tol=_ROUNDING) > len(independent):
+                independent.append(k)
+        equations = equations[independent]
+        matrix = equations[:, :-1]
         self.dependent: list[int] = []
         for row in np.abs(matrix):
             row[self.dependent] = -1
@@ -121,7 +117,7 @@ class Polytope:
         share = 0.0
         solved = matrix[:, self.dependent]
         if np.linalg.matrix_rank(solved) == len(matrix):
-            self._rows = np.linalg.solve(solved, np.hstack([matrix, totals]))
+            self._rows = np.linalg.solve(solved, equations)
             self._fill()
             points = np.random.default_rng(0).random((_TRIED, len(lower)))
             share = self._are_met(self._positions(points)).mean()
