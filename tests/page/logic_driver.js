@@ -32,13 +32,14 @@ function switched(data, state, ranking) {
   return {rows, text: Logic.staying(data, ranking, rows)}
 }
 
-function answer({payload, states, rows, pins, texts, typed, thorough}) {
+function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {
   const data = Logic.decode(payload)
   return {
     initial: Logic.initial(data),
     foreign: foreign(data),
     checked: texts.map((text) => Logic.checked(data, Logic.parsed(text))),
     typed: typed.map((text) => Logic.typed(text)),
+    numbers: numbers.map(([notation, value]) => Logic.written({notation}, value)),
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)

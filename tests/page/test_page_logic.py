@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 from collections import Counter
@@ -14,7 +15,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import compare_designs, explain, rank_of_efficiency
-from pymoo_psi.page import decision_page
+from pymoo_psi.page import decision_page, written
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import Formulation, read_table, separation_sentences, switching_values
@@ -560,6 +561,20 @@ def test_positions_have_the_order_of_python(cases):
     asked = case.asked() | {"states": [], "payload": case.payload | {"opens_with": opens_with}}
     (answer,) = in_node([asked])
     assert answer["initial"]["state"]["positions"] == ordered
+
+
+def test_numbers_are_written_as_python_writes_them(cases):
+    dice = random.Random(3)
+    numbers = [(("fixed", 0), -0.31415), (("fixed", 2), -0.001), (("exponent", 3), 1.2345)]
+    for _ in range(3000):
+        notation = (dice.choice(["fixed", "fixed", "exponent"]), dice.randrange(9))
+        value = dice.choice([-1, 1]) * dice.randrange(1, 2**14) / 2 ** dice.randrange(20)
+        numbers.append((notation, value))  # halves of a digit are frequent, as in points of LPtau
+    asked = cases[0].asked() | {"states": [], "numbers": numbers}
+    (answer,) = in_node([asked])
+    for (notation, value), text in zip(numbers, answer["numbers"], strict=True):
+        expected = re.sub(r"e([+-])0", r"e\1", written(notation, value))
+        assert text == expected, (notation, value)
 
 
 def test_hostile_states_change_nothing(cases, answers):

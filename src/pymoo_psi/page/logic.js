@@ -661,8 +661,10 @@ function written(column, value) {
   if (!isNumber(value)) return value > 0 ? "∞" : "-∞"
   const [kind, digits] = column.notation
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (kind === "fixed" && abs(value) < 1e7) return apart(local((Number(value.toFixed(digits)) + 0).toFixed(digits))) // no -0
-  return local(value.toExponential(kind === "fixed" ? 3 : digits))
+  if (kind !== "fixed" || abs(value) >= 1e7) return local(rounded(value, kind === "fixed" ? 4 : digits + 1))
+  const significant = digits + 1 + floor(log10(abs(value)))
+  const even = significant > 0 ? Number(rounded(value, significant)) : value // toFixed rounds a half up
+  return apart(local(even.toFixed(digits).replace(/^-(?=[0.]*$)/, ""))) // no -0
 }
 
 // ------------------------------------------------------------------------------------- explanations
@@ -1132,9 +1134,7 @@ function reconciled(data, one, other) {
 
 // The state of a formulation, and what a reader must know of it.
 function decided(data, {limits, chosen, reason, ranges, positions, decided, page: {values, state: view}}) {
-  const own = limitsOf(limits)
-  const categories = {...entryOf(view, "categories"), ...own.categories} // in the view as former pages had them
-  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits: own.limits, categories, chosen, reason, positions, decided})
+  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), ...limitsOf(limits), chosen, reason, positions, decided})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])

@@ -956,7 +956,7 @@ const page = (() => {
     }
     const joined = (next) => Logic.checked(data, {...next, positions: [...state.positions, ...positions]}).state
     const whole = () => take({state: joined(single), remarks})
-    if (!positions.length) return single ? whole() : say(remarks.length ? remarks : ["The files have no positions."])
+    if (!positions.length) return single ? whole() : say([...remarks, "No positions are added."])
     change(joined(state))
     say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single ? button("Take those of the file", whole) : null]])
   }
