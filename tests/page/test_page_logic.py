@@ -434,10 +434,8 @@ def test_what_separates_positions_is_that_of_python(thorough):
         if state["fixed"]:
             continue
         limits = {**state["limits"], **state["categories"]}
-        asked = Formulation(case.names, maximize=case.maximize, normalize=case.normalize, limits=limits, positions=found["state"]["positions"])  # fmt: skip
-        table = read_table(case.frame, asked, variables=["x"])
-        layout = replace(table.layout, units={**table.layout.units, **case.units})
-        expected = separation_sentences(replace(table, layout=layout).under(asked))
+        asked = Formulation(case.names, maximize=case.maximize, normalize=case.normalize, limits=limits, positions=found["state"]["positions"], units=case.units)  # fmt: skip
+        expected = separation_sentences(read_table(case.frame, asked, variables=["x"]))
         assert found["separation"] == expected
         for text in expected:
             kinds[text.split(" ")[0] if text.startswith(("With", "No")) else text[:3]] += 1
