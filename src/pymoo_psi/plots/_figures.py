@@ -314,9 +314,9 @@ def plot_ranking(
         if row is not None:
             label = literal(ranking.name_of(row))
             ax.plot(shares[row], "ko--", markersize=4.0, linewidth=2.0, zorder=7.0, label=label)
+        top = max(1.05, shares[ranking.pareto].max() + 0.05)  # beyond fixed ranges, too
+        ax.set(ylim=(-0.05, top), ylabel=f"share of the {measure} (0 is best)")
         _name_objectives(ax, names, ranking.ideal, ranking.nadir)
-        ax.set_ylabel(f"share of the {measure} (0 is best)")
-        ax.set_ylim(-0.05, max(1.05, shares[ranking.pareto].max() + 0.05))
         legend_of(figure, [ax])
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
@@ -348,14 +348,18 @@ def _lines(shares: Array, marker: Marker) -> LineCollection:
 
 
 def _name_objectives(axes: Axes, names: list[str], best: Array, worst: Array) -> None:
-    """Write names and best values below parallel coordinates, the worst values on top."""
+    """Write names and best values below parallel coordinates, the worst values on top, or at 1."""
     places = np.arange(len(names))
     rotation = 0
     if len("".join(names)) + 2 * len(names) > _LETTERS:
         rotation = 90
     below = [f"{number(value)}\n{name}" for value, name in zip(best, names, strict=True)]
     axes.set_xticks(places, below, rotation=rotation)
-    axes.secondary_xaxis("top").set_xticks(places, [number(value) for value in worst])
+    low, high = axes.get_ylim()
+    level = (1 - low) / (high - low)
+    if high <= 1.05:
+        level = 1.0
+    axes.secondary_xaxis(level).set_xticks(places, [number(value) for value in worst])
     axes.set_xlim(-0.4, len(names) - 0.6)
 
 

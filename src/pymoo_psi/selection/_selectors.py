@@ -139,7 +139,8 @@ class CompromiseProgramming(RankingSelector):
             objective counts. With inf (Chebyshev) it counts alone; ties are broken by the least sum
             of the weighted terms (the augmented Chebyshev distance).
         weights: ``(m,)`` weights of the objectives inside the norm, >= 0 and not all 0; by default
-            all 1. Only their ratios matter.
+            all 1. Only their ratios matter. They are raised to the power p with the differences:
+            with p = 2, twice the weight counts four times.
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
