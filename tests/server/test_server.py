@@ -319,6 +319,37 @@ def test_a_page_has_values_that_stored_tests_get_later(study_file):
         assert until(lambda: place() != before)
 
 
+class Teeth(ElementwiseProblem):
+    """Most tests of it repeat a design."""
+
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=2, xl=1, xu=6, vtype=int)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0], -x[0]]
+
+
+def test_a_page_that_grows_has_each_design_once(study_file, tmp_path):
+    investigate(Teeth(), 4, study=study_file)
+    investigate(Teeth(), 12, study=tmp_path / "more.db")
+    with live(study_file) as view:
+        with urlopen(view.address) as page:
+            text = page.read().decode()
+        names = json.loads(re.search(r'"names": *(\[[^]]*\])', text)[1])
+        place = re.search(r'"from": *"(\w+-\d+)"', text)[1]
+        Study(study_file).append(Study(tmp_path / "more.db").contents()[1])
+        with urlopen(f"{view.address}events?from={place}") as events:
+            while len(names) < 6:
+                line = events.readline().decode()
+                if line.startswith("data: "):
+                    for rows in json.loads(line.removeprefix("data: "))["rows"]:
+                        names += rows["names"]
+    distinct = read_table(tmp_path / "more.db")
+    assert names == [
+        name for name, again in zip(distinct.names, distinct.repeats, strict=True) if not again
+    ]
+
+
 def test_a_run_answers_in_the_study(study_file):
     investigate(get_problem("bnh"), 8, study=study_file)
     for action in ("search", "pause", "more"):

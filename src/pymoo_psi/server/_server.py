@@ -193,7 +193,9 @@ class GrowingStudy:
                 progress = self.progress
                 tests = self.tests
                 rows = []
-                new = designs_of_page(tests.rows(np.arange(position, len(tests))))
+                is_new = ~tests.repeats  # the page has each design once
+                is_new[:position] = False
+                new = designs_of_page(tests.rows(is_new))
                 if len(new):
                     rows.append(rows_of(new))
                 position = len(tests)
