@@ -31,7 +31,7 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import Acceptability
 from pymoo_psi.plots import plot_ranking
 from pymoo_psi.report import decision_report
-from pymoo_psi.table import Layout, certainty_sentences, read_table
+from pymoo_psi.table import Layout, certainty_sentences, read_table, separation_sentences
 from tests.page.documents import payload_of
 from tests.page.test_page_logic import in_node
 from tests.plots.drawn import texts
@@ -203,6 +203,20 @@ def test_limits_leave_what_removed_rows_leave(seed):
             one, other = compare_designs(limited, pair), compare_designs(left, pair)
             assert one.sentences == other.sentences
             np.testing.assert_array_equal(one.shares, other.shares)
+
+    assert separations(limited, names) == separations(left, names)
+
+
+def separations(table, names):
+    """Return how far the choices of two people are apart, and what both regret least."""
+    people = zip(("Ann", "Ben"), (names[0], names[-1]), strict=True)
+    positions = [
+        {"name": name, "date": "2026-01-01", "chosen": chosen, "limits": {}, "weights": {},
+         "aspiration": {}, "reason": ""}
+        for name, chosen in people
+    ]  # fmt: skip
+    texts = separation_sentences(table.under(positions=positions))
+    return [text for text in texts if not text.startswith(("With ", "No single "))]
 
 
 @given(seed=SEEDS)
