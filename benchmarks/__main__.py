@@ -26,17 +26,17 @@ import moocore
 import numpy as np
 
 from benchmarks.cores import rows
-from benchmarks.machine import describe_machine, processor_seconds, wall_seconds
+from benchmarks.machine import describe_machine, output, processor_seconds, sized, wall_seconds
 from benchmarks.motion import compare_speed, designs
 from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.table import read_table
 
-README = Path(__file__).with_name("README.md")
+README = output(Path(__file__).with_name("README.md"))
 BEGIN = "<!-- figures: written by python -m benchmarks -->"
 END = "<!-- end figures -->"
-TESTS = 10**6
-PARETO = 200_000
+TESTS = sized(10**6, 2**12)
+PARETO = sized(200_000, 2**12)
 
 
 class Row(NamedTuple):
@@ -114,7 +114,7 @@ def _seconds_of_python(compiled: str, *arguments: str) -> float:
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [sys.executable, *arguments]
     times = []
-    for _ in range(6):  # the first one compiles
+    for _ in range(sized(6, 2)):  # the first one compiles
         before = getrusage(RUSAGE_CHILDREN)
         subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
         after = getrusage(RUSAGE_CHILDREN)
@@ -151,7 +151,7 @@ def pages() -> Iterator[Row]:
     """Yield the time of a slider's step on the decision page, if a browser is installed."""
     if find_spec("playwright") is None:
         return
-    for n, limit in (20_000, 33), (100_000, 100):
+    for n, limit in sized(((20_000, 33), (100_000, 100)), ((100, 33),)):
         command = [sys.executable, "-m", "benchmarks.page", str(n)]
         output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         times = re.findall(r" [fx]1 +(\d+) +\d+ +\d+$", output, re.MULTILINE)

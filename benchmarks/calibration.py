@@ -21,10 +21,11 @@ import numpy as np
 import pandas as pd
 from pymoo.problems import get_problem
 
+from benchmarks.machine import sized
 from pymoo_psi import TestTable, cautions, lp_tau, rank_of_efficiency
 from pymoo_psi.table import Layout
 
-N_DESIGNS = 256
+N_DESIGNS = sized(256, 32)
 NOISE = (0.0, 0.02, 0.05, 0.1)
 BANDS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 NEAR = 1.05
@@ -103,7 +104,7 @@ def decisions(n_seeds: int) -> Iterator[dict[str, Any]]:
 def main() -> None:
     """Print and draw how far stated probabilities hold."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seeds", type=int, default=sized(20, 1))
     parser.add_argument("--out", help="a picture")
     options = parser.parse_args()
     pd.set_option("display.width", 200, "display.max_columns", 20)

@@ -23,6 +23,7 @@ from pymoo.problems import get_problem
 from scipy.stats import qmc
 
 from benchmarks.engineering import TenBarTruss
+from benchmarks.machine import sized
 from pymoo_psi import VectorizedSphereChute, cautions, rank_of_efficiency
 
 TIMES = 8
@@ -54,7 +55,7 @@ def feasible(problem: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def choices(n_seeds: int) -> Iterator[dict[str, Any]]:
     """Yield for each problem, number of designs and seed the cautions, and whether it is wrong."""
     for name, problem in problems().items():
-        for n in (64, 256):
+        for n in sized((64, 256), (16, 32)):
             for seed in range(n_seeds):
                 points = qmc.Sobol(problem.n_var, seed=seed).random(TIMES * n)
                 F, ok = feasible(problem, points)
@@ -74,7 +75,7 @@ def choices(n_seeds: int) -> Iterator[dict[str, Any]]:
 def main() -> None:
     """Print how often choices are wrong with and without each caution."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=40)
+    parser.add_argument("--seeds", type=int, default=sized(40, 1))
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     runs = pd.DataFrame(choices(options.seeds))

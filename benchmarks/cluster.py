@@ -44,10 +44,10 @@ from distributed import Client, as_completed
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, ExecutorRunner, PsiError, SurrogatePSI, investigate, read_table
 
-N = 240
+N = sized(240, 24)
 
 
 class Asleep(ElementwiseProblem):
@@ -283,7 +283,7 @@ class Simulated:
         self._changed = threading.Condition()
         threading.Thread(target=self._serve, daemon=True).start()
 
-    def submit(self, _: Any, versions: Any, name: str, work: Any, function: bytes) -> Future[Any]:
+    def submit(self, _: Any, versions: Any, name: str, work: bytes, function: bytes) -> Future[Any]:
         """Take a task; see :mod:`pymoo_psi.parallel`."""
         future: Future[Any] = Future()
         with self._changed:
@@ -297,7 +297,7 @@ class Simulated:
                 now = time.monotonic()
                 while self._free and self._queue:
                     (versions, work, function), future = self._queue.pop(0)
-                    designs = cloudpickle.loads(work.designs)
+                    designs = cloudpickle.loads(work).designs
                     seconds = sum(self.problem.seconds(x) for _, x in designs)
                     task = versions, designs, function
                     heapq.heappush(
@@ -312,7 +312,7 @@ class Simulated:
                     continue
                 _, _, (versions, designs, function), future = heapq.heappop(self._running)
                 self._free += 1
-            f = cloudpickle.loads(function)
+            f, _ = cloudpickle.loads(function)
             f.problem.mean = 0.0  # it has slept
             results = []
             for index, x in designs:
@@ -324,10 +324,11 @@ class Simulated:
                 future.set_result((versions, cloudpickle.dumps((results, None))))
 
 
-def thousand(n_workers: int = 1000, n_tests: int = 12_000) -> None:
+def thousand(n_workers: int, n_tests: int) -> None:
     """Print the share of a thousand workers' time that SurrogatePSI uses."""
-    executor = Simulated(n_workers, Asleep(10.0))
-    problem = Asleep(10.0, elementwise_runner=ExecutorRunner(executor))
+    mean = sized(10.0, 0.1)
+    executor = Simulated(n_workers, Asleep(mean))
+    problem = Asleep(mean, elementwise_runner=ExecutorRunner(executor))
 
     def watch() -> None:
         began = time.monotonic()
@@ -347,15 +348,15 @@ def main(parts: list[str]) -> None:
     """Run the parts named, or all."""
     print(describe_machine(), flush=True)
     if not parts or "shares" in parts:
-        shares(8)
-        shares(16)
+        for n_workers in sized((8, 16), (2,)):
+            shares(n_workers)
     if not parts or "kills" in parts:
         kills()
     if not parts or "writers" in parts:
-        writers(64)
-        writers(200)
+        for n_writers in sized((64, 200), (4,)):
+            writers(n_writers)
     if not parts or "thousand" in parts:
-        thousand()
+        thousand(*sized((1000, 12_000), (4, 40)))
 
 
 if __name__ == "__main__":

@@ -21,16 +21,17 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from benchmarks.comparison_problems import PROBLEMS, keep_reference, kept_reference, known_front
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, output, sized
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.plots import plot_indicator
 
 HERE = Path(__file__).parent
-PICTURES = HERE / "pictures"
-README = HERE / "README.md"
-BUDGETS = (256, 1024, 4096, 16384)
+PICTURES = output(HERE / "pictures")
+README = output(HERE / "README.md")
+TABLE = output(HERE / "comparison.csv")
+BUDGETS = sized((256, 1024, 4096, 16384), (64,))
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
-SEEDS = 11
+SEEDS = sized(11, 2)
 SIGNIFICANCE = 0.05
 BEGIN = "<!-- comparison: written by python -m benchmarks.comparison -->"
 END = "<!-- end -->"
@@ -53,7 +54,7 @@ def whole_benchmark(folder: Path, jobs: int) -> None:
         comparisons[name] = comparison
         keep_reference(name, comparison.reference)
         print(f"{name}: {len(comparison.runs)} runs measured", flush=True)
-    summaries(comparisons).to_csv(HERE / "comparison.csv", index=False)
+    summaries(comparisons).to_csv(TABLE, index=False)
     pictures(comparisons)
     table = "\n".join(wins(comparisons))
     before, rest = README.read_text("utf-8").split(BEGIN)
@@ -147,7 +148,9 @@ def main() -> None:
     parser.add_argument("--algorithms", default=",".join(ALGORITHMS))
     parser.add_argument("--evaluations", default=",".join(map(str, BUDGETS)))
     parser.add_argument("--jobs", type=int, default=-1)
-    parser.add_argument("--folder", type=Path, default=HERE / "runs", help="keeps finished runs")
+    parser.add_argument(
+        "--folder", type=Path, default=output(HERE / "runs"), help="keeps finished runs"
+    )
     arguments = parser.parse_args()
     if not arguments.problems:
         whole_benchmark(arguments.folder, arguments.jobs)

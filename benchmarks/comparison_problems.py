@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 
+from benchmarks.machine import output
 from pymoo_psi import VectorizedSphereChute
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.comparison import Reference
@@ -45,11 +46,10 @@ def known_front(name: str, problem: Any) -> Any:
 def keep_reference(name: str, reference: Reference) -> None:
     """Write the reference of a problem, against which runs are measured."""
     np.savez_compressed(
-        REFERENCES / f"{name}.npz",
+        output(REFERENCES / f"{name}.npz"),
         ideal=reference.frame.ideal,
         nadir=reference.frame.nadir,
         points=reference.points,
-        n_union=reference.n_union,
         optimum=reference.optimum,
     )
 
@@ -58,7 +58,7 @@ def kept_reference(name: str) -> Reference:
     """Read the reference of a problem; a local search has improved its optimum."""
     with np.load(REFERENCES / f"{name}.npz") as arrays:
         frame = UtopianFrame(arrays["ideal"], arrays["nadir"], normalize=True)
-        return Reference(frame, arrays["points"], int(arrays["n_union"]), arrays["optimum"])
+        return Reference(frame, arrays["points"], arrays["optimum"])
 
 
 @dataclass(frozen=True)

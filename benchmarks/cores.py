@@ -41,7 +41,7 @@ import moocore
 import numpy as np
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine, peak_megabytes
+from benchmarks.machine import describe_machine, peak_megabytes, sized
 from pymoo_psi import PSI, VectorizedSphereChute, investigate, rank_of_efficiency
 
 PROBLEM = VectorizedSphereChute(0.4)
@@ -101,17 +101,18 @@ ALL = "all tests"
 UNLIMITED = "Pareto set without limits"
 RANKED = "Pareto set without limits, ranked"
 MINIMIZED = "`minimize(problem, PSI(4096))`"
+SIMPLEX_SIZE = sized(10**6, 10**3)
 SIMPLEX = "10^6 optimal designs of 4 objectives ranked"
 FILTERED = "10^6 optimal designs of 4 objectives filtered by moocore"
 CASES = {
-    FEASIBLE: Case(partial(kept, keep="feasible", limits=LIMITS), 2**22, 2),
-    PARETO: Case(partial(kept, keep="pareto", limits=LIMITS), 2**22, 2),
-    ALL: Case(kept, 2**20, 4),
-    UNLIMITED: Case(partial(kept, keep="pareto"), 2**20, 3),
-    RANKED: Case(ranked, 2**20, 3),
-    MINIMIZED: Case(minimized, 2**12, 15),
-    SIMPLEX: Case(ranked_simplex, 10**6, 2),
-    FILTERED: Case(filtered_simplex, 10**6, 2),
+    FEASIBLE: Case(partial(kept, keep="feasible", limits=LIMITS), sized(2**22, 2**12), 2),
+    PARETO: Case(partial(kept, keep="pareto", limits=LIMITS), sized(2**22, 2**12), 2),
+    ALL: Case(kept, sized(2**20, 2**12), 4),
+    UNLIMITED: Case(partial(kept, keep="pareto"), sized(2**20, 2**12), 3),
+    RANKED: Case(ranked, sized(2**20, 2**12), 3),
+    MINIMIZED: Case(minimized, 2**12, sized(15, 1)),
+    SIMPLEX: Case(ranked_simplex, SIMPLEX_SIZE, 2),
+    FILTERED: Case(filtered_simplex, SIMPLEX_SIZE, 2),
 }
 
 
@@ -128,8 +129,8 @@ def measure(name: str, cores: set[int]) -> None:
     os.sched_setaffinity(0, cores)
     case = CASES[name]
     case.run(2**12, len(cores))
-    if case.n_points == 10**6:
-        simplex(10**6)  # which is kept
+    if case.n_points == SIMPLEX_SIZE:
+        simplex(SIMPLEX_SIZE)  # which is kept
     times = []
     for _ in range(case.repeat):
         began = time.perf_counter()
@@ -147,9 +148,10 @@ def in_new_process(name: str, *cores: int, python: str = sys.executable) -> Figu
 
 def require_equal_tables() -> None:
     """Check that two cores give the tables of one."""
+    n_points = sized(2**18, 2**12)
     for options in ({"keep": "feasible", "limits": LIMITS}, {"keep": "pareto"}, {}):
-        table = investigate(PROBLEM, 2**18, n_jobs=1, **options)
-        other = investigate(PROBLEM, 2**18, n_jobs=2, **options)
+        table = investigate(PROBLEM, n_points, n_jobs=1, **options)
+        other = investigate(PROBLEM, n_points, n_jobs=2, **options)
         assert table.equals(other), "two cores do not give the table of one"
 
 

@@ -40,13 +40,14 @@ from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
 from benchmarks.learning import PROBLEMS, reference_of
+from benchmarks.machine import output, sized
 from pymoo_psi import Formulation, QMCSampling, SurrogatePSI, TestTable
 from pymoo_psi.pareto import nondominated
 
 Array = NDArray[np.float64]
 
-KEPT = Path(__file__).parent / "decisions.jsonl"
-README = Path(__file__).parent / "README.md"
+KEPT = output(Path(__file__).parent / "decisions.jsonl")
+README = output(Path(__file__).parent / "README.md")
 BEGIN = "<!-- decisions -->"
 END = "<!-- end decisions -->"
 # Ways to direct a search were compared on these, so that their numbers are optimistic.
@@ -63,7 +64,7 @@ HELD_OUT = (
     "rcm19",
     "carside",
 )
-N_FIRST, N_DIRECTED, N_UNDIRECTED = 64, 32, 128
+N_FIRST, N_DIRECTED, N_UNDIRECTED = sized((64, 32, 128), (16, 4, 8))
 AX_BATCH = 4
 NEAR = 0.01
 SHARE = 0.1  # of the best known Pareto set that is within the limits of a region
@@ -332,8 +333,8 @@ def ax_table(frame: pd.DataFrame) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Perform the missing runs and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("problems", nargs="*", default=[*TUNED, *HELD_OUT])
-    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("problems", nargs="*", default=sized([*TUNED, *HELD_OUT], ["bnh"]))
+    parser.add_argument("--seeds", type=int, default=sized(5, 6))
     parser.add_argument("--out", type=Path, default=KEPT)
     parser.add_argument("--ax", action="store_true", help="let Ax continue the first tests")
     parser.add_argument("--table", action="store_true", help="only the table of the stored runs")

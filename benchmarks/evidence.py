@@ -21,7 +21,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from benchmarks.comparison_problems import PROBLEMS
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import SurrogatePSI, TestTable
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.pareto import hypervolume
@@ -55,7 +55,7 @@ def with_given(problem: Any, seed: int) -> TestTable:
 
 def main(words: list[str]) -> None:
     """Print a line for each problem."""
-    n_seeds = int(words[0]) if words else 7
+    n_seeds = int(words[0]) if words else sized(7, 1)
     print(describe_machine())
     for name in NAMES:
         problem = PROBLEMS[name]() if name in PROBLEMS else get_problem(name)

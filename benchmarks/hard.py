@@ -27,6 +27,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from benchmarks.engineering import GearTrain
 from benchmarks.learning import ALGORITHMS, Watched
+from benchmarks.machine import sized
 from pymoo_psi import QMCSampling, SurrogatePSI
 from pymoo_psi.pareto import nondominated
 
@@ -170,10 +171,12 @@ def run(name: str, algorithm: str, seed: int, n_evaluations: int) -> float:
 def main() -> None:
     """Print the shares of runs."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("problems", nargs="*", default=[*TUNED, *HELD_OUT])
+    parser.add_argument(
+        "problems", nargs="*", default=sized([*TUNED, *HELD_OUT], ["wfg4", "spring"])
+    )
     parser.add_argument("--algorithm", default="surrogate", choices=["surrogate", "tpe", "nsga3"])
-    parser.add_argument("--evaluations", type=int, default=64)
-    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--evaluations", type=int, default=sized(64, 24))
+    parser.add_argument("--seeds", type=int, default=sized(10, 1))
     options = parser.parse_args()
     for name in options.problems:
         shares = []

@@ -36,7 +36,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import (
     PSI,
     FailureTolerant,
@@ -321,7 +321,7 @@ CASES = {
 def main(words: list[str]) -> None:
     """Run the cases that are named, all by default."""
     print(describe_machine())
-    kills = 30
+    kills = sized(30, 2)
     cases = []
     for word in words:
         if word.isdigit():

@@ -53,7 +53,7 @@ from benchmarks.comparison_problems import (
 )
 from benchmarks.comparison_problems import PROBLEMS as COMPARED
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, output, sized
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
 from pymoo_psi.comparison import Reference, effect_size, holm, p_value
 from pymoo_psi.pareto import nondominated
@@ -61,8 +61,8 @@ from pymoo_psi.pareto import nondominated
 Array = NDArray[np.float64]
 
 HERE = Path(__file__).parent
-KEPT = HERE / "learning.jsonl"
-README = HERE / "README.md"
+KEPT = output(HERE / "learning.jsonl")
+README = output(HERE / "README.md")
 BEGIN = "<!-- learning: written by python -m benchmarks.learning -->"
 END = "<!-- end learning -->"
 BUDGETS = (64, 128, 256, 512, 1024)
@@ -716,7 +716,7 @@ def main() -> None:
     machine = ""
     if not arguments.table:
         machine = f"On {describe_machine()}."
-        plan = PLAN
+        plan = sized(PLAN, (Part(["bnh"], ("surrogate", "nsga3"), FEW[:1], 22),))
         if arguments.problems:
             algorithms = arguments.algorithms.split(",")
             budgets = tuple(int(word) for word in arguments.evaluations.split(","))

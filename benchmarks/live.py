@@ -47,7 +47,7 @@ import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.problems import get_problem
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import investigate, live, read_table
 from pymoo_psi.page import designs_of_page, rows_of
 from pymoo_psi.server import GrowingStudy
@@ -58,11 +58,12 @@ if TYPE_CHECKING:
 
     from pymoo_psi.server import LiveView
 
-SIZE = 20_000
-MORE = 100
-STEPS = 10
-PAIRS = 3  # runs with a server, and as many without
-N_REQUESTS = 10_000
+SIZE = sized(20_000, 500)
+ADDED = sized(300, 40)
+MORE = sized(100, 20)
+STEPS = sized(10, 2)
+PAIRS = sized(3, 1)  # runs with a server, and as many without
+N_REQUESTS = sized(10_000, 200)
 PORT = 8769
 CORES = os.cpu_count() or 1
 TICKS = r"\) \S (?:\S+ ){10}(\d+) (\d+)"  # of user and system
@@ -232,14 +233,14 @@ class Trial:
             meanwhile: What is done from the first evaluation on.
             environment: That of the run.
         """
-        run = begin(self._folder, "--points", f"{SIZE + 300}", **environment)
+        run = begin(self._folder, "--points", f"{SIZE + ADDED}", **environment)
         while not (self._folder / "evaluated.txt").exists():
             time.sleep(0.05)
         meanwhile()
         assert run.wait() == 0
         designs, seconds = evaluated(self._folder)
-        assert len({*designs}) == len(designs) == 300
-        assert len(read_table(self.path)) == SIZE + 300
+        assert len({*designs}) == len(designs) == ADDED
+        assert len(read_table(self.path)) == SIZE + ADDED
         return seconds
 
 
@@ -250,7 +251,7 @@ def read(path: Path) -> Iterator[LiveView]:
         reader = Reader(view.address)
         reader.wait_for(SIZE)
         yield view
-        reader.wait_for(SIZE + 300)
+        reader.wait_for(SIZE + ADDED)
 
 
 def study_of_many(folder: Path) -> Path:
@@ -446,7 +447,7 @@ def main(names: list[str]) -> None:
         "updates": updates,
         "dialogue": dialogue,
     }
-    for name in names or parts:
+    for name in names or sized([*parts], ["slowdown", "attack", "updates"]):
         with tempfile.TemporaryDirectory() as folder:
             parts[name](Path(folder))
         os.chdir(Path(__file__).parent)

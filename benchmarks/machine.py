@@ -5,11 +5,42 @@ from __future__ import annotations
 import os
 import platform
 import resource
+import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from typing import TypeVar
+
+T = TypeVar("T")
+
+# The processes that a benchmark starts have the sizes of the benchmark.
+QUICK = "--quick" in sys.argv or "BENCHMARKS_QUICK" in os.environ
+"""Whether a benchmark only shows that it runs: ``python -m benchmarks.NAME --quick``."""
+if QUICK:
+    os.environ["BENCHMARKS_QUICK"] = "yes"
+    sys.argv = [word for word in sys.argv if word != "--quick"]
+
+
+def sized(usual: T, quick: T) -> T:
+    """Return the usual size of a benchmark, or the one with which it only shows that it runs."""
+    if QUICK:
+        return quick
+    return usual
+
+
+def output(path: Path) -> Path:
+    """Return a file or folder to write; a copy if a benchmark only shows that it runs."""
+    if not QUICK:
+        return path
+    copy = Path(tempfile.mkdtemp(), path.name)
+    if path.is_file():
+        shutil.copy(path, copy)
+    elif path.is_dir():
+        copy.mkdir()
+    return copy
 
 
 def describe_machine() -> str:

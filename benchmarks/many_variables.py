@@ -13,14 +13,14 @@ from __future__ import annotations
 import numpy as np
 from pymoo.core.problem import Problem
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import Restricted, TestTable, investigate, nsga3
 from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.table import sensitivities
 
 VARIABLES = 60
 TOGETHER = 8
-BUDGETS = (1024, 4096)
+BUDGETS = sized((1024, 4096), (256,))
 
 
 class Cantilever(Problem):

@@ -18,12 +18,13 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.machine import describe_machine, processor_seconds
+from benchmarks.machine import describe_machine, processor_seconds, sized
 from pymoo_psi import SphereChute, VectorizedSphereChute, lp_tau
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 
-BATCH = 65_536
-SAMPLE = 150  # designs that the rival integrates for each μ
+BATCH = sized(65_536, 4096)
+SAMPLE = sized(150, 5)  # designs that the rival integrates for each μ
+MANY = sized(1_000_000, 10_000)
 C = 0.3193
 
 
@@ -98,7 +99,7 @@ def compare_speed(mu: float) -> float:
 def time_problems() -> None:
     """Print the times of the problems of pymoo, vectorised and one design at a time."""
     vectorized = VectorizedSphereChute(0.4)
-    for n, repeat in ((4096, 20), (1_000_000, 1)):
+    for n, repeat in ((4096, sized(20, 1)), (MANY, 1)):
         seconds = processor_seconds(partial(vectorized.evaluate, designs(n, 0.4)), repeat)
         print(f"VectorizedSphereChute, {n} designs: {seconds * 1e3:.1f} ms")
     problem = SphereChute(0.4)
@@ -113,7 +114,7 @@ def time_problems() -> None:
 
 def measure_memory() -> None:
     """Print the memory of a million designs."""
-    u1, v_p = np.ascontiguousarray(designs(1_000_000, 0.4).T)
+    u1, v_p = np.ascontiguousarray(designs(MANY, 0.4).T)
     parameters = ChuteParameters(mu=0.4)
     tracemalloc.start()
     solved = motion(u1, v_p, parameters)

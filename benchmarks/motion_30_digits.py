@@ -20,6 +20,7 @@ checkout; this takes a few minutes.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import sys
@@ -30,13 +31,16 @@ from pathlib import Path
 import numpy as np
 from mpmath import mp, mpf
 
+from benchmarks.machine import output, sized
+
 mp.dps = 42
+
 ORDER = 40
 TINY = mpf(10) ** -36
 NAMES = ("c", "rho", "y", "v", "t", "x", "D")
 # Inputs of the paper: c, r and the spin, after u1, v_p and mu.
 STANDARD = (0.3193, 0.1, 0.0, 0.0, 0.0)
-OUTPUT = "tests/chute/reference/motion_30_digits.json"
+OUTPUT = str(output(Path("tests/chute/reference/motion_30_digits.json")))
 ABOUT = (
     "30-digit motion; made by benchmarks/motion_30_digits.py; inputs are "
     "float.hex() of u1, v_p, mu, c, r, wx0, wy0, wz0"
@@ -232,16 +236,17 @@ Case = tuple[str, tuple[float, ...]]  # the name of its set, and its eight input
 def designs() -> list[Case]:
     """Return all cases of the data file; the inputs are exact doubles."""
     rng = np.random.default_rng(20120632)
-    cases = [
-        *_within_bounds(rng),
-        *_special_slopes(),
-        *_slip_end_at_exit(),
-        *_along_one_line(),
-        *_backspin(),
-        *_nearly_straight(),
-        *_wide(rng),
-    ]
-    return [(name, tuple(float(q) for q in inputs)) for name, inputs in cases]
+    cases = itertools.chain(
+        _within_bounds(rng),
+        _special_slopes(),
+        _slip_end_at_exit(),
+        _along_one_line(),
+        _backspin(),
+        _nearly_straight(),
+        _wide(rng),
+    )
+    some = itertools.islice(cases, sized(None, 2))
+    return [(name, tuple(float(q) for q in inputs)) for name, inputs in some]
 
 
 def _within_bounds(rng: np.random.Generator) -> Iterator[Case]:

@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
 from pymoo_psi.comparison._runs import SEARCHES, Task, perform
 
-BUDGET = 4096
-ROUNDS = 7
+BUDGET = sized(4096, 256)
+ROUNDS = sized(7, 1)
 
 
 ALGORITHMS = {

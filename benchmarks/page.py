@@ -30,7 +30,7 @@ import numpy as np
 import pandas as pd
 from playwright.sync_api import Page, sync_playwright
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import Formulation, rank_of_efficiency, read_table
 from pymoo_psi.page import decision_page
 
@@ -182,7 +182,7 @@ def cases(sizes: Sequence[int]) -> Iterator[tuple[int, str, int]]:
 def main() -> None:
     """Measure pages of the given sizes."""
     print(describe_machine())
-    sizes = [int(word) for word in sys.argv[1:]] or [300, 20_000, 100_000]
+    sizes = [int(word) for word in sys.argv[1:]] or sized([300, 20_000, 100_000], [100])
     print_line(HEADS)
     loading = []
     program = shutil.which("chromium") or shutil.which("google-chrome")

@@ -12,10 +12,11 @@ from pathlib import Path
 import pandas as pd
 from playwright.sync_api import sync_playwright
 
+from benchmarks.machine import output
 from pymoo_psi import Formulation, VectorizedSphereChute, investigate, read_table
 from pymoo_psi.page import decision_page
 
-PICTURE = Path(__file__).parent / "pictures" / "decision_page.png"
+PICTURE = output(Path(__file__).parent / "pictures" / "decision_page.png")
 NAMES = {
     "x1": "slope",
     "x2": "floor speed",

@@ -22,12 +22,13 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
+from benchmarks.machine import sized
 from pymoo_psi import SurrogatePSI, lp_tau, nsga3, rank_of_efficiency
 from pymoo_psi.algorithms._proposals import with_repeats
 
 PROPOSALS = {"repeats": with_repeats, "new designs only": lambda points, *_: points}
 NOISE = 0.05
-N_REFERENCE = 2048
+N_REFERENCE = sized(2048, 128)
 
 
 class Noisy(ElementwiseProblem):
@@ -150,9 +151,9 @@ def choices(names: list[str], n_seeds: int, n_tests: int) -> Iterator[dict[str, 
 def main() -> None:
     """Print the regrets of choices."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--tests", type=int, default=100)
-    parser.add_argument("--problems", default="zdt1,kursawe,carside,inventory")
+    parser.add_argument("--seeds", type=int, default=sized(20, 1))
+    parser.add_argument("--tests", type=int, default=sized(100, 40))
+    parser.add_argument("--problems", default=sized("zdt1,kursawe,carside,inventory", "inventory"))
     options = parser.parse_args()
     names = options.problems.split(",")
     runs = pd.DataFrame(choices(names, options.seeds, options.tests))

@@ -17,14 +17,14 @@ import matplotlib as mpl
 import numpy as np
 from scipy.stats import uniform
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, output, sized
 from pymoo_psi import Robust, VectorizedSphereChute, investigate, lp_tau
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-PICTURE = Path(__file__).parent / "pictures" / "robust_chute.png"
-POINTS = 4096
+PICTURE = output(Path(__file__).parent / "pictures" / "robust_chute.png")
+POINTS = sized(4096, 128)
 WITHIN = {
     "tolerances": {"x2": 0.1},
     "uncertainty": {"mu": uniform(0.3, 0.2), "c": uniform(0.2, 0.24)},

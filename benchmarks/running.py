@@ -45,11 +45,11 @@ from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
 from pymoo.optimize import minimize
 from pymoo.parallelization.joblib import JoblibParallelization
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, JoblibRunner, SurrogatePSI, investigate, lp_tau
 
 N_JOBS = 2
-ROUNDS = 9
+ROUNDS = sized(9, 1)
 TEN_MS = 0.01
 
 
@@ -129,9 +129,9 @@ def compare(kind: str, designs: int, generations: int) -> None:
         )
 
 
-WORKERS = 16
-DESIGNS = 320
-MEAN = 0.2
+WORKERS = sized(16, 2)
+DESIGNS = sized(320, 16)
+MEAN = sized(0.2, 0.02)
 
 
 class Uneven(ElementwiseProblem):
@@ -260,7 +260,7 @@ def efficiency(seconds: Callable[[Any], float]) -> None:
     ways.measure_runner("our workers, timeout", JoblibRunner(WORKERS, timeout=60.0))
 
 
-def proposals(workers: int, mean: float, evaluations: int = 256) -> None:
+def proposals(workers: int, mean: float, evaluations: int) -> None:
     """Print how much of the workers' time runs with surrogates use."""
     print(f"\n{workers} workers, SurrogatePSI({evaluations}), designs of {mean:g} s in the mean:")
     seconds = partial(in_any_order, mean=mean)
@@ -291,15 +291,16 @@ def main() -> None:
     print()
     parts = sys.argv[1:] or ["compare", "efficiency", "proposals"]
     if "compare" in parts:
-        compare("cheap", designs=100, generations=100)
-        compare("waiting", designs=100, generations=2)
-        compare("busy", designs=100, generations=2)
+        n_designs = sized(100, 10)
+        compare("cheap", n_designs, generations=sized(100, 2))
+        compare("waiting", n_designs, generations=2)
+        compare("busy", n_designs, generations=2)
     if "efficiency" in parts:
         efficiency(in_any_order)
         efficiency(in_sequences)
     if "proposals" in parts:
-        proposals(8, 1.0)
-        proposals(16, 2.0)
+        for workers, mean, evaluations in sized(((8, 1.0, 256), (16, 2.0, 256)), ((2, 0.02, 32),)):
+            proposals(workers, mean, evaluations)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from typing import Any, TypeVar
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
 from pymoo_psi.table import read_table
 
@@ -64,7 +64,7 @@ def plain_copy(study: str, path: str) -> None:
 
 
 SHARES = 8
-POINTS = 8000
+POINTS = sized(8000, 400)
 
 
 class Noted(ElementwiseProblem):
@@ -200,7 +200,7 @@ def main(tests: int) -> None:
 if __name__ == "__main__":
     arguments = sys.argv[1:]
     if not arguments:
-        main(10**6)
+        main(sized(10**6, 2**12))
     elif arguments[0] == "--kills":
         kill(int(arguments[1]))
     else:

@@ -14,12 +14,13 @@ import numpy as np
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, output, sized
 from pymoo_psi import (
     PSI,
     Formulation,
     JoblibRunner,
     ProgramProblem,
+    PsiError,
     Recorded,
     SurrogatePSI,
     TestTable,
@@ -62,15 +63,18 @@ def front(table: TestTable, limits: dict[str, Any]) -> Any:
 def main() -> None:
     """Run an example, print its figures, and write its study, page and report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("example", choices=EXAMPLES)
-    parser.add_argument("--points", type=int, default=256)
-    parser.add_argument("--proposals", type=int, default=128)
+    parser.add_argument("example", choices=EXAMPLES, nargs=sized(None, "?"), default="pipes")
+    parser.add_argument("--points", type=int, default=sized(256, 16))
+    parser.add_argument("--proposals", type=int, default=sized(128, 4))
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("real"))
+    parser.add_argument("--out", type=Path, default=output(Path("real")))
     given = parser.parse_args()
     folder, limits = given.out / given.example, LIMITS[given.example]
     folder.mkdir(parents=True, exist_ok=True)
-    problem = load(given.example)
+    try:
+        problem = load(given.example)
+    except (ImportError, PsiError) as error:
+        parser.exit(sized(2, 0), f"{error}\n")
     problem.elementwise_runner = JoblibRunner(given.jobs, timeout=300, in_process=False)
     problem = Recorded(problem, study=folder / "tests.db")
     print(describe_machine())

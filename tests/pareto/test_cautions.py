@@ -98,7 +98,7 @@ def test_one_outlier_moves_the_choice_and_is_named():
         rank_of_efficiency(F).salukvadze.tolist() != rank_of_efficiency(F[:-1]).salukvadze.tolist()
     )
     assert said(F, "outlier").startswith(
-        "Without design 101 the range of 1 would be 80 times narrower"
+        "Without design 101, the range of 1 would be 80 times narrower"
     )
     assert kinds(F[:-1]) == []
 

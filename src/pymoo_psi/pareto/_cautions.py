@@ -143,7 +143,7 @@ def cautions(
         ()
         >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Without design 4 the range of f2 would be 9 times narrower, and the optimum would be
+        Without design 4, the range of f2 would be 9 times narrower, and the optimum would be
         design 1, which differs by 60 % of the range in f2.
     """
     checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
