@@ -30,6 +30,7 @@ from pymoo_psi._validation import (
     invalid,
     mapping,
     require_shape,
+    wrong_type,
 )
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -280,7 +281,7 @@ def compare_selectors(
     Raises:
         ArgumentValueError: ``F`` or ``maximize`` is invalid, or a selector returns something that
             is not an index of a row.
-        ArgumentTypeError: ``selectors`` is not a mapping.
+        ArgumentTypeError: ``selectors`` is not a mapping, or one of them has no method ``do``.
 
     Example:
         >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
@@ -301,10 +302,12 @@ def compare_selectors(
             chosen[name] = selector.do(ranking)
             continue
         weights = np.ones(F.shape[1])
-        if isinstance(selector, tuple):
+        if isinstance(selector, tuple) and len(selector) == 2:
             selector, given = selector
-            weights = finite_array("weights", given)
-            require_shape("weights", weights, (F.shape[1],))
+            weights = finite_array(f"the weights of selectors[{name!r}]", given)
+            require_shape(f"the weights of selectors[{name!r}]", weights, (F.shape[1],))
+        if not hasattr(selector, "do"):
+            raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             if isinstance(selector, Decomposition):
                 answer = np.argmin(selector.do(distances.copy(), weights))
