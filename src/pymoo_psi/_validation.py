@@ -10,9 +10,11 @@ import difflib
 import json
 import math
 import numbers
-from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from os import PathLike
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -36,6 +38,20 @@ FilePath = str | PathLike[str]
 Class = TypeVar("Class")
 
 
+# The options of the running command by arguments of the library: errors name the options.
+_OPTIONS: ContextVar[Mapping[str, str]] = ContextVar("_OPTIONS", default=MappingProxyType({}))
+
+
+@contextmanager
+def named_as(options: Mapping[str, str]) -> Iterator[None]:
+    """Name options in errors, by the arguments for which they stand; none where it is empty."""
+    before = _OPTIONS.set(options)
+    try:
+        yield
+    finally:
+        _OPTIONS.reset(before)
+
+
 def counted(n: int, one: str) -> str:
     """Return a number of things for a message: "1 design", "2 designs"."""
     figure = str(n)
@@ -57,6 +73,7 @@ def wrong_type(name: str, rule: str, received: object, remedy: str = "") -> Argu
 
 
 def _message(name: str, rule: str, received: object, remedy: str) -> str:
+    name = _OPTIONS.get().get(name, name)
     message = f"{name} must be {rule}, got {_shown(received)}"
     if remedy:
         return f"{message}; {remedy}"

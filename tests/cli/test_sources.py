@@ -386,3 +386,33 @@ def test_what_speaks_against_the_optimum_leads(said, tmp_path):
         assert "Attention: " in printed.partition("--  --")[0]
     text = unescape((tmp_path / "report.html").read_text("utf-8"))
     assert text.index("is proposed") < text.index("Attention: ") < text.index("Alternatives</h2>")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["rank", "--sheet", "A"], "--sheet must be left out"),
+        (["rank", "--maximize", "f9"], "set.csv: --maximize must be one of"),
+        (["rank", "--skip-rows", "9"], "--skip-rows must be numbers of lines"),
+        (["page", "--repeats", "q"], "--repeats must be one of"),
+        (["rank", "--decision", "d.json"], "d.json must be a formulation, .*: objectives must be"),
+        (["solve", "bnh", "--log", "x9"], "--log must be one of"),
+        (["solve", "bnh", "--study", "box.csv"], "--study must be a database with a name such as"),
+        (["solve", "m.toml"], "m.toml: program: timeout must be a positive number"),
+        (["rank", "--variables", "x", "--repeats", "variables"],
+         "row 3 .line 4. holds no number in the column 'x'"),
+        (["solve", "bnh", "--study", "s.db", "--from", "set.csv"],
+         "the column 'x1' must be complete, as of a variable, got nothing in row 3"),
+    ],
+)  # fmt: skip
+def test_errors_of_the_command_name_options(said, tmp_path, words, message):
+    text = "x,x1,x2,g1,g2,f1,f2\n1,1,1,0,0,1,5\n2,2,2,0,0,2,4\n,,3,0,0,3,3\n"
+    (tmp_path / "set.csv").write_text(text)
+    (tmp_path / "d.json").write_text('{"objectives": ["f9", "f9"]}')
+    (tmp_path / "m.toml").write_text(
+        "variables.x = {bounds = [0, 1]}\nprogram = {command = 'true', timeout = -1}\n"
+        "outputs.f = {file = 'a', pattern = '(b)'}\nobjectives.minimize = ['f']\n"
+    )
+    if words[0] != "solve":
+        words = [words[0], "set.csv", *words[1:]]
+    assert re.search(message, said(*words, code=2))

@@ -39,6 +39,7 @@ from pymoo_psi._validation import (
     distinct,
     invalid,
     known_name,
+    named_as,
     positive_number,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
@@ -454,7 +455,8 @@ class ProgramProblem(NamedProblem):
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
                 known_name("a section", word, (*needed, *further))
-            return cls(**needed | sections, base=path.parent, **kwargs)
+            with named_as({}):  # its keys are no options of the command
+                return cls(**needed | sections, base=path.parent, **kwargs)
         # tomllib's own is a ValueError; brackets may be nested too deeply for it.
         except (ValueError, ArgumentTypeError, RecursionError) as error:
             message = f"{path}: {error}"

@@ -42,6 +42,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     mapping,
+    named_as,
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError
@@ -407,7 +408,8 @@ class Formulation(Shown):
                 )
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
-            return cls(**entries)
+            with named_as({}):  # not options, but entries of the file
+                return cls(**entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(
                 f"{where} must be a formulation, as Formulation.to_json and 'Save decision' of the "

@@ -202,7 +202,12 @@ def marked(table: Any) -> Values:
 
 def _marks(table: Any) -> Values:
     """Return the entries of a head for the marks of the source, which files keep."""
-    return {"decimal": table.decimal, "separator": table.separator}
+    marks = {}
+    if table.decimal != ".":
+        marks["decimal"] = table.decimal
+    if table.separator != ",":
+        marks["separator"] = table.separator
+    return marks
 
 
 def is_of_tests(head: Head) -> bool:

@@ -166,6 +166,8 @@ def read_table(
                 cells = _designs(content, asked, is_file=path is not None and not repeats)
                 cells, columns = _columns(cells, decimal or content.head.get("decimal"))
                 table = _table(cells, columns, asked, variables, drop_incomplete)
+                if repeats == "variables" and variables and not table.layout.variables:
+                    raise UnfitError(table.remarks[-1].rstrip("."))
             case StoredTests():
                 table = content.table(path)
             case _:
@@ -540,10 +542,10 @@ def _table(
             texts = np.array(extra[name], dtype=object)
             is_asked &= np.isin(np.where(blank(texts), "", texts).astype(str), limit)
     remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
-    uncertain = [name for name in variables if name not in designs]
-    if uncertain:
-        names = ", ".join(uncertain)
-        remarks.append(f"No variable, as not all of its values are certain: {names}.")
+    for name in variables:
+        if name not in designs:
+            problem = columns[name].problem or cells.place(name, _first_blank(columns[name]))
+            remarks.append(f"{name} is no variable: {problem}.")
 
     numbers = _numbers(cells, extra)
     dependent = (*objectives, *outputs)
@@ -577,6 +579,10 @@ def _table(
         decimal="," if "," in marks else ".",
         separator=(cells.separator or ",").replace(" ", ","),
     )
+
+
+def _first_blank(column: Column) -> int:
+    return next(i for i, cell in enumerate(column.cells) if is_blank(cell))
 
 
 def _counting(name: str, values: Array) -> list[str]:

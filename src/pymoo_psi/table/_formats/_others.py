@@ -45,7 +45,7 @@ _KINDS = {  # the beginning of a file by what it is, and how to export it
 class OtherFile(FileFormat):
     """A file that is no text, workbook or study; it is refused, with the way to export it."""
 
-    suffix = ".parquet"
+    suffix = ""
 
     def recognizes(self, file: SourceFile) -> bool:
         """Say whether the first bytes are those of such a file."""

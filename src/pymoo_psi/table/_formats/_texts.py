@@ -236,11 +236,13 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
         if name in units:
             column["schema:unitText"] = units[name]
         described.append(column)
+    dialect = {"commentPrefix": None}  # a text that begins with # is no comment
+    if "separator" in head:
+        dialect["delimiter"] = head["separator"]
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": quote(os.fsencode(Path(path).name)),
-        # A text that begins with # is no comment.
-        "dialect": {"commentPrefix": None, "delimiter": head.get("separator", ",")},
+        "dialect": dialect,
         _N_ROWS: max(map(len, columns.values())),
         _HEAD: head,
         "tableSchema": {"columns": described},
