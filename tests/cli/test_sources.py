@@ -402,7 +402,7 @@ def test_what_speaks_against_the_optimum_leads(said, tmp_path):
         (["rank", "--variables", "x", "--repeats", "variables"],
          "row 3 .line 4. holds no number in the column 'x'"),
         (["solve", "bnh", "--study", "s.db", "--from", "set.csv"],
-         "the column 'x1' must be complete, as of a variable, got nothing in row 3"),
+         "row 3, x1 must be one real number, got nan"),
     ],
 )  # fmt: skip
 def test_errors_of_the_command_name_options(said, tmp_path, words, message):
