@@ -136,8 +136,10 @@ def test_decompositions_of_pymoo_choose_in_the_scale_said(decomposition, normali
     chosen = compare_selectors(pd.DataFrame(F), selectors, normalize=normalize)
     for name, weights in (("equal", np.ones(3)), ("given", np.array([0.6, 0.3, 0.1]))):
         assert chosen[name].tolist() == [front[decomposition.do(distances, weights).argmin()]]
+    wrong = {"a": (decomposition, [1, 2])}
+    refused(r"weights of selectors\['a'\] must be of shape \(3,\)", compare_selectors, F, wrong)
     refused(
-        r"weights must be of shape \(3,\)", compare_selectors, F, {"a": (decomposition, [1, 2])}
+        r"selectors\['a'\] must be an object with a method do", compare_selectors, F, {"a": len}
     )
 
 
