@@ -89,24 +89,3 @@ def edit(path, *statements):
     with closing(sqlite3.connect(path, isolation_level=None)) as db:
         for statement in statements:
             db.execute(statement)
-
-
-def as_version_0_3(path):
-    """Take from a study what its format has and that of version 0.3 had not."""
-    edit(
-        path,
-        "ALTER TABLE tests DROP COLUMN row_checksum",
-        "ALTER TABLE tests DROP COLUMN run",
-        "ALTER TABLE tests DROP COLUMN test_point",
-        "ALTER TABLE tests RENAME COLUMN test TO test_point",
-        "CREATE TABLE p (test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
-        "INSERT INTO p SELECT test_point, round, origin, content FROM proposals",
-        "DROP TABLE proposals",
-        "ALTER TABLE p RENAME TO proposals",
-        "DROP TABLE runs",
-        "DROP TABLE adopted",
-        "DROP TABLE history",
-        "DELETE FROM study WHERE name NOT IN ('head', 'id', 'begun')",
-        "ALTER TABLE study DROP COLUMN checksum",
-        "PRAGMA user_version = 4",
-    )

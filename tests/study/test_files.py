@@ -19,7 +19,6 @@ from tests.processes import posix
 from tests.refusals import refused
 from tests.study.studies import (
     HEAD,
-    as_version_0_3,
     begun,
     bits,
     block,
@@ -243,7 +242,6 @@ def test_a_cell_with_another_value_is_reported(study_file, whole, name):
     [
         "UPDATE study SET value = replace(value, '-5.0', '-4.0') WHERE name = 'head'",
         "UPDATE study SET value = 'x' WHERE name = 'id'",
-        "PRAGMA user_version = 4",  # one bit of 5, and no checksum would be looked at
         "UPDATE proposals SET content = replace(content, '0.5', '0.6')",
     ],
 )
@@ -251,18 +249,3 @@ def test_facts_and_proposals_with_another_value_are_reported(study, statement):
     proposed(study, [(9, 1, "surrogate", {"x": 0.5})])
     edit(study.path, statement)
     refused("changed|it holds the table", study.proposals, error=StudyCorruptError)
-
-
-def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
-    proposed(study, [(9, 1, "surrogate", {"x": 0.5})])
-    as_version_0_3(study.path)
-    before = contents(tmp_path)
-    assert bits(read(study.path)[1]) == bits(block(1, 8))
-    assert study.proposals() == [(9, 1, "surrogate", {"x": 0.5})]
-    study.begin(HEAD)
-    assert contents(tmp_path) == before  # to read it changes nothing
-    study.append(block(9, 4))
-    assert bits(read(study.path)[1]) == bits(block(1, 12))
-    assert study.proposals() == [(9, 1, "surrogate", {"x": 0.5})]
-    edit(study.path, "UPDATE tests SET f1 = 0.5 WHERE test = 3")
-    refused("1 test changed, the first 3", read, study.path, error=StudyCorruptError)

@@ -11,7 +11,7 @@ import json
 import os
 import platform
 import sqlite3
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing
 from typing import Any, NamedTuple
 
@@ -41,7 +41,6 @@ from pymoo_psi.study._facts import (
     Share,
     StudyRun,
     columns_of_head,
-    identity_of_run,
     new_run,
     now,
     require_other_names,
@@ -59,8 +58,7 @@ from pymoo_psi.study._integrity import (
 LAST = 2**63 - 1  # the largest number of a test
 
 _APPLICATION = 0x50534931
-_VERSION = 5  # 4 is that of pymoo-psi 0.3, 1 to 3 are those of 0.1 and 0.2
-_OF_0_3 = 4  # the format of version 0.3, without runs and checksums
+_VERSION = 6
 _TESTS = """
 CREATE TABLE tests
     (test INTEGER PRIMARY KEY, run INTEGER, test_point INTEGER, status TEXT, reason TEXT,
@@ -79,12 +77,8 @@ CREATE TABLE proposals
     PRIMARY KEY (run, test_point)) WITHOUT ROWID;
 CREATE TABLE history (time TEXT, test INTEGER, content TEXT);
 {_TESTS}"""
-_TABLES = {
-    _VERSION: ("study", "runs", "adopted", "proposals", "history", "tests"),
-    _OF_0_3: ("study", "proposals", "tests"),
-}
+_TABLES = ("study", "runs", "adopted", "proposals", "history", "tests")
 _FIXED = (*NOT_VALUES, "row_checksum")
-_FIXED_IN_0_3 = ("test_point", "status", "reason", "origin", "seconds")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
@@ -152,23 +146,15 @@ def new_database(db: sqlite3.Connection, path: str, facts: Facts) -> Database:
     return Database(db, path, facts)
 
 
-def is_of_0_3(db: sqlite3.Connection) -> bool:
-    """Whether a database has the format of version 0.3."""
-    return bool(db.execute("PRAGMA user_version").fetchone()[0] == _OF_0_3)
-
-
 def opened(db: sqlite3.Connection, path: str) -> Database:
-    """Return a study after making sure that the file is one, and nothing else.
-
-    A study of version 0.3 becomes one of this version.
-    """
+    """Return a study after making sure that the file is one, and nothing else."""
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
-    if application == _APPLICATION and version not in _TABLES:
+    if application == _APPLICATION and version != _VERSION:
         raise StudyVersionError(
-            f"study {path} has format {version}, but this version of pymoo-psi reads formats "
-            f"{_OF_0_3} and {_VERSION}; continue it with the version that made it, or export it as "
-            "CSV with that one"
+            f"study {path} has format {version}, but this version of pymoo-psi reads format "
+            f"{_VERSION}; continue it with the version that made it, or export it as CSV with that "
+            "one"
         )
     # Other items, such as triggers, are refused: SQLite would run them by itself.
     query = (
@@ -176,24 +162,18 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
         "AND (name, type) <> ('designs', 'index')"
     )
     items = dict(db.execute(query))
-    tables = dict.fromkeys(_TABLES.get(version, ()), "table")
+    tables = dict.fromkeys(_TABLES, "table")
     if application != _APPLICATION and items:
         raise of_others(path, [*items])
     if application != _APPLICATION or items != tables:
         others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
         raise unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
-    if version == _OF_0_3:
-        return _converted(db, path)
     rows = _checked_rows(db, "study")
     rows_of_runs = _checked_rows(db, "runs ORDER BY run")
-    facts = _facts_of(rows)
+    facts = Facts(**{name: json.loads(text) for name, text in rows})
     for number, identity, record, last in rows_of_runs:
         facts.runs.append(StudyRun(number, json.loads(identity), json.loads(record), last))
     return Database(db, path, facts, {*rows, *rows_of_runs})
-
-
-def _facts_of(rows: Iterable[Sequence[Any]]) -> Facts:
-    return Facts(**{name: json.loads(text) for name, text in rows})
 
 
 def _checked_rows(
@@ -207,32 +187,6 @@ def _checked_rows(
             raise ValueError(f"a row of the table {table} was changed: {row[0]}")
         rows.append(tuple(row))
     return rows
-
-
-def _converted(db: sqlite3.Connection, path: str) -> Database:
-    """Return a study of version 0.3 as one of this version."""
-    facts = _facts_of(db.execute("SELECT name, value FROM study"))
-    stored = [
-        _Column("test", "test_point", Kind.INTEGER),
-        *_PROVENANCE,
-        *_with_status(_columns_of_values(facts.head, _FIXED_IN_0_3)),
-    ]
-    columns = _by_name(stored, _read(db, stored, "tests"))
-    proposals = db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall()
-    for table in _TABLES[_OF_0_3]:
-        db.execute(f"DROP TABLE {table}")
-    for statement in _SCHEMA.split(";"):
-        db.execute(statement)
-    problem = facts.head.get("problem") or {}
-    identity = identity_of_run(facts.head, problem.get("sampling")) | {"requirements": None}
-    last = int(columns["test"].max(initial=0))
-    facts.runs = [StudyRun(1, identity, {"begun": facts.begun}, last)]
-    database = Database(db, path, facts)
-    database.insert(columns | database.numbered(columns["test"]))
-    for test_point, proposed_in, origin, content in proposals:
-        proposal = Proposal(test_point, proposed_in, origin, json.loads(content))
-        database.add_proposals(1, [proposal])
-    return database
 
 
 class Database:
@@ -628,11 +582,11 @@ def differing(columns: Columns, others: Columns) -> Mask:
     return np.asarray(differ)
 
 
-def _columns_of_values(head: Head, fixed: Collection[str] = _FIXED) -> list[_Column]:
+def _columns_of_values(head: Head) -> list[_Column]:
     """Return the columns of a head, as the table of tests has them, quoted for SQL."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
     columns = []
-    taken = {*fixed}
+    taken = {*_FIXED}
     for name in columns_of_head(head):
         column = name
         while column.lower() in taken:  # SQL takes "a" and "A" for one name

@@ -254,13 +254,7 @@ def identity_of_run(
 
 
 def same_identity(identity: Head, other: Head) -> bool:
-    """Whether two runs have the same test points.
-
-    Which requirements the run of version 0.3 had is not known.
-    """
-    if None in (identity.get("requirements"), other.get("requirements")):
-        identity = {**identity, "requirements": None}
-        other = {**other, "requirements": None}
+    """Whether two runs have the same test points."""
     return flat(identity) == flat(other)
 
 

@@ -52,7 +52,6 @@ from pymoo_psi.study._database import (
     Database,
     Proposal,
     create,
-    is_of_0_3,
     new_database,
     opened,
 )
@@ -97,9 +96,8 @@ class Study:
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
         if self.path.lower().endswith(BESIDE):
-            rule = f"the name of a file that does not end in {', '.join(BESIDE)}"
-            remedy = "such files belong to the study beside them, which deletes them"
-            raise invalid("study", rule, os.fspath(path), remedy)
+            remedy = "a study deletes such files"
+            raise invalid("study", "named unlike files beside a study", os.fspath(path), remedy)
         if self.path.lower().endswith(_OF_OTHERS):
             rule = "a database with a name such as designs.db"
             remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
@@ -286,17 +284,12 @@ class Study:
         with reported(self.path):
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
-            with closing(self._connected()) as db, closing(_in_memory()) as copy:
+            with closing(self._connected()) as db:
                 db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
                 db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
-                used = db
-                # It is converted in memory, and the file stays as it is.
-                if begin == _READ and is_of_0_3(db):
-                    db.backup(copy)
-                    used = copy
-                used.execute(begin)
+                db.execute(begin)
                 with intact(self.path):
-                    database = opened(used, self.path)
+                    database = opened(db, self.path)
                 if self._id not in (None, database.facts.id):
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
@@ -306,7 +299,7 @@ class Study:
                 yield database
                 if begin == _WRITE:
                     database.save()
-                used.execute("COMMIT")
+                db.execute("COMMIT")
         self._id = database.facts.id
 
     def _connected(self) -> sqlite3.Connection:
@@ -316,10 +309,6 @@ class Study:
         # begin transactions by itself.
         uri = f"{Path(self.path).as_uri()}?mode=rw"
         return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
-
-
-def _in_memory() -> sqlite3.Connection:
-    return sqlite3.connect(":memory:", isolation_level=None)
 
 
 def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
@@ -395,7 +384,7 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
     contents = [Study(file).contents() for file in files]
     first = contents[0][0]
     n_shares = 1
-    with closing(_in_memory()) as db:
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         joined = new_database(db, os.fspath(path), first)
         for file, (facts, columns) in zip(files, contents, strict=True):
             require_fellow(file, facts, first, f"in {files[0]}")
