@@ -135,6 +135,22 @@ def test_a_noisy_study_keeps_its_tests_beside_those_of_others(tmp_path):
     assert len(read_table(second, repeats=False)) == 26
 
 
+def test_repeats_of_a_model_without_noise_are_refused(lab, tmp_path):
+    options = RunOptions(study=tmp_path / "s.db")
+    frame = pd.concat([RESULTS, RESULTS.head(1)]).assign(h=1.0)
+    assert import_tests(lab, frame, options).remarks[0] == "3 of 4 tests taken, 0 known already."
+    frame["f"] = [1.0, 2.0, 3.0, 4.0]
+    refused("one of each design if the model is not noisy", import_tests, lab, frame, options)
+
+
+def test_names_may_have_the_units_of_the_problem(lab, tmp_path, in_folder):
+    options = RunOptions(study=tmp_path / "s.db")
+    RESULTS.assign(h=1.0).rename(columns={"f": "f [kg]"}).to_csv("old.csv", index=False)
+    assert len(import_tests(lab, "old.csv", options)) == 3
+    RESULTS.assign(h=1.0).rename(columns={"f": "f [g]"}).to_csv("old.csv", index=False)
+    refused(r"'f \[g\]'", import_tests, lab, "old.csv", options)
+
+
 def test_means_of_tests_are_no_tests(tmp_path):
     study = tmp_path / "a.db"
     means = investigate(Noisy(), 8, repeat=3, study=study)

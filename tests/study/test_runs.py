@@ -160,7 +160,7 @@ def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study)
     part = Restricted(model, {"x2": (0.1, 1)})
     layout = Layout.of(["x1", "x2"], ["f1", "f2"], units={"f1": "g"})
     grams = TestTable.of([1], [[0.25, 0.5]], [[1000.0, 3.0]], layout=layout)
-    refused("'f1' must be that of the problem, kg, got 'g'", import_tests, part, grams, options)
+    refused("'f1' must be that of the formulation, kg, got 'g'", import_tests, part, grams, options)
     negative = pd.DataFrame({"x1": [0.25], "x2": [-0.5], "f1": [1.0], "f2": [3.0]})
     refused("x2 must be above 0", import_tests, part, negative, options)
 

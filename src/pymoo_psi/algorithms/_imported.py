@@ -23,7 +23,9 @@ from pymoo_psi.table import (
     TestTable,
     choice_texts,
     error_column,
+    first_of,
     read_table,
+    units_of,
 )
 
 
@@ -73,6 +75,11 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     table = _table_of(model, source)
     tested = table.rows(table.status != "failed")
     results = _results_of(model, tested)
+    first = first_of(zip(*(results[name].tolist() for name in model.layout.variables), strict=True))
+    if not model.noisy and (tested.F[first] != tested.F).any():
+        rule = "one of each design if the model is not noisy"
+        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
+        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
     remarks = [*table.tested.remarks]
@@ -102,16 +109,13 @@ def _table_of(model: Model, source: Any) -> TestTable:
             del needed[name]
             needed |= dict.fromkeys(expression.columns)
     results = [name for name in needed if name not in layout.variables]
-    table = read_table(source, Formulation(objectives=results), repeats=False, drop_incomplete=True)
+    units = units_of((*layout.variables, *results), layout.units)
+    formulation = Formulation(objectives=results, units=units)
+    table = read_table(source, formulation, repeats=False, drop_incomplete=True)
     means = error_column(layout.objectives[0])
     if means in table.columns:
         remedy = "give the study that has them, or its tests by 'pymoo-psi export'"
         raise invalid("the tests", "single ones", Received(f"means with {means!r}"), remedy)
-    for name, unit in layout.units.items():
-        received = table.layout.units.get(name, unit)
-        if received != unit:
-            rule = f"that of the problem, {unit}"
-            raise invalid(f"the unit of {name!r}", rule, received, "convert its values")
     return table
 
 

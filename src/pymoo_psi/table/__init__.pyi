@@ -52,6 +52,7 @@ from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
 from ._head import lacking as lacking
 from ._head import stored_tests as stored_tests
+from ._head import units_of as units_of
 from ._joining import difference as difference
 from ._layout import POINT as POINT
 from ._layout import PROPOSAL_ROUND as PROPOSAL_ROUND
@@ -59,6 +60,7 @@ from ._layout import RESERVED as RESERVED
 from ._layout import RUN as RUN
 from ._layout import design_keys as design_keys
 from ._layout import design_matrix as design_matrix
+from ._layout import first_of as first_of
 from ._layout import number_column as number_column
 from ._layout import value_ranks as value_ranks
 from ._repeats import averaged_repeats as averaged_repeats

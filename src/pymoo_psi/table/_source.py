@@ -148,9 +148,10 @@ def read_table(
     if isinstance(source, (str, PathLike)):
         path = Path(source)
     content: Any = source
+    asked = formulation or Formulation()
     try:
         if not isinstance(source, TestTable):
-            content = _content(source, encoding, frozenset(skip_rows), sheet)
+            content = _content(source, encoding, frozenset(skip_rows), sheet, asked.units)
         if skip_rows and not (isinstance(content, Cells) and content.lines):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
@@ -161,7 +162,6 @@ def read_table(
             case Cells():
                 if repeats in content.columns:
                     content = replace(content, label=repeats)
-                asked = formulation or Formulation()
                 # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
                 cells = _designs(content, asked, is_file=path is not None and not repeats)
                 cells, columns = _columns(cells, decimal or content.head.get("decimal"))
