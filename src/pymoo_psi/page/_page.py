@@ -212,7 +212,8 @@ def _limits_of_page(table: TestTable) -> dict[str, Allowed]:
     """
     limits = {}
     for name, limit in table.limits.items():
-        known_name("a limit of a page", name, [column for _, column in roles(table)])
+        columns = [column for _, column in roles(table)]
+        known_name("a limit of a page", name, columns, "leave out the rows that it rejects")
         cells = values_of(name, table)
         if cells.dtype == object and not isinstance(limit, list):
             limit = sorted({*cells[table.excess(name, limit) == 0]})

@@ -113,6 +113,9 @@ class TestTable(Tests, Shown):
         be loosened as well as tightened, and ``under(limits={})`` has none. What a formulation does
         not state stays as the tests have it.
 
+        A limit is the same as removing the rows that it rejects: sets, rankings, explanations,
+        cautions and shares are those of the table without these rows. Fixed ranges stay.
+
         Args:
             formulation: The formulation; that of the table unless given.
             **fields: Attributes of :class:`Formulation`, which replace those of the formulation:
