@@ -24,25 +24,56 @@ def test_no_public_name_brings_a_face():
     assert loaded(code, ("matplotlib.pyplot", "click")) == "[]"
 
 
-def test_type_checkers_find_every_public_name(tmp_path):
-    """Under mypy's strict rules, which want names to be public explicitly, and a py.typed.
+def mypy_report(folder, text):
+    """Return what mypy reports of a file under its strict rules; empty if nothing.
 
     What the package itself imports is left out: its types take ten times as long to read.
     """
-    names = [
-        f"from {module} import {name}"
-        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.plots", "pymoo_psi.page")
-        for name in import_module(module).__all__
-    ]
-    (tmp_path / "names.py").write_text("\n".join(names))
-    (tmp_path / "mypy.ini").write_text(
+    (folder / "names.py").write_text(text)
+    (folder / "mypy.ini").write_text(
         "[mypy]\nstrict = True\nfollow_imports = silent\n"
         f"[mypy-{','.join(f'{name}.*' for name in HEAVY)}]\n"
         "follow_imports = skip\nfollow_imports_for_stubs = True\n"
     )
     command = [sys.executable, "-m", "mypy", "names.py"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stdout
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    assert not done.stderr
+    return done.stdout if done.returncode else ""
+
+
+def test_type_checkers_find_every_public_name(tmp_path):
+    """Names must be public explicitly, with a py.typed."""
+    names = [
+        f"from {module} import {name}"
+        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.plots", "pymoo_psi.page")
+        for name in import_module(module).__all__
+    ]
+    assert mypy_report(tmp_path, "\n".join(names)) == ""
+
+
+# Calls with a word, and what one may type instead of it.
+WORDS = {
+    "investigate(bnh, 8, keep={})": ("pareto", "parto"),
+    "investigate(bnh, 8, sampling={})": ("sobol", "sobool"),
+    "investigate(bnh, 8, retry={})": ("failed", "fail"),
+    "PSI(8, sampling={})": ("lptau", "lp_tau"),
+    "PSI(8, retry={})": ("incomplete", "all"),
+    "SurrogatePSI(16, sampling={})": ("lhs", "LHS"),
+    "QMCSampling({})": ("halton", "hamilton"),
+    "FailureTolerant(bnh, failed_as={})": ("penalty", "penalties"),
+    "SphereChute(0.4, model={})": ("rolling", "rollin"),
+}
+
+
+def test_type_checkers_know_the_words_of_arguments(tmp_path):
+    lines = ["from typing import Any", "bnh: Any = None"]
+    lines += [f"from pymoo_psi import {call.partition('(')[0]}" for call in WORDS]
+    right = [call.format(repr(word)) for call, (word, _) in WORDS.items()]
+    wrong = [call.format(repr(word)) for call, (_, word) in WORDS.items()]
+    report = mypy_report(tmp_path, "\n".join(lines + right + wrong))
+    for k in range(len(wrong)):
+        assert f"names.py:{len(lines + right) + k + 1}: error: Argument" in report
+    assert f"Found {len(wrong)} errors" in report
 
 
 def test_help_loads_nothing_heavy():

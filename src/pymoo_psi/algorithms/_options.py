@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, TypedDict, TypeVar
+from typing import Any, Literal, TypedDict, TypeVar
 
 from pymoo.core.algorithm import Algorithm
 
@@ -24,6 +24,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
     QMCSampling,
+    SequenceName,
     UniformSampling,
     uniform_sampling,
 )
@@ -41,7 +42,7 @@ class StudyKeywords(TypedDict, total=False):
     study_key: str | None
     study_wait: float
     more: bool
-    retry: str | None
+    retry: Literal["failed", "incomplete"] | None
     names: Mapping[str, str] | None
     maximize: Collection[str] | None
     units: Mapping[str, str] | None
@@ -51,7 +52,7 @@ class PointKeywords(StudyKeywords, total=False):
     """Options of runs that test points of a sequence."""
 
     first: int
-    sampling: UniformSampling | str | None
+    sampling: UniformSampling | SequenceName | None
     seed: int | None
     limits: Limits | None
     formulation: Formulation | None
@@ -161,7 +162,7 @@ class RunOptions:
     """
 
     first: int = 1
-    sampling: UniformSampling | str | None = None
+    sampling: UniformSampling | SequenceName | None = None
     seed: int | None = None
     limits: Limits | None = None
     formulation: Formulation | None = None
@@ -170,7 +171,7 @@ class RunOptions:
     study_key: str | None = None
     study_wait: float = 10.0
     more: bool = False
-    retry: str | None = None
+    retry: Literal["failed", "incomplete"] | None = None
     names: Mapping[str, str] | None = None
     maximize: Collection[str] | None = None
     units: Mapping[str, str] | None = None
@@ -183,6 +184,8 @@ class RunOptions:
         """Check what can be checked without a problem."""
         integer("first", self.first, minimum=1)
         object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
+        if self.seed is not None:
+            integer("seed", self.seed, minimum=0)
         integer("repeat", self.repeat, minimum=1)
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from contextlib import closing
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -446,7 +446,7 @@ def investigate(
     problem: Any,
     n_points: int,
     *,
-    keep: str = "all",
+    keep: Literal["all", "feasible", "pareto"] = "all",
     n_jobs: int = 1,
     runner: Runner | None = None,
     progress: bool = False,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any
+from typing import Any, Literal, cast
 
 import numpy as np
 from pymoo.core.sampling import Sampling
@@ -12,8 +12,11 @@ from pymoo_psi._validation import Array, boolean, integer, invalid, known_name, 
 from pymoo_psi.problems import design_space, require_no_permutation, with_requirements
 from pymoo_psi.sequences import lp_tau
 
+Engine = Literal["sobol", "halton", "lhs", "latin_hypercube", "poisson_disk"]
+SequenceName = Literal["lptau", Engine]
+
 # The engines of scipy.stats.qmc that fill the unit cube without further arguments.
-_ENGINES = {
+_ENGINES: dict[Engine, str] = {
     "sobol": "Sobol",
     "halton": "Halton",
     "lhs": "LatinHypercube",
@@ -112,7 +115,7 @@ def uniform_sampling(sampling: object) -> UniformSampling | None:
         known_name("sampling", sampling, ("lptau", *_ENGINES))
         if sampling == "lptau":
             return LPTauSampling()
-        return QMCSampling(sampling)
+        return QMCSampling(cast(Engine, sampling))
     if not isinstance(sampling, UniformSampling):
         rule = "a name such as 'lhs', LPTauSampling(), QMCSampling(...) or another UniformSampling"
         raise wrong_type("sampling", rule, sampling)
@@ -192,11 +195,16 @@ class QMCSampling(UniformSampling):
     """
 
     def __init__(
-        self, engine: str = "sobol", *, scramble: bool = True, log: Collection[str] | None = None
+        self,
+        engine: Engine = "sobol",
+        *,
+        scramble: bool = True,
+        log: Collection[str] | None = None,
     ) -> None:
         super().__init__()
         self.log = log
-        self.engine = known_name("engine", engine, _ENGINES)
+        known_name("engine", engine, _ENGINES)
+        self.engine = engine
         self.scramble = boolean("scramble", scramble)
         # the sequences; the points of other engines depend on how many there are
         self.extendable = engine in ("sobol", "halton")

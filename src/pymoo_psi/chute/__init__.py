@@ -51,6 +51,7 @@ from pymoo_psi.chute._reference import integrate
 # A name that other subpackages share; it is no promise to users.
 # isort: split
 from pymoo_psi.chute._motion import MODELS as MODELS
+from pymoo_psi.chute._motion import ModelName as ModelName
 
 __all__ = [
     "ChuteParameters",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,8 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.chute._slip import NUMBERS, ROLLS, STALLS, TINY, follow_slip
 
-MODELS = ("full", "rolling")
+ModelName = Literal["full", "rolling"]
+MODELS: tuple[ModelName, ...] = ("full", "rolling")
 """``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""
 
 
@@ -135,7 +136,11 @@ class Motion:
 
 
 def motion(
-    u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None = None, *, model: str = "full"
+    u1: ArrayLike,
+    v_p: ArrayLike,
+    parameters: ChuteParameters | None = None,
+    *,
+    model: ModelName = "full",
 ) -> Motion:
     """Compute the motion of the sphere from the entrance to the exit.
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi._validation import counted
-from pymoo_psi.chute import MODELS
+from pymoo_psi.chute import MODELS, ModelName
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
@@ -125,7 +125,7 @@ def _folder_of(out: Path, model: str) -> Path:
     return out
 
 
-def _draw_paper(result: Reproduction, options: Options, model: str) -> str:
+def _draw_paper(result: Reproduction, options: Options, model: ModelName) -> str:
     """Write the figures of a model, and return its name."""
     folder = results_folder(_folder_of(options.out, model))
     dpi = 200

@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,7 +67,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-INDICATORS = {"hypervolume": 1, "igd_plus": -1, "epsilon": -1, "optimum_distance": -1}
+Indicator = Literal["hypervolume", "igd_plus", "epsilon", "optimum_distance"]
+INDICATORS: dict[Indicator, int] = {
+    "hypervolume": 1,
+    "igd_plus": -1,
+    "epsilon": -1,
+    "optimum_distance": -1,
+}
 """The indicators of quality: 1 if more is better, -1 if less is better."""
 
 _REFERENCE_POINT = 1.1
@@ -279,7 +285,7 @@ class Comparison(Shown):
             frame[f"{column}_q3"] = groups[column].quantile(0.75, interpolation="higher")
         return frame.reset_index().sort_values("evaluations", kind="stable", ignore_index=True)
 
-    def tests(self, indicator: str = "hypervolume") -> pd.DataFrame:
+    def tests(self, indicator: Indicator = "hypervolume") -> pd.DataFrame:
         """Return a test of every pair of algorithms at every budget.
 
         It is the rank-sum test of Mann and Whitney, or the sign test if one of the two algorithms
@@ -608,7 +614,7 @@ def _rank_sum_test(a: Array, b: Array) -> float:
     return min(1.0, 2.0 * share)
 
 
-def _values(runs: pd.DataFrame, indicator: str) -> Array:
+def _values(runs: pd.DataFrame, indicator: Indicator) -> Array:
     """Return an indicator of the runs of an algorithm, of which more is better, for `p_value`."""
     values: Array = INDICATORS[indicator] * runs[indicator].to_numpy(float)
     if runs["seed"].isna().all():  # deterministic

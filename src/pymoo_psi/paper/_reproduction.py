@@ -16,20 +16,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import product
+from typing import Literal
 
 import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import (
     Array,
-    Names,
     Rows,
     Values,
     job_count,
     known_name,
 )
 from pymoo_psi.algorithms import investigate
-from pymoo_psi.chute import MODELS, criteria, motion
+from pymoo_psi.chute import MODELS, ModelName, criteria, motion
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.problems import VectorizedSphereChute
@@ -44,7 +44,7 @@ _CRITERIA = ["f1", "f2", "f3", "f4"]  # columns of the CSV files that users have
 _SPEEDS = tuple(np.linspace(0.05, 1.0, 96).tolist())  # around the paper's c = 0.3193
 
 
-def published_table(number: str) -> pd.DataFrame:
+def published_table(number: Literal["6.1", "6.2"]) -> pd.DataFrame:
     """Return a printed table.
 
     Args:
@@ -84,7 +84,7 @@ class Case:
         Case(rolling model, mu = 0.4: 2160 Pareto optimal of 4096 test points, the best [3085])
     """
 
-    model: str
+    model: ModelName
     mu: float
     table: TestTable
     designs: TestTable
@@ -145,7 +145,7 @@ class Reproduction:
         printed = self._printed_table("6.1").drop(columns="test_point")
         return optima.merge(printed, on="mu", how="left")
 
-    def _printed_table(self, number: str) -> pd.DataFrame:
+    def _printed_table(self, number: Literal["6.1", "6.2"]) -> pd.DataFrame:
         """Return a printed table, without rows if the bounds are others."""
         printed = published_table(number)
         return printed if self.has_its_bounds else printed[:0]
@@ -177,7 +177,7 @@ class Reproduction:
 
 def solve_case(
     mu: float,
-    model: str,
+    model: ModelName,
     n_points: int,
     *,
     lower: Sequence[float] | None = None,
@@ -212,7 +212,7 @@ def reproduce(
     n_points: int = PAPER_POINTS,
     *,
     mu: Sequence[float] = PAPER_MU,
-    models: Names = MODELS,
+    models: Sequence[ModelName] = MODELS,
     lower: Sequence[float] | None = None,
     upper: Sequence[float] | None = None,
     n_jobs: int = 1,
@@ -246,7 +246,7 @@ def reproduce(
     # rolling first: the paper's model
     pairs = [*product(sorted(set(models), reverse=True), dict.fromkeys(mu))]
 
-    def solved(pair: tuple[str, float]) -> Case:
+    def solved(pair: tuple[ModelName, float]) -> Case:
         model, value = pair
         return solve_case(value, model, n_points, lower=lower, upper=upper)
 
@@ -261,7 +261,7 @@ def reproduce(
 # The numbers behind figures 2 and 8
 
 
-def criterion_surfaces(mu: float, model: str, *, n: int = 101) -> tuple[Array, Array, Array]:
+def criterion_surfaces(mu: float, model: ModelName, *, n: int = 101) -> tuple[Array, Array, Array]:
     """Compute f1 and f2 on a grid of n × n designs within the bounds [0, 3.5 μ] × [0.1, 6].
 
     The grid is dense near the level chute, where the time grows by half within a fortieth of the
@@ -287,7 +287,7 @@ def criterion_surfaces(mu: float, model: str, *, n: int = 101) -> tuple[Array, A
 
 
 def salukvadze_functions(
-    mu: float, model: str, n_points: int, c: Sequence[float] = _SPEEDS
+    mu: float, model: ModelName, n_points: int, c: Sequence[float] = _SPEEDS
 ) -> pd.DataFrame:
     """Return the Salukvadze optimum of the first ``n_points`` LPτ points at every initial speed c.
 

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid
-from pymoo_psi.chute import ChuteParameters, Trajectory, trajectory
+from pymoo_psi.chute import ChuteParameters, ModelName, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
 from pymoo_psi.plots._points import Column, Points, ranked_groups
 from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure, panels, view
@@ -71,7 +71,7 @@ _FUNCTIONS = (
 def paper_figures(
     reproduction: Reproduction,
     *,
-    model: str = "full",
+    model: ModelName = "full",
 ) -> Iterator[tuple[str, Drawing]]:
     """Make the paper's figures one by one; :func:`save_figures` writes them.
 
@@ -123,7 +123,7 @@ def _subject(case: Case) -> str:
 # Figure 2
 
 
-def _surfaces_figure(model: str) -> Drawing:
+def _surfaces_figure(model: ModelName) -> Drawing:
     """Return Figure 2: the criteria as surfaces, with contours beside them."""
     place = 0
     with new_figure(232) as figure:

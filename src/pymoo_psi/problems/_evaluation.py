@@ -15,7 +15,7 @@ import zlib
 from collections.abc import Generator, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
@@ -376,7 +376,9 @@ class FailureTolerant(WrappedProblem):
     same_front = True
     tolerates_failures = True
 
-    def __init__(self, problem: Any, *, failed_as: str = "constraint") -> None:
+    def __init__(
+        self, problem: Any, *, failed_as: Literal["constraint", "penalty"] = "constraint"
+    ) -> None:
         require_problem(problem)
         problem = with_requirements(untolerant(problem))
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))

@@ -16,7 +16,7 @@ from pymoo_psi._validation import (
     known_name,
     require_shape,
 )
-from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
+from pymoo_psi.chute import MODELS, ChuteParameters, ModelName, criteria, motion
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
 
@@ -30,7 +30,7 @@ class _ChuteProblem(Problem):
         c: float = 0.3193,
         r: float = 0.1,
         omega0: ArrayLike = (0.0, 0.0, 0.0),
-        model: str = "full",
+        model: ModelName = "full",
         lower: ArrayLike = (0.0, 0.1),
         upper: ArrayLike | None = None,
         **kwargs: Any,
@@ -39,7 +39,8 @@ class _ChuteProblem(Problem):
         self.parameters = ChuteParameters(mu, c, r, omega0)
         for value in self.parameters.columns:
             finite_number("a parameter", value)  # the same for all designs
-        self.model = known_name("model", model, MODELS)
+        known_name("model", model, MODELS)
+        self.model: ModelName = model
         xl = _pair("lower", lower)
         if upper is None:  # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll
             upper = (3.5 * self.parameters.mu, 6.0)
