@@ -176,7 +176,7 @@ def test_a_limit_on_an_output_that_no_test_has_is_refused_at_the_end(keep, tmp_p
     """Only then is it known that no test has it; what was computed is in the study."""
     problem, limits, study = Sometimes(gives=False), {"heat": 0.5}, tmp_path / "s.db"
     refused(
-        "a limit must be one of .*'heat'",
+        "a name in limits must be one of .*'heat'",
         investigate,
         problem,
         32,
@@ -195,7 +195,7 @@ def test_a_run_with_a_limit_on_an_output_that_no_test_has_finds_nothing_before_i
         assert len(algorithm.opt) == 1  # the least infeasible one, as nothing is feasible
         assert np.isinf(algorithm.pop.get("CV")).all()
     algorithm.next()
-    refused("a limit must be one of .*'heat'", algorithm.result)
+    refused("a name in limits must be one of .*'heat'", algorithm.result)
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
@@ -238,7 +238,11 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
         (8, {"sampling": "lsh"}, r"sampling must be one of 'halton', .* 'lhs', 'lptau', "),
         (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
         (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
-        (8, {"limits": {"f9": 1.0}}, "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'"),
+        (
+            8,
+            {"limits": {"f9": 1.0}},
+            "a name in limits must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'",
+        ),
         (8, {"retry": "all"}, "retry must be one of 'failed', 'incomplete', got 'all'"),
     ],
 )

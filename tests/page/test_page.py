@@ -135,7 +135,7 @@ def test_hostile_and_foreign_decisions_are_refused(tmp_path, made):
         ({"formulation": Formulation(["mas"])}, "got 'mas'; did you mean 'mass'?"),
         (
             {"formulation": Formulation(OBJECTIVES, limits={"depth": 1.0})},
-            "a limit must be one of .* got 'depth'",
+            "a name in limits must be one of .* got 'depth'",
         ),
         (
             {"formulation": Formulation(OBJECTIVES, limits={"material": 1.0})},

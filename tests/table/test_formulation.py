@@ -212,9 +212,9 @@ def test_every_column_stays_a_column():
 @pytest.mark.parametrize(
     ("limits", "message"),
     [
-        ({"gain": 0.9}, r"limit on 'gain', which is maximised, must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
+        ({"gain": 0.9}, r"'gain', which is maximised, in limits must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
         ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(relaxed="),
-        ({"mass": (2, 1)}, r"limit on 'mass' must be \(lower, upper\) in increasing order, got \(2, 1\)"),
+        ({"mass": (2, 1)}, r"'mass' in limits must be \(lower, upper\) in increasing order, got \(2, 1\)"),
         ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),
         ({"mas": 1}, "did you mean 'mass'"),
     ],
@@ -251,7 +251,7 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
         ('{"chosen": 0}', "chosen must be of type str, got int"),
         ('{"normalize": 1}', "normalize must be True or False, got 1"),
         ('{"objectives": "mass"}', "objectives must be a list of names, got 'mass'"),
-        ('{"limits": {"mass": [1]}}', r"the limit on 'mass' must be a number or a pair"),
+        ('{"limits": {"mass": [1]}}', r"'mass' in limits must be a number or a pair"),
         ('{\n "limits": {,}\n}', "line 2 column 13"),
         ("[" * 5000, "recursion|Expecting"),
         ("[1]", "it must be an object of JSON"),
@@ -339,7 +339,7 @@ def test_a_decision_of_a_group_may_be_written_by_hand(decided, said, tmp_path):
     ("asked", "message"),
     [
         (Formulation(["mass"], maximize=["gain"]), "maximize must be one of 'mass', got 'gain'; only objectives"),
-        (Formulation(computed={"heat": "mass"}), "a computed column must be named unlike other columns, got 'heat'"),
+        (Formulation(computed={"heat": "mass"}), "a name in computed must be unlike other columns, got 'heat'"),
     ],
 )  # fmt: skip
 def test_what_the_table_does_not_have_is_refused(asked, message):

@@ -103,7 +103,7 @@ FILES = {
     "a short row": ("a,b\n1,2\n3\n", {}, "line 3 has 1 cell, most lines 2"),
     # Points and commas
     "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
-    "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; state the decimal mark by --decimal ',' or --decimal '\.'"),
+    "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; state the decimal mark by decimal=',' or decimal='\.'"),
     "the same with the decimal mark": ("cost;mass\n2,5;1.250\n3,5;980\n", {"decimal": ","}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
     "the same with commas between cells": ('cost,mass\n"2,5",1.250\n"3,5",2.980\n', {}, "'1.250' in the column 'mass', either 1250 or 1.25; state the"),
     "decimal commas, one in front of three digits": ("cost;mass\n2,5;1,250\n3,5;980\n", {}, {"cost": [2.5, 3.5], "mass": [1.25, 980]}),
@@ -114,7 +114,7 @@ FILES = {
     "three decimals as programs print them": ("a,b\n1.250,3\n0.980,4\n2.500,5\n", {}, {"a": [1.25, 0.98, 2.5], "b": [3, 4, 5]}),
     "three decimals, none below one": ("a,b\n1.250,3\n2.980,4\n", {}, {"a": [1.25, 2.98], "b": [3, 4]}),
     "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
-    "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; state the decimal mark by --decimal '.' or --dec"),
+    "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; state the decimal mark by decimal='.' or dec"),
     "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number"),
     "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
     # Signs, units, what is no plain number
@@ -131,7 +131,7 @@ FILES = {
     "names in a comment": ("# f1,f2\n1,2\n2,1\n", {}, {"f1": [1, 2], "f2": [2, 1]}),
     "names in a comment, titles": ("# of May\n#\n#f1,f2\n1,2\n2,1\n# the end\n", {}, {"f1": [1, 2], "f2": [2, 1]}),
     "names in a comment, blanks": ("% f1, f2\n1.0e+00 2.0e+00\n2.0e+00 1.5e-07\n", {}, {"f1": [1, 2], "f2": [2, 1.5e-7]}),
-    "names and units in comments": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {}, "comments in lines 1,2 may all be the names .* --skip-rows"),
+    "names and units in comments": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {}, "comments in lines 1,2 may all be the names .* skip_rows="),
     "units of comments left out": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {"skip_rows": [2]}, {"f1": [1, 2], "f2": [2, 1]}),
     "a comment with too few names": ("# f1 f2\n1 2 3\n2 1 3\n", {}, "must name the columns, and holds numbers"),
     # Aligned cells: SU2, Dakota
@@ -141,15 +141,15 @@ FILES = {
     "Dakota": ("%eval_id interface x1       f1    f2\n1   NO_ID  3.5   1402.3 0.19\n2   NO_ID  4.5   1202.3 0.29\n", {"objectives": ["f1", "f2"]}, {"f1": [1402.3, 1202.3], "f2": [0.19, 0.29]}),
     "Dakota without a comment": ("eval_id interface   x1  f\n1 NO_ID  3.5   1402.3\n2 NO_ID  4.5   1202.3\n", {"objectives": ["f"]}, {"f": [1402.3, 1202.3]}),
     "dates are text": ("day;a;b\n01.05.2024;1,5;2\n2024-05-02;2,5;3\n", {}, {"a": [1.5, 2.5], "b": [2, 3]}),
-    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number; .* --skip-rows 3"),
+    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number; .* skip_rows=.3"),
     **{
         text: (f"a,b,c\n1,3,{text}\n2,4,{text}\n", {}, f"{re.escape(text)}' in the column 'c', no plain number")
         for text in ("$2.50", "2.5 €", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)", "5 minutes")
     },
     "numbers of one unit": ("a,b,c\n1,3,10k Euro\n2,4,20k Euro\n", {}, "no plain number"),
     # Rows that summarise others
-    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:', so that it may summarise other rows; leave it out by --skip-rows 5, or rename"),
-    "sums of groups": ("m,a,b\nSum 1,3,7\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nMax,17,2\n", {}, "'Sum 1', so .* --skip-rows 2,5,7,"),
+    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:', so that it may summarise other rows; leave it out by skip_rows=.5., or rename"),
+    "sums of groups": ("m,a,b\nSum 1,3,7\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nMax,17,2\n", {}, "'Sum 1', so .* skip_rows=.2,5,7.,"),
     **{
         f"a sum called {name}": (f"m,a,b\nA,1,4\nB,2,3\nC,4,2\n{name},7,9\n", {}, f"line 5. is called '{name}', so")
         for name in ("Итого", "合计", "∑", "sum_all", "Mittelwert", "Std.", "min.")
@@ -164,25 +164,25 @@ FILES = {
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
     "a comment among designs": ("m,a,b\nA,1,2\n# mended,,\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
-    "a comment or a design": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with # .* --skip-rows 3 if"),
+    "a comment or a design": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with # .* skip_rows=.3. if"),
     "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "names of a header with blanks": ("  unit cost   mass\n0  1.5  30\n", {}, "put commas between the cells"),
     "as many names as cells": ("unit cost   mass\nA  1.5  30\n", {}, {"cost": [1.5], "mass": [30]}),
-    "a title": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {}, "2 names are empty in line 1, .* --skip-rows 1"),
-    "a title of two columns": ("Offers 2026,\nprice,power\n1,5\n2,7\n", {}, "1 name is empty in line 1, .* --skip-rows 1"),
-    "a title without separators": ("Offers 2026\nname;price;power\nA;1;5\nB;2;7\n", {}, "line 1 has 1 cell, most lines 3; .* --skip-rows 1"),
+    "a title": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {}, "2 names are empty in line 1, .* skip_rows=.1"),
+    "a title of two columns": ("Offers 2026,\nprice,power\n1,5\n2,7\n", {}, "1 name is empty in line 1, .* skip_rows=.1"),
+    "a title without separators": ("Offers 2026\nname;price;power\nA;1;5\nB;2;7\n", {}, "line 1 has 1 cell, most lines 3; .* skip_rows=.1"),
     "a title left out": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {"skip_rows": [1]}, {"price": [1, 2], "power": [5, 7]}),
-    "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "1 name is empty in line 1, .* --skip-rows 1"),
+    "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "1 name is empty in line 1, .* skip_rows=.1"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
     "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
-    "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
+    "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by drop_incomplete=True"),
     "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),
     # Encodings
-    "UTF-16 without a mark": ("a,b\n1,2\n".encode("utf-16-le"), {}, "null characters; .* --encoding utf-16"),
-    "Windows": ("Größe;b\n1,5;3\n".encode("cp1252"), {}, "it is no text: .* --encoding cp1252"),
+    "UTF-16 without a mark": ("a,b\n1,2\n".encode("utf-16-le"), {}, "null characters; .* encoding='utf-16"),
+    "Windows": ("Größe;b\n1,5;3\n".encode("cp1252"), {}, "it is no text: .* encoding='cp1252'"),
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
@@ -190,7 +190,7 @@ FILES = {
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "1 name is empty in line 1"),
     "a large workbook": (inserted(SHEET, b"<pageMargins", b"<!--" + b" " * 10**8 + b"-->"), {}, "100 MB of cells, .* save the sheet with the designs as CSV"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
-    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides the rows 4; show them, or leave them out by --skip-rows 4"),
+    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides the rows 4; show them, or leave them out by skip_rows=.4"),
     "hidden rows left out, or below the designs": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4, 9)), {"skip_rows": [4]}, COST),
     "hidden columns": (workbook([["n", "a", "b"], ["A", 1, 7], ["B", 2, 8]], edit=hide("column_dimensions", "B", "E")), {}, "hides the columns B; show or delete them"),
     "hidden columns beside the designs": (workbook(TYPED, edit=hide("column_dimensions", "C", "XFD")), {}, COST),

@@ -198,7 +198,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a limit must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
+        (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a name in limits must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of .*'x1', got 'x3'"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "under one formulation .* got several"),

@@ -314,7 +314,7 @@ def tell_tests(
             database.discard("tests", {TEST: test}, test, "withdrawn")
         laboratory = _Laboratory(database)
         for test in cancel:
-            known_name("a test to cancel", str(test), [*map(str, laboratory.pending)])
+            known_name("cancel", str(test), [*map(str, laboratory.pending)])
             assignment = laboratory.pending.pop(test)
             del laboratory.assignments[test]
             key = {"run": assignment.run, "test_point": assignment.proposal.test_point}

@@ -546,8 +546,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error(f"pymoo-psi: interrupted; {remark}")
         return _INTERRUPTED
     # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    print_error(f"pymoo-psi: error: {' '.join(message.split())}")
+    print_error(f"pymoo-psi: error: {_as_typed(' '.join(message.split()), words)}")
     return 2
+
+
+# Arguments of `read_table` that messages recommend as "skip_rows=[1]".
+_READING_NAMES = ("decimal", "drop_incomplete", "encoding", "objectives", "sheet", "skip_rows")
+
+# Arguments of Python that have other names in a command.
+_TYPED = {
+    "problem": "PROBLEM",
+    "n_points": "--points",
+    "more": "--points +N",
+    "n_evaluations": "--points",
+    "n_jobs": "--jobs",
+    "computed": "--compute",
+}
+
+
+def _as_typed(message: str, words: Sequence[str]) -> str:
+    """Return the message of an error in which the argument that it names is the option.
+
+    What such a message is about ends with the argument: "'f9' in limits must be ...".
+
+    Args:
+        message: The message, in one line.
+        words: The words of the command.
+    """
+    message = message.replace("study_key", "--study-key")  # which no command calls otherwise
+    for name in _READING_NAMES:
+        option = f"--{name.replace('_', '-')}"
+        message = re.sub(rf"\b{name}=(?:True|\[([\d,]+)\])", rf"{option} \1", message)
+        message = re.sub(rf"\b{name}=(?=')", f"{option} ", message)
+        message = re.sub(rf"\b{name}=(?![.'\w])", option, message)
+    subject, must, rule = message.partition(" must be ")
+    before, _, argument = subject.rpartition(" ")
+    option = _TYPED.get(argument, f"--{argument.replace('_', '-')}")
+    typed = [word.partition("=")[0] for word in words]
+    is_named = before == "" or before.endswith((" of", " in", ":"))
+    if must and is_named and (argument in _TYPED or option in typed):
+        return f"{before} {option}{must}{rule}".strip()
+    return message
 
 
 def _show_warning(

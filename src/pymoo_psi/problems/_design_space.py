@@ -285,8 +285,8 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         if variable.name in log or title in log:
             if not kind.real or variable.lower <= 0:
                 raise invalid(
-                    f"the lower bound of {title}",
-                    "that of a real variable and above 0 on a logarithmic scale",
+                    f"{title} in log",
+                    "a real variable whose lower bound is above 0",
                     Received(f"{variable.lower:g} of a {kind.value} variable"),
                 )
             kind = Kind.LOG

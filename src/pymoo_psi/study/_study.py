@@ -93,7 +93,7 @@ class Study:
 
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
-            raise wrong_type("study path", "the name of a file", path)
+            raise wrong_type("study", "the name of a file", path)
         self.path = os.path.realpath(path)
         if self.path.lower().endswith(BESIDE):
             remedy = "a study deletes such files"

@@ -234,7 +234,7 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
         empty = "1 name is" if len(unnamed) == 1 else f"{len(unnamed)} names are"
         raise UnfitError(
             f"{empty} empty in line {line}, which must name the columns",
-            f"if it is a title, skip it by --skip-rows {line}; else complete it",
+            f"if it is a title, skip it by skip_rows=[{line}]; else complete it",
         )
     for name, column in zip(names, columns, strict=True):
         if name == "":
@@ -242,7 +242,7 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
         if name in cells:
             raise UnfitError(
                 f"its header names the column {name!r} {names.count(name)} times",
-                "rename all but one, or leave titles out by --skip-rows",
+                "rename all but one, or leave titles out by skip_rows=",
             )
         cells[name] = column
     return Cells(cells, [*rows][1:], separator)
@@ -271,7 +271,7 @@ def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
         if len(row) != usual:
             raise UnfitError(
                 f"line {end} has {counted(len(row), 'cell')}, most lines {usual}",
-                f"complete it, or leave it out by --skip-rows {end} if it is a title or a note",
+                f"complete it, or leave it out by skip_rows=[{end}] if it is a title or a note",
             )
     header, *others = rows.values()
     return header, [[row[j] for row in others] for j in range(usual)]
@@ -284,7 +284,7 @@ def _names(header: list[Any]) -> list[str]:
         if is_number(cell):
             raise UnfitError(
                 f"its first line must name the columns, and holds numbers, {cell!r:.40}",
-                "put a line of names above them, or leave lines above it out by --skip-rows",
+                "put a line of names above them, or leave lines above it out by skip_rows=",
             )
     return [in_a_line(str(cell)) for cell in header]
 
@@ -428,7 +428,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
     if certain == {decimal} or (is_printed and not certain):
         return Column(name, column, np.array(readings[decimal]), decimal)
     either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
-    remedy = f"state the decimal mark by --decimal '{_OTHER[decimal]}' or --decimal '{decimal}'"
+    remedy = f"state the decimal mark by decimal='{_OTHER[decimal]}' or decimal='{decimal}'"
     return Column(name, column, problem=f"{cells.place(name, row)}, either {either}; {remedy}")
 
 
@@ -449,8 +449,8 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
                 f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
-                "decimal mark by --decimal, leave its line out by --skip-rows "
-                f"{cells.line(row)}, or name the objectives by --objectives"
+                "decimal mark by decimal=, leave its line out by "
+                f"skip_rows=[{cells.line(row)}], or name the objectives by objectives="
             )
     return ""
 
@@ -492,7 +492,7 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
         lines = ",".join(str(cells.line(i)) for i in sorted(problems))
         raise UnfitError(
             f"{cells.where(first)} {problems[first]}, so that it may summarise other rows",
-            f"leave it out by --skip-rows {lines}, or rename it",
+            f"leave it out by skip_rows=[{lines}], or rename it",
         )
 
 

@@ -475,7 +475,7 @@ def formulated(
     whole = dict(columns)
     for name, text in formulation.computed.items():
         if name in whole or name in RESERVED:
-            raise invalid("a computed column", "named unlike other columns", name)
+            raise invalid("a name in computed", "unlike other columns", name)
         whole[name] = Expression.of(text).values(whole)
     objectives = tuple(formulation.objectives) or layout.objectives
     _check_names(formulation, layout, objectives, whole)
@@ -596,7 +596,7 @@ def _normal(column: str, limit: Any) -> Any:
     if isinstance(limit, str):
         if re.search("[<>=]", limit) is None:
             return [limit]
-        sides = sides_of_text(f"the limit on {column!r}", limit)
+        sides = sides_of_text(f"{column!r} in limits", limit)
         return _normal(column, (sides.get(">="), sides.get("<=")))
     if is_of_texts(limit):
         return list(limit)
@@ -710,11 +710,11 @@ def ends(column: Any, limit: Any) -> tuple[float, float]:
         if isinstance(number, numbers.Real) and not isinstance(number, bool):
             values.append(float(number))
     if limit is None or len(pair) != 2 or len(values) != 2:
-        raise wrong_type(f"the limit on {column!r}", "a number or a pair (lower, upper)", limit)
+        raise wrong_type(f"{column!r} in limits", "a number or a pair (lower, upper)", limit)
     low, high = values
     # Not so of NaN either, nor of two infinite ends with one sign.
     if not (low <= high and low < np.inf and high > -np.inf):
-        raise invalid(f"the limit on {column!r}", "(lower, upper) in increasing order", limit)
+        raise invalid(f"{column!r} in limits", "(lower, upper) in increasing order", limit)
     return low, high
 
 
@@ -737,11 +737,11 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
         remedy = ""
         if name in layout.constraints:
             remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
-        known_name("a limit", name, free, remedy)
+        known_name("a name in limits", name, free, remedy)
         if name in layout.maximize and not isinstance(limit, tuple):
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
             raise invalid(
-                f"the limit on {name!r}, which is maximised,",
+                f"{name!r}, which is maximised, in limits",
                 "a pair (lower, upper)",
                 limit,
                 remedy,

@@ -452,7 +452,7 @@ def _names_of_roles(
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
             f"two columns or more must be of numbers, without labels and variables, got {received}",
-            "to rank by one alone, name it by --objectives",
+            "to rank by one alone, name it by objectives=",
         )
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
@@ -628,7 +628,7 @@ def _incomplete(cells: Cells, objectives: Names, F: Array, is_asked: Mask, drop:
         return []
     if not drop:
         place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
-        raise UnfitError(place, "leave out such designs by --drop-incomplete")
+        raise UnfitError(place, "leave out such designs by drop_incomplete=True")
     n = counted(len(rows), "incomplete design")
     return [f"{n} left out, the first in {cells.where(rows[0])}."]
 

@@ -245,11 +245,11 @@ class Tests:
 
     def _has_texts(self, name: str, texts: Names) -> Mask:
         """``(n,)`` which tests have one of some texts in a column; a missing one is empty."""
-        known_name("a limit", name, self.columns)
+        known_name("a name in limits", name, self.columns)
         kinds = dict(zip(self.layout.variables, self.kinds, strict=True))
         if name not in self.extra and kinds.get(name) is not Kind.CHOICE:
             raise invalid(
-                f"the limit on {name!r}",
+                f"{name!r} in limits",
                 "numbers, as its values are",
                 [*texts],
                 "a limit on numbers is such as '<= 250'",
@@ -257,7 +257,7 @@ class Tests:
         cells = np.where(blank(self.column(name)), "", self.column(name)).astype(str)
         mask = np.isin(cells, [*texts])
         if texts and len(cells) and not mask.any():
-            known_name(f"the limit on {name!r}", texts[0], {*cells[:_N_SHOWN].tolist()})
+            known_name(f"{name!r} in limits", texts[0], {*cells[:_N_SHOWN].tolist()})
         return mask
 
     @property

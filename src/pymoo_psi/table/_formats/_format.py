@@ -66,7 +66,7 @@ class SourceFile:
             # Any bytes are text in cp1252, right or wrong; so it is not guessed.
             raise UnfitError(
                 f"it is no text: {error}",
-                "give its encoding, often --encoding cp1252 on Windows, or save it as UTF-8",
+                "give its encoding, often encoding='cp1252' on Windows, or save it as UTF-8",
             ) from None
         except (LookupError, ValueError, TypeError):
             raise invalid(
@@ -76,7 +76,7 @@ class SourceFile:
         if "\0" in text:
             raise UnfitError(
                 "it is no text, as it holds null characters",
-                "give its encoding, such as --encoding utf-16-le",
+                "give its encoding, such as encoding='utf-16-le'",
             )
         return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
 

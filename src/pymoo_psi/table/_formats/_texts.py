@@ -320,7 +320,7 @@ def _names_in_comments(comments: Names, n: int) -> RowsByLine:
             numbers = ",".join(map(str, names))
             raise UnfitError(
                 f"the comments in lines {numbers} may all be the names of its columns",
-                "leave out those that are not by --skip-rows",
+                "leave out those that are not by skip_rows=",
             )
         if names:
             return names
@@ -342,7 +342,7 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
         if len(rows[end]) == width and all(rows[end]):
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
-                f"leave it out by --skip-rows {end} if it is a comment, or rename it",
+                f"leave it out by skip_rows=[{end}] if it is a comment, or rename it",
             )
     return designs
 

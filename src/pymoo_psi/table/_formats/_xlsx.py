@@ -194,7 +194,7 @@ def _title(titles: Names, name: str | None) -> str:
     if len(titles) != 1:
         raise UnfitError(
             f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}",
-            "name the one with the designs by --sheet",
+            "name the one with the designs by sheet=",
         )
     return titles[0]
 
@@ -247,7 +247,7 @@ def _require_visible(sheet: Any, rows: RowsByLine, width: int) -> None:
         numbers = ",".join(hidden_rows)
         raise UnfitError(
             f"the sheet hides the rows {numbers}",
-            f"show them, or leave them out by --skip-rows {numbers}",
+            f"show them, or leave them out by skip_rows=[{numbers}]",
         )
 
 
