@@ -193,33 +193,6 @@ def test_a_town_is_no_place_of_a_ranking(said, tmp_path):
     assert "Salukvadze optimum: Ulm\n" in said("rank", "o.csv")
 
 
-OLD = {  # as 0.3 wrote them: rank --out, solve --out, an export of the page
-    "rank": "row,name,cost,gain,mu1,mu2,mu3,rank,pareto\n2,B,2,3,0.6,0.1,0.5,6,True\n"
-    "1,A,1,1,1,0.7,0.7,5,True\n3,C,4,3,1.2,0.1,1.2,0,False\n",
-    "solve": "test_point,x1,cost,gain,mu1,mu2,mu3,rank\n2,0.5,2,3,0.6,0.1,0.5,6\n"
-    "1,0.1,1,1,1,0.7,0.7,5\n3,0.2,4,3,1.2,0.1,1.2,0\n",
-    "page": "name,cost,gain,mu1,mu2,mu3,rank,mark\nold,9,9,1,1,1,,prototype\nB,2,3,0.6,0.1,0.5,6,"
-    "rank 6\nA,1,1,1,0.7,0.7,5,rank 5\nC,4,3,1.2,0.1,1.2,0,dominated\n",
-}
-
-
-@pytest.mark.parametrize("writer", OLD)
-def test_rankings_that_the_last_version_wrote_are_read_and_replaced(said, tmp_path, writer):
-    head = {"pymoo_psi_designs": 1, "objectives": ["cost", "gain"], "maximized": ["gain"],
-            "variables": [], "units": {"cost": "k€"}}  # fmt: skip
-    (tmp_path / "old.csv").write_text(f"{OLD[writer]}\n# {json.dumps(head)}\n", "utf-8")
-    table = read_table("old.csv")
-    assert (table.layout.objectives, table.layout.maximize) == (("cost", "gain"), ("gain",))
-    assert table.column("gain").tolist() == [3, 1, 3]
-    assert not {"mark", "pareto", "mu1"} & {*table.columns}
-    said("rank", "old.csv", "--out", "new.csv")
-    ranked = pd.read_csv("new.csv", comment="#")
-    assert ranked["place"].fillna(0).tolist() == [1, 1, 0]
-    assert [*ranked][-5:] == ["mu1", "mu2", "mu3", "efficiency_rank", "pareto"]
-    (tmp_path / "new.csv").write_bytes((tmp_path / "old.csv").read_bytes())
-    said("rank", "old.csv", "--out", "new.csv")  # an older result
-
-
 def joined(printed):
     return " ".join(printed.split())
 

@@ -368,23 +368,9 @@ def test_only_columns_that_are_needed_must_be_readable(read):
     )
 
 
-def test_a_file_says_what_its_columns_are(read):
-    head = (
-        '# {"pymoo_psi_designs": 1, "objectives": ["b", "a"], "maximized": ["b", "c"], '
-        '"variables": ["k"], "outputs": ["c"], "units": {"a": "kg", "b": "%"}}\n'
-    )
-    table = read(f"k,a,b,c\n1,2,3,4\n5,1,2,3\n{head}")
-    layout = table.layout
-    assert (layout.objectives, layout.variables, layout.outputs) == (("b", "a"), ("k",), ("c",))
-    assert (layout.maximize, layout.units) == (("b", "c"), {"a": "kg", "b": "%"})
-    np.testing.assert_array_equal(table.F, [[-3, 2], [-2, 1]])
-    refused("is damaged; remove that", read, f"k,a,b,c\n1,2,3,4\n{head[:40]}\n")
-
-
-@pytest.mark.parametrize("rank", ["rank", "efficiency_rank"])  # of 0.3, of this version
-def test_prototypes_of_an_export_are_no_designs(read, rank):
+def test_prototypes_of_an_export_are_no_designs(read):
     text = (
-        f"number,f1,f2,mu1,mu2,mu3,{rank},mark\nold,9,9,1,1,1,,prototype\n"
+        "number,f1,f2,mu1,mu2,mu3,efficiency_rank,mark\nold,9,9,1,1,1,,prototype\n"
         "5,1,2,0,0,0,6,Salukvadze optimum\n7,2,1,1,1,1,0,\n8,3,3,1,1,1,0,dominated\n"
     )
     for label in ("number", "test_point"):

@@ -196,28 +196,6 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
         file.write_bytes(whole)
 
 
-# Files of 0.3, in which the head is a comment
-
-
-OLD_HEAD = """{"pymoo_psi_test_table": 4, "tests": 3, "variables": ["\\u03b1", "teeth"], \
-"objectives": ["f1", "f2"], "inequalities": ["g1"], "equalities": [], "lower": [0.0, 5.0], \
-"upper": [1.0, 9.0], "eq_tolerance": 0.0001, "kinds": ["real", "integer"]}"""
-OLD_ROWS = """"test_point","α","teeth","f1","f2","g1","status","violated","reason","pareto"
-3,0.1,5,1.0,2.0,-1.0,"ok","","",True
-1,0.2,7,2.0,1.0,0.5,"infeasible","g1","",False
-2,0.3333333333333333,9,"",inf,-1.0,"failed","","a ""solver"", #7
-said no",False
-"""
-
-
-def test_tests_of_an_earlier_version_are_read_or_refused(tmp_path):
-    path = tmp_path / "table.csv"
-    path.write_text(f"{OLD_ROWS}\n# {OLD_HEAD}\n", "utf-8-sig")
-    assert read_table(path).equals(EXAMPLE)
-    path.write_text(f"# {OLD_HEAD}\n{OLD_ROWS}", "utf-8-sig")
-    refused("without table.csv-metadata.json, which", read_table, path)
-
-
 @pytest.mark.parametrize("source", ["file", "folder"])
 def test_a_run_continues_the_study_of_a_table_under_limits(tmp_path, study_file, source):
     """Limits say how tests are asked; what is stored are the tests, and the file keeps both."""

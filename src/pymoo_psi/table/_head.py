@@ -57,7 +57,6 @@ if TYPE_CHECKING:
 MARK = "pymoo_psi_test_table"  # an entry in the head of a file of tests
 # The entry in the head of a file of designs, which does not say what all columns are.
 DESIGNS_MARK = "pymoo_psi_designs"
-MARKS = (MARK, DESIGNS_MARK)
 HEAD_REMEDY = "remove that description, and say --objectives and --maximize"
 
 _FORMAT = 4  # the version of the head

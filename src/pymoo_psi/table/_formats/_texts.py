@@ -5,8 +5,7 @@ as many digits as it takes to read the same number back; no text is a formula. B
 FILE.csv-metadata.json says what the columns are: in the "Metadata Vocabulary for Tabular Data" of
 the W3C (CSVW), and in the head of the table, which is an entry of our own.
 
-What we read: also semicolons, tabs, bars or spaces between the cells, titles and comments. Files of
-0.3 have the head in a comment, the last line.
+What we read: also semicolons, tabs, bars or spaces between the cells, titles and comments.
 """
 
 from __future__ import annotations
@@ -42,7 +41,6 @@ from pymoo_psi.table._formats._format import (
 )
 from pymoo_psi.table._head import (
     HEAD_REMEDY,
-    MARKS,
     is_of_tests,
 )
 from pymoo_psi.table._layout import headings_of
@@ -85,13 +83,9 @@ class CsvFile(FileFormat):
         """Return the cells of a text, with what we wrote of them."""
         metadata = metadata_path(file.path)
         text = file.text
-        if is_marked(metadata):
-            head, n_rows = _described(metadata)
-        else:
-            n_rows = None
-            head, text = _split_head(text)
-        if not head:
+        if not is_marked(metadata):
             return replace(cells_of_text(text, file.skip_rows), metadata=metadata.name)
+        head, n_rows = _described(metadata)
         if is_of_tests(head):
             separator = head.get("separator", ",")
             rows = _rows([*StringIO(text, newline="")], separator, skipinitialspace=False)
@@ -103,7 +97,7 @@ class CsvFile(FileFormat):
         for name, column in cells.columns.items():
             columns[written_text(name)] = list(map(written_text, column))
             n = len(column)
-        if n_rows not in (None, n) and not file.skip_rows:
+        if n_rows != n and not file.skip_rows:
             raise UnfitError(
                 f"it has {counted(n, 'row')}, and {n_rows} by {metadata.name}",
                 "restore both, or remove the latter and say --objectives and --maximize",
@@ -209,7 +203,7 @@ def metadata_path(path: FilePath) -> Path:
     return Path(f"{os.path.realpath(path)}-metadata.json")
 
 
-def _described(metadata: Path) -> tuple[Head, int | None]:
+def _described(metadata: Path) -> tuple[Head, int]:
     """Return the head of a file and its number of rows, as metadata that we wrote say them.
 
     Raises:
@@ -247,26 +241,6 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
         _HEAD: head,
         "tableSchema": {"columns": described},
     }
-
-
-# The head in files of 0.3
-
-
-def _split_head(text: str) -> tuple[Head, str]:
-    """Return what the last line of a text says of its columns, and the text without that line.
-
-    Raises:
-        UnfitError: The line is damaged.
-    """
-    above, _, last = text.rstrip().rpartition("\n")
-    if not (last.startswith("#") and any(mark in last for mark in MARKS)):
-        return {}, text
-    try:
-        return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
-    except (ValueError, TypeError, RecursionError):
-        raise UnfitError(
-            "the line that says what its columns are is damaged", HEAD_REMEDY
-        ) from None
 
 
 # Texts of other programs and people
