@@ -90,8 +90,11 @@ def test_a_contradiction_is_said_and_the_computed_value_counts(lab, tmp_path):
 
 def test_operands_of_what_is_needed_are_needed(lab, tmp_path):
     options = RunOptions(study=tmp_path / "s.db")
-    refused("got 'h'", import_tests, lab, RESULTS, options)
-    refused("got 'h'", import_tests, lab, RESULTS.assign(ratio=1.0, double=1.0), options)
+    needed = "a column that the problem needs must be one of .* got"
+    refused(f"{needed} 'h'", import_tests, lab, RESULTS, options)
+    given = RESULTS.assign(ratio=1.0, double=1.0)
+    refused(f"{needed} 'h'", import_tests, lab, given, options)
+    refused(f"{needed} 'a'", import_tests, lab, given.drop(columns="a").assign(h=1.0), options)
     assert not (tmp_path / "s.db").exists()
 
 

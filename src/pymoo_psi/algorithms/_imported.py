@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import Columns, Received, counted, invalid
+from pymoo_psi._validation import Columns, Received, counted, invalid, named_as
 from pymoo_psi.algorithms._laboratory import design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
@@ -111,7 +111,11 @@ def _table_of(model: Model, source: Any) -> TestTable:
     results = [name for name in needed if name not in layout.variables]
     units = units_of((*layout.variables, *results), layout.units)
     formulation = Formulation(objectives=results, units=units)
-    table = read_table(source, formulation, repeats=False, drop_incomplete=True)
+    arguments = ("objectives", "units", "column")  # which nobody has given
+    with named_as(dict.fromkeys(arguments, "a column that the problem needs")):
+        table = read_table(source, formulation, repeats=False, drop_incomplete=True)
+        for name in layout.variables:
+            table.column(name)
     means = error_column(layout.objectives[0])
     if means in table.columns:
         remedy = "give the study that has them, or its tests by 'pymoo-psi export'"
