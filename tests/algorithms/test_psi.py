@@ -292,3 +292,12 @@ def test_a_vectorised_model_is_evaluated_ahead_where_nothing_ends_the_run(termin
     assert len(calls) <= most
     assert sum(calls) == 4096
     assert result.algorithm.table.equals(investigate(VectorizedSphereChute(0.4), 4096))
+
+
+@pytest.mark.parametrize("algorithm", [PSI(256), PSI(256, block_size=30), PSI(40)])
+def test_a_budget_of_evaluations_is_kept_exactly(algorithm):
+    """Also where it is no multiple of a block; the points are those of the run without it."""
+    n = min(100, algorithm.n_points)
+    result = minimize(get_problem("bnh"), algorithm, ("n_eval", 100))
+    assert result.algorithm.evaluator.n_eval == n
+    assert result.algorithm.table.equals(investigate(get_problem("bnh"), n))

@@ -82,3 +82,15 @@ def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, words, ou
     assert line == (
         f"pymoo-psi: interrupted; finished runs are kept in {out}; the same command continues"
     )
+
+
+def test_small_probabilities_of_tests_are_not_zero(said, tmp_path):
+    """Two algorithms of which every run differs; what the columns are is said."""
+    words = ["zdt1", "--evaluations", 256, "--seeds", 9, "--algorithms", "psi-scrambled,nsga3"]
+    printed = said("compare", *words, "--out", "out")
+    table = pd.read_csv(tmp_path / "out" / "tests.csv")
+    p = table.loc[table["indicator"] == "hypervolume", "p_holm"].item()
+    assert 0 < p < 0.0005
+    assert f"{p:.2g}" in printed
+    assert "rank-sum test" in printed
+    assert "of all evaluated designs" in printed

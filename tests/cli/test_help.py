@@ -10,8 +10,9 @@ from inspect import signature
 import pytest
 
 import pymoo_psi
-from pymoo_psi import Formulation
+from pymoo_psi import Formulation, paper
 from pymoo_psi.cli import _experiments
+from pymoo_psi.cli._app import app
 from pymoo_psi.table import FORMATS, read_table, suffixes_for
 
 COMMANDS = [
@@ -113,3 +114,67 @@ def test_options_are_named_as_the_librarys_arguments(said):
     }
     assert {*signature(read_table).parameters} - {"source", "formulation"} <= options
     assert {"objectives", "maximize", "limits"} <= options & {*signature(Formulation).parameters}
+
+
+def default_of(function, name):
+    return signature(function).parameters[name].default
+
+
+# Defaults of the commands and those of Python; the rest are said in the help.
+SAME = {
+    ("solve", "repeat"): (pymoo_psi.investigate, "repeat"),
+    ("solve", "jobs"): (pymoo_psi.investigate, "n_jobs"),
+    ("compare", "seeds"): (pymoo_psi.compare, "seeds"),
+    ("compare", "algorithms"): (pymoo_psi.compare, "algorithms"),
+    ("compare", "jobs"): (pymoo_psi.compare, "n_jobs"),
+    ("reproduce", "points"): (paper.reproduce, "n_points"),
+    ("reproduce", "jobs"): (paper.reproduce, "n_jobs"),
+}
+# What Python asks for, or leaves to pymoo, or has no use for.
+ONLY_THERE = {
+    "solve": {"algorithm", "seed"},
+    "ask": {"points", "algorithm", "seed"},
+    "page": {"out"},
+    "live": {"host"},
+    "report": {"out"},
+    "reproduce": {"out", "format"},
+}
+
+
+def test_every_default_of_a_command_is_that_of_python(said):
+    found = set()
+    for name, command in app.commands.items():
+        for option in command.params:
+            default = option.to_info_dict().get("default")
+            if default in (None, False, (), []) or option.param_type_name == "argument":
+                continue
+            found.add((name, option.name))
+            if option.name in ONLY_THERE.get(name, ()):
+                assert f"[default: {default}" in " ".join(said(name, "--help").split())
+                continue
+            of_python = default_of(*SAME[name, option.name])
+            if isinstance(of_python, tuple):
+                of_python = ",".join(of_python)
+            assert default == of_python
+    assert found >= SAME.keys()
+    words = " ".join(said("solve", "--help").split())
+    assert "In Python, pymoo draws one unless given." in words
+    assert default_of(pymoo_psi.nsga3, "seed") is None
+
+
+def test_help_names_the_defaults_of_python_in_brackets(said):
+    """Where a default depends on the problem, it is None in the option, and in brackets."""
+    assert "[256,1024,4096; surrogate 64,128,256]" in " ".join(said("compare", "--help").split())
+    assert "by default 256, 1024 and 4096" in " ".join(pymoo_psi.compare.__doc__.split())
+    mu = re.search(r"may be repeated \[(.*?)\]", " ".join(said("reproduce", "--help").split()))[1]
+    assert [float(word) for word in mu.split(", ")] == [*default_of(paper.reproduce, "mu")]
+    chute = " ".join(said("solve", "--help").split())
+    for name in ("mu", "c", "r"):
+        assert f"--{name} {default_of(pymoo_psi.SphereChute, name):g}" in chute
+
+
+@pytest.mark.parametrize("option", ["--points", "--evaluations"])
+def test_points_and_evaluations_are_one_option(said, in_folder, option, monkeypatch):
+    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
+    said("compare", "bnh", option, 16, "--seeds", 1, "--algorithms", "psi,nsga3", "--out", "out")
+    said("solve", "bnh", option, 16)

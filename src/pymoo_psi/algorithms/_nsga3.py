@@ -69,7 +69,8 @@ def nsga3(
     Args:
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
-        seed: Seed of the run; the same seed repeats it.
+        seed: Seed of the run; the same seed repeats it. By default pymoo draws one, whereas the
+            command takes 1.
         verbose: As for ``minimize``.
         progress: As for ``minimize``.
         **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,

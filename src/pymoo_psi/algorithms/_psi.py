@@ -18,6 +18,7 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.termination import TerminateIfAny, Termination
+from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
@@ -170,6 +171,10 @@ class PointAlgorithm(WithTable, Algorithm):
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
         self._may_end_early = termination is not None
+        is_budget = isinstance(termination, MaximumFunctionCallTermination)
+        if is_budget and self.options.study is None:  # points of a study may need no evaluation
+            budget = termination.n_max_evals * self.options.part.of // self.options.repeat
+            self.n_points = min(self.n_points, max(1, budget))
         # instead of pymoo's default, which would stop a run before all points are tested
         ends = [_PointsTested()]
         if self._may_end_early:
@@ -385,7 +390,8 @@ class PSI(PointAlgorithm):
 
     ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds and real,
     integer, binary or choice variables. It ends when all points are tested, or earlier by a
-    termination. In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible
+    termination: after so many evaluations for ``("n_eval", 100)`` without a study, else at the
+    end of a block. In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible
     designs, ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
     ``res.algorithm.table`` the table of all tests.
 

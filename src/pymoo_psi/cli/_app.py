@@ -217,16 +217,22 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     "_solve",
     _PROBLEM,
     _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
-    _option(
-        "points",
-        "N|+N",
-        "Points in all, or N more [4096; surrogate 256; FILE.toml 128].",
+    click.Option(
+        ["--points", "--evaluations"],
+        metavar="N|+N",
+        help="Points in all, or N more [4096; surrogate 256; FILE.toml 128].",
         type=_points,
     ),
     _choice(
         "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate) [lptau]."
     ),
-    _option("seed", "S", "Random seed; psi with lptau uses none.", type=_Integer(0), default=1),
+    _option(
+        "seed",
+        "S",
+        "Random seed; psi with lptau uses none. In Python, pymoo draws one unless given.",
+        type=_Integer(0),
+        default=1,
+    ),
     *_OF_PROBLEM,
     _flag("noisy", text="The model is stochastic: tests of the same design differ."),
     _count("repeat", "K", "Test each design of a noisy model K times (psi).", default=1),
@@ -422,10 +428,10 @@ def analyze() -> None:
 @_command(
     "_experiments",
     _PROBLEM,
-    _option(
-        "evaluations",
-        "N,N,…",
-        "Budgets [256,1024,4096; surrogate 64,128,256].",
+    click.Option(
+        ["--evaluations", "--points"],
+        metavar="N,N,…",
+        help="Budgets [256,1024,4096; surrogate 64,128,256].",
         type=_COUNTS,
     ),
     _count("seeds", "N", "Runs of each algorithm that uses random numbers.", default=11),

@@ -28,6 +28,10 @@ paper_f1 to paper_f4: as the paper prints them
 rolling: rolls from the start (Eq. 2.20); the published tables follow from it
 full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written
 rank of efficiency: of the paper; 6 is place 1, and 5 no second place ('pymoo-psi guide method')"""
+_OF_COMPARISONS = """hypervolume: of all evaluated designs, a share of the box of the reference
+effect: the probability that a run of 'better' is better than one of 'worse'
+p_holm: exact rank-sum test (Mann-Whitney), corrected for all lines (Holm)
+An algorithm without random numbers, such as psi, has 1 run: against it, exact sign test"""
 _TITLES = {
     "6_1": "Table 6.1: Salukvadze optima",
     "6_2": "Table 6.2: designs whose rank of efficiency is 5, with f4 below the optimum's",
@@ -58,8 +62,10 @@ def run_compare(options: Options) -> int:
     medians["seconds"] = medians["seconds"].map("{:.4f}".format)
     headings = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
     print_frame(medians.rename(columns=headings), f"{name}: medians over the runs")
-    tests = result.tests().drop(columns="p").round(3)
+    tests = result.tests().drop(columns="p").round({"effect": 3})
+    tests["p_holm"] = tests["p_holm"].map("{:.2g}".format)
     print_frame(tests, "Hypervolume by pairs; a difference is significant where p_holm < 0.05")
+    say(*_OF_COMPARISONS.splitlines())
     say(f"Tables, figures and the runs written to {out}")
     return 0
 

@@ -66,7 +66,7 @@ _LETTERS = 66  # letters of ticks over the width of a column of a journal
 _PANELS = 3  # panels side by side
 # Indicators with their labels.
 _INDICATORS = {
-    "hypervolume": "hypervolume (share of the box)",
+    "hypervolume": "hypervolume of all evaluated\ndesigns (share of the box)",
     "igd_plus": "IGD+ (units of N − U)",
     "epsilon": "additive epsilon (units of N − U)",
     "optimum_distance": "optimum distance (units of N − U)",
