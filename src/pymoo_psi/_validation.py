@@ -38,18 +38,18 @@ FilePath = str | PathLike[str]
 Class = TypeVar("Class")
 
 
-# The options of the running command by arguments of the library: errors name the options.
-_OPTIONS: ContextVar[Mapping[str, str]] = ContextVar("_OPTIONS", default=MappingProxyType({}))
+# What errors call arguments that the caller has not given.
+_NAMES: ContextVar[Mapping[str, str]] = ContextVar("_NAMES", default=MappingProxyType({}))
 
 
 @contextmanager
-def named_as(options: Mapping[str, str]) -> Iterator[None]:
-    """Name options in errors, by the arguments for which they stand; none where it is empty."""
-    before = _OPTIONS.set(options)
+def named_as(names: Mapping[str, str]) -> Iterator[None]:
+    """Give arguments other names in errors."""
+    before = _NAMES.set(names)
     try:
         yield
     finally:
-        _OPTIONS.reset(before)
+        _NAMES.reset(before)
 
 
 def counted(n: int, one: str) -> str:
@@ -73,7 +73,7 @@ def wrong_type(name: str, rule: str, received: object, remedy: str = "") -> Argu
 
 
 def _message(name: str, rule: str, received: object, remedy: str) -> str:
-    name = _OPTIONS.get().get(name, name)
+    name = _NAMES.get().get(name, name)
     message = f"{name} must be {rule}, got {_shown(received)}"
     if remedy:
         return f"{message}; {remedy}"

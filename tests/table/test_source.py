@@ -490,6 +490,8 @@ def test_grouped_frames_have_their_keys_as_variables():
     assert table.layout.variables == ("index 2",)
     assert read_table(runs.groupby("material").mean()).names == ["a", "b"]
     assert read_table(runs.set_index("material", drop=False)).names[2:] == ["b #3", "b #4"]
+    halves = runs.groupby(pd.cut(runs["mass"], 2), observed=False)[["mass", "cost"]].mean()
+    assert read_table(halves).layout.objectives == ("mass", "cost")
     refused("different names", read_table, runs.set_axis([("a", "b"), "a b", "c", "d"], axis=1))
 
 

@@ -193,15 +193,8 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
         name = function.__name__
 
         def callback(**values: Any) -> int:
-            from pymoo_psi._validation import named_as  # imports NumPy
-
             run = getattr(import_module(f"pymoo_psi.cli.{module}"), f"run_{name}")
-            options = {}
-            for param in params:
-                if isinstance(param, click.Option):
-                    options[str(param.name)] = param.opts[0]
-            with named_as(options):
-                return int(run(Options(**values)))
+            return int(run(Options(**values)))
 
         text, examples = _help(function)
         command = click.Command(name, callback=callback, params=[*params], help=text)

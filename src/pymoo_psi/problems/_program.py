@@ -39,7 +39,6 @@ from pymoo_psi._validation import (
     distinct,
     invalid,
     known_name,
-    named_as,
     positive_number,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
@@ -455,8 +454,7 @@ class ProgramProblem(NamedProblem):
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
                 known_name("a section", word, (*needed, *further))
-            with named_as({}):  # its keys are no options of the command
-                return cls(**needed | sections, base=path.parent, **kwargs)
+            return cls(**needed | sections, base=path.parent, **kwargs)
         # tomllib's own is a ValueError; brackets may be nested too deeply for it.
         except (ValueError, ArgumentTypeError, RecursionError) as error:
             message = f"{path}: {error}"

@@ -304,6 +304,7 @@ def cells_of_frame(frame: Any) -> Cells:
     levels: list[str] = []
     columns = {}
     index = frame.index
+    index = index.set_names([f"{name} (index)" if name in names else name for name in index.names])
     if index.nlevels > 1:  # tests were grouped by variables
         levels = [str(name or f"index {k}") for k, name in enumerate(index.names, start=1)]
         label = ", ".join(levels)

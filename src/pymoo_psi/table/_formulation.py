@@ -42,7 +42,6 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     mapping,
-    named_as,
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError
@@ -408,8 +407,7 @@ class Formulation(Shown):
                 )
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
-            with named_as({}):  # not options, but entries of the file
-                return cls(**entries)
+            return cls(**entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(
                 f"{where} must be a formulation, as Formulation.to_json and 'Save decision' of the "
