@@ -175,7 +175,7 @@ def run(name: str, seed: int) -> list[dict[str, Any]]:
     for region in regions(name):
         directed, seconds_directed = tables[region.name]
         entries = {
-            "first": (undirected.rows(np.arange(N_FIRST)), 0.0),
+            "first": (undirected.take(np.arange(N_FIRST)), 0.0),
             "directed": (directed, seconds_directed),
             "undirected": (undirected, seconds),
         }

@@ -229,7 +229,7 @@ def _checked(
         if path.exists():
             table = read_table(path)
         if len(stored) > 0:
-            remaining = table.rows(np.isin(table.numbers, stored.numbers))
+            remaining = table.take(np.isin(table.numbers, stored.numbers))
             assert remaining.equals(stored), "stored tests were lost or changed"
         stored = table
     return stored, n_checked

@@ -155,7 +155,7 @@ def grow(folder: Path, browser: Browser) -> None:
         n_before = len(growing.tests)
         start = time.perf_counter()
         growing.look()
-        new = growing.tests.rows(np.arange(n_before, len(growing.tests)))
+        new = growing.tests.take(np.arange(n_before, len(growing.tests)))
         rows = rows_of(designs_of_page(new))
         json.dumps({"rows": [rows]} | growing.progress)
         times.setdefault("server", []).append(1e3 * (time.perf_counter() - start))

@@ -39,7 +39,7 @@ def chute(mu: float = 0.4, c: float = 0.32) -> VectorizedSphereChute:
 
 def optimum(table) -> np.ndarray:
     """Return the design of the Salukvadze optimum, with plain distances as in the paper."""
-    front = table.rows(table.pareto())
+    front = table.take(table.pareto())
     return front.X[table.under(normalize=False).ranking().salukvadze[0]]
 
 

@@ -107,7 +107,7 @@ class Example:
         if rng.random() < 0.25:
             table = fixed(table)
         self.limited = table.under(limits=self.limits)
-        self.left = table.rows(self.kept(tests))
+        self.left = table.take(self.kept(tests))
         self.is_empty = not self.left.eligible().any()
 
     def drawn(self, rng, tests):
@@ -228,7 +228,7 @@ def test_means_of_tests_are_as_sure_as_without_rejected_designs(seed):
     designs = TestTable.of(np.arange(1, len(X) + 1), X, F).averaged()
     limit = float(np.quantile(designs["f1"], 0.7))
     limited = designs.under(limits={"f1": limit})
-    left = designs.rows(designs["f1"] <= limit)
+    left = designs.take(designs["f1"] <= limit)
     pd.testing.assert_frame_equal(limited.confidence(), left.confidence())
     assert certainty_sentences(limited, 0) == certainty_sentences(left, 0)
 

@@ -40,13 +40,13 @@ def test_a_formulation_takes_the_place_of_the_one_before(seed, data):
     first = Formulation(
         some([*columns, "both"], 3),
         limits={name: LIMITS[name] for name in some(["gain", "heat"], 2)},
-        relaxed=some(["stress", "bend"], 2),
+        omitted=some(["stress", "bend"], 2),
         computed={"both": "mass + heat"},
     )
     second = Formulation(
         some([*columns, "ratio"], 3),
         limits={name: LIMITS[name] for name in some(["x", "heat"], 2)},
-        relaxed=some(["stress", "bend"], 2),
+        omitted=some(["stress", "bend"], 2),
         computed={"ratio": "heat / (3 + gain ** 2)"},
         normalize=data.draw(st.booleans()),
     )
@@ -107,4 +107,4 @@ def test_an_interrupted_run_that_is_continued_is_one_run(tmp_path_factory, run, 
         Beam.left = np.inf
     table = run(18, study=study, block_size=block)
     assert table.equals(run(18))
-    assert read_table(study).rows(np.arange(18)).equals(table)
+    assert read_table(study).take(np.arange(18)).equals(table)

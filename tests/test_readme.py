@@ -93,7 +93,7 @@ def test_both_optima_are_as_in_the_tables(mu):
     optimum = {}
     for model in ("rolling", "full"):
         table = investigate(VectorizedSphereChute(mu, model=model), 4096)
-        best = table.rows(table.pareto()).rows(table.under(normalize=False).ranking().salukvadze)
+        best = table.take(table.pareto()).take(table.under(normalize=False).ranking().salukvadze)
         optimum[model] = [*best.numbers.tolist(), *best.F[0].round(4).tolist()]
         if model == "rolling":
             moved = criteria(motion(*best.X.T, ChuteParameters(mu=mu)))[0, :2].round(4).tolist()

@@ -141,7 +141,7 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
         ok = whole.status == "ok"
         np.testing.assert_allclose(violation[ok], expected[ok], atol=1e-15)
         kept = investigate(Heated(), 64, limits=limits, keep="feasible", block_size=block_size)
-        assert kept.equals(whole.under(limits=limits).rows(rows))
+        assert kept.equals(whole.under(limits=limits).take(rows))
 
 
 class Sometimes(Problem):
@@ -168,7 +168,7 @@ def test_tests_without_an_output_that_has_a_limit_are_infeasible(keep, block_siz
     np.testing.assert_array_equal(asked.feasible(), expected)
     kept = investigate(Sometimes(), 64, limits=limits, keep=keep, block_size=block_size)
     rows = expected if keep == "feasible" else asked.pareto()
-    assert kept.equals(asked.rows(rows))
+    assert kept.equals(asked.take(rows))
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
@@ -206,7 +206,7 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     whole = minimize(problem, PSI(300, first=3)).algorithm.table
     mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]
     table = investigate(problem, 300, first=3, keep=keep, block_size=block_size)
-    assert table.equals(whole.rows(mask))
+    assert table.equals(whole.take(mask))
 
 
 def test_an_algorithm_that_has_run_is_not_set_up_again():

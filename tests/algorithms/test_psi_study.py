@@ -52,10 +52,10 @@ def test_a_study_is_continued_and_extended(study_file, first_by, then_by):
         return investigate(problem, n, study=study_file, block_size=16)
 
     first = Counted()
-    assert go(first, 40, first_by).equals(whole.rows(np.arange(40)))
+    assert go(first, 40, first_by).equals(whole.take(np.arange(40)))
     assert len(first.seen) == 40
     again = Counted()
-    assert go(again, 40, then_by).equals(whole.rows(np.arange(40)))
+    assert go(again, 40, then_by).equals(whole.take(np.arange(40)))
     assert again.seen == []
     more = Counted()
     assert go(more, 100, then_by).equals(whole)

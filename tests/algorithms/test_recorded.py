@@ -117,7 +117,7 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     np.testing.assert_array_equal(result.pop.get("F"), whole.pop.get("F"))
     np.testing.assert_array_equal(result.F, whole.F)
     assert problem.table.equals(undisturbed.table)
-    assert problem.table.rows(np.arange(len(stored))).equals(stored)
+    assert problem.table.take(np.arange(len(stored))).equals(stored)
     # only what was under way when the first one stopped is evaluated again
     assert len(set(second.seen)) == len(second.seen) == len(problem.table) - len(stored)
     # each design is the test of its number

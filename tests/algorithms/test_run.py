@@ -73,7 +73,7 @@ def test_a_source_of_points_is_all_that_a_new_method_needs(tmp_path, runner):
     for n in (10, 12):
         algorithm = HalvingPSI(n, RunOptions(study=tmp_path / "s.db"))
         tables.append(minimize(problem, algorithm).algorithm.table)
-    assert tables[1].rows(np.arange(10)).equals(tables[0])
+    assert tables[1].take(np.arange(10)).equals(tables[0])
     assert read_table(tmp_path / "s.db").equals(tables[1])
     assert tables[1].numbers.tolist() == list(range(1, 13))
 
@@ -110,7 +110,7 @@ def test_a_run_that_is_stopped_keeps_what_is_tested(study_file, monkeypatch, n_b
     assert len(tested) in (n_before // 4 * 4, n_before + 1)
     stored = read_table(study_file)
     assert len(stored) == n_before + 1
-    assert stored.rows(np.arange(len(tested))).equals(tested)
+    assert stored.take(np.arange(len(tested))).equals(tested)
     problem = Stopped(0.4)
     problem.n_tested = 400
     assert len(minimize(problem, PSI(400, study=study_file)).algorithm.table) == 400

@@ -106,7 +106,7 @@ def test_no_prediction_beside_a_pole_exceeds_all_tests(place, power):
 
 def test_prospects_shrink_as_tests_grow_and_say_where_nothing_is_found():
     table = minimize(get_problem("bnh"), SurrogatePSI(40)).algorithm.table
-    first = prospects(table.rows(np.arange(20)), 8)
+    first = prospects(table.take(np.arange(20)), 8)
     assert first.gain > 0.03
     assert prospects(table, 8).gain < first.gain / 5
     part = table.under(ranges={"f1": (0, 1), "f2": (4, 5)})  # smaller than the front
@@ -134,4 +134,4 @@ def test_panels_are_one_for_each_column_and_variable(table):
 )
 def test_what_has_no_section_is_refused(table, arguments, message):
     refused(message, sections, table, **arguments)
-    refused("8 or more with a value of", sections, table.rows(np.arange(5)))
+    refused("8 or more with a value of", sections, table.take(np.arange(5)))

@@ -88,7 +88,7 @@ def test_a_merged_table_goes_on_as_a_study(tmp_path):
 def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path):
     whole = investigate(CHUTE, 3000)
     kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")
-    assert kept.equals(whole.rows(whole.pareto()))
+    assert kept.equals(whole.take(whole.pareto()))
     assert read_table(tmp_path / "s.db").equals(whole)
     again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
     assert again.equals(investigate(CHUTE, 3500))

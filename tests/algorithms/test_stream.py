@@ -42,7 +42,7 @@ def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, opti
     plain = minimize(Sum(), PSI(100)).algorithm.table
     problem = Sum(shuffled, elementwise_runner=JoblibRunner(2, **options))
     path = tmp_path / "s.db" if study else None
-    assert investigate(problem, 60, study=path, block_size=7).equals(plain.rows(np.arange(60)))
+    assert investigate(problem, 60, study=path, block_size=7).equals(plain.take(np.arange(60)))
     result = minimize(problem, PSI(100, study=path, block_size=9))
     assert result.algorithm.table.equals(plain)
     assert result.algorithm.evaluator.n_eval == (40 if study else 100)
@@ -102,7 +102,7 @@ def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     assert len(held.seen()) == 26
     stored = read_table(path)
     plain = minimize(Sum(), PSI(500)).algorithm.table
-    assert stored.equals(plain.rows(stored.numbers - 1))
+    assert stored.equals(plain.take(stored.numbers - 1))
     assert 10 <= len(stored) <= 26
 
 

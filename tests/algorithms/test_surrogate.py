@@ -108,7 +108,7 @@ def test_a_limit_on_a_maximised_objective_is_that_on_its_negative(limit):
     [
         {"objectives": ["f2", "x1"], "maximize": ["x1"]},
         {"objectives": ["far", "f2"], "computed": {"half": "f1 / 2", "far": "half * (1 + x2)"}},
-        {"relaxed": ["g1"], "limits": {"g1": (0.1, None)}},
+        {"omitted": ["g1"], "limits": {"g1": (0.1, None)}},
         {"objectives": ["f1"], "maximize": ["f1"], "limits": {"share": (None, 0.4)},
          "computed": {"share": "f2 / (f1 + 1)"}},
         {"objectives": ["g1", "weight"]},
@@ -148,7 +148,7 @@ def test_fixed_ranges_say_which_objective_counts():
 
 def test_limits_may_be_on_variables_and_outputs():
     limits = {"n": (4, 6), "a": (None, 0.5), "weight": (3, 5)}
-    made = run(Mixed(), 44, limits=limits).table.rows(np.arange(20, 44)).to_frame()
+    made = run(Mixed(), 44, limits=limits).table.take(np.arange(20, 44)).to_frame()
     assert made["n"].between(4, 6).all()
     assert made["a"].between(-1, 0.5).all()
     assert made["weight"].between(3, 5).mean() > 0.8
@@ -207,7 +207,7 @@ def test_what_stands_for_no_value_does_not_blind_the_surrogates():
     algorithms = [run(Penalised(penalty), 36) for penalty in (np.inf, 1e9)]
     first, second = (algorithm.table.X.tolist() for algorithm in algorithms)
     assert first == second
-    made = algorithms[0].table.rows(np.arange(20, 36))
+    made = algorithms[0].table.take(np.arange(20, 36))
     assert (made.F.sum(axis=1) < 1.2).mean() > 0.5
 
 
@@ -318,7 +318,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     assert last.most == min(workers, 30)
     assert algorithm.evaluator.n_eval == 30
     assert algorithm.table.numbers.tolist() == list(range(1, 71))
-    assert algorithm.table.tested.rows(stored.numbers - 1).equals(stored)
+    assert algorithm.table.tested.take(stored.numbers - 1).equals(stored)
     units = [content["point"] for *_, content in proposed]
     tested = design_space(Mixed()).matrix(np.array(units))[: 70 - 20]
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)

@@ -88,7 +88,7 @@ def test_help_names_all_formats(said):
         ("rank set.csv --variables x9", "error: --variables must be one of"),
         ("rank set.csv --skip-rows 99", "error: --skip-rows must be"),
         ("rank set.csv --decimal ;", "error: --decimal must be"),
-        ("rank set.csv --repeats c9", "error: --repeats must be one of"),
+        ("rank set.csv --average-by c9", "error: --average-by must be one of"),
         ("export a=set.csv a=set.csv --out o.csv", "of different names, as in name=path"),
     ],
 )

@@ -92,7 +92,7 @@ def test_a_formulation_directs_the_surrogates(said):
 
     asked = Formulation(
         ["mass", "stiffness"], maximize=["stiffness"], limits={"height": (None, 100), "stress": 120},
-        computed={"stiffness": "5 / deflection"}, relaxed=["overstress"],
+        computed={"stiffness": "5 / deflection"}, omitted=["overstress"],
     )  # fmt: skip
     asked.to_json("asked.json")
     words = ["solve", "models:Beam", "--algorithm", "surrogate", "--study", "beam.db", "--seed", 0]

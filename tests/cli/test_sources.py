@@ -216,7 +216,7 @@ def test_the_choice_comes_back_with_the_designs(sources, said, writer, suffix):
 
 
 def test_a_decision_is_a_formulation_with_a_choice(sources, said, tmp_path):
-    row = read_table("beam.db").rows([6])
+    row = read_table("beam.db").take([6])
     values = {name: float(row.column(name)[0]) for name in ("mass", "deflection")}
     words = decision(page={"values": values})
     for command in ("rank", "report", "page"):
@@ -367,12 +367,12 @@ def test_what_speaks_against_the_optimum_leads(said, tmp_path):
         (["rank", "--sheet", "A"], "--sheet must be left out"),
         (["rank", "--maximize", "f9"], "set.csv: --maximize must be one of"),
         (["rank", "--skip-rows", "9"], "--skip-rows must be numbers of lines"),
-        (["page", "--repeats", "q"], "--repeats must be one of"),
+        (["page", "--average-by", "q"], "--average-by must be one of"),
         (["rank", "--decision", "d.json"], "d.json must be a formulation, .*: objectives must be"),
         (["solve", "bnh", "--log", "x9"], "--log must be one of"),
         (["solve", "bnh", "--study", "box.csv"], "--study must be a database with a name such as"),
         (["solve", "m.toml"], "m.toml: program: timeout must be a positive number"),
-        (["rank", "--variables", "x", "--repeats", "variables"],
+        (["rank", "--variables", "x", "--average-by", "variables"],
          "row 3 .line 4. holds no number in the column 'x'"),
         (["solve", "bnh", "--study", "s.db", "--from", "set.csv"],
          "row 3, x1 must be one real number, got nan"),

@@ -632,7 +632,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     asked = Formulation.read_json(tmp_path / "d.json")
     reader.export(tmp_path / "e.csv")
     for table in (read_table(beams(), asked), read_table(tmp_path / "e.csv")):
-        table = table.rows(table.column("mass") >= 0)  # without the prototype
+        table = table.take(table.column("mass") >= 0)  # without the prototype
         assert table.feasible_ranking().ideal.tolist() == reader.ask("[...D.ranking.ideal]")
     reader.set(limits={"mass": [None, 0.2], "strength": [-0.4, None]})
     assert "No design is left" in reader.text("#verdict")

@@ -136,7 +136,7 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
 
     table = investigate(Restricted(Own(Model(), elementwise=False), {"x2": 0.5}), 8)
     np.testing.assert_array_equal(table.status == "failed", table.X[:, 0] < 0.5)
-    tested = table.rows(table.status == "ok")
+    tested = table.take(table.status == "ok")
     np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
 
 

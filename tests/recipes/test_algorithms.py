@@ -238,7 +238,7 @@ def test_terminations(make, termination, iterations):
     assert len(calls) == iterations
     table = result.algorithm.table
     assert result.opt.get("test_point").tolist() == table.numbers[table.pareto()].tolist()
-    assert table_of(make).rows(np.arange(len(table))).equals(table)
+    assert table_of(make).take(np.arange(len(table))).equals(table)
 
 
 # misc/checkpoint

@@ -277,7 +277,7 @@ def test_small_and_odd_tables(X, F):
 @pytest.fixture
 def written(tmp_path):
     """A report on a decision of a group, as a file, and the table."""
-    names = [f"test point {number}" for number in LIMITED.rows(LIMITED.pareto()).numbers]  # fmt: skip
+    names = [f"test point {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]  # fmt: skip
     positions = [
         {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
         {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
@@ -285,7 +285,7 @@ def written(tmp_path):
     ]
     decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
     table = LIMITED.under(positions=positions, decided=decided)
-    present = beams().rows([5])
+    present = beams().take([5])
     table = table.under(chosen=names[2], reason="So be it.")
     report = decision_report(table, title="Beams", prototype=present)
     report.save(tmp_path / "report.html")
@@ -337,7 +337,7 @@ def test_a_report_is_checked_against_its_source(written):
     F = beams().F.copy()
     F[3, 0] += 1.0
     assert "test point" in check_report(path, dataclasses.replace(beams(), F=F))[1]
-    assert "designs" in check_report(path, beams().rows(np.arange(10)))[1]
+    assert "designs" in check_report(path, beams().take(np.arange(10)))[1]
     layout = beams().layout
     tonnes = dataclasses.replace(layout, units={**layout.units, "mass": "t"})
     turned = dataclasses.replace(layout, maximize=layout.objectives)

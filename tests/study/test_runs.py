@@ -67,7 +67,7 @@ def test_a_run_has_the_points_that_it_would_have_alone(model, study, n_first):
     investigate(model, n_first, **options)
     part = Restricted(model, {"x2": (0.5, 1)})
     table = investigate(part, 16, **options)
-    by_point = table.rows(np.argsort(table["test_point"]))
+    by_point = table.take(np.argsort(table["test_point"]))
     alone = investigate(part, 16)
     np.testing.assert_array_equal(by_point.X, alone.X)
     np.testing.assert_array_equal(by_point.F, alone.F)

@@ -49,7 +49,7 @@ def test_where_tests_are_from_survives_parts_files_and_formulations(tmp_path):
     frame = pd.read_csv(tmp_path / "all.csv", index_col="test_point")
     assert frame["experiment"].tolist() == table.column("experiment").tolist()
     assert frame["number"].tolist() == table.column("number").tolist()
-    assert table.rows([3, 0]).column("experiment").tolist() == ["fine", "coarse"]
+    assert table.take([3, 0]).column("experiment").tolist() == ["fine", "coarse"]
     asked = Formulation(limits={"x1": (0.75, None)})
     apart = {"coarse": COARSE.under(asked), "fine": FINE.under(asked)}
     assert table.under(asked).equals(TestTable.combined(apart))

@@ -43,7 +43,7 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
 
 
 def test_what_the_last_doubling_brought(bnh):
-    found, half = convergence(bnh), bnh.rows(np.arange(150))
+    found, half = convergence(bnh), bnh.take(np.arange(150))
     before = bnh.ranking().frame.distances(half.best().F)[0, 0]
     assert found.mu1[-2] == pytest.approx(before)
     said = found.verdict()
@@ -83,5 +83,5 @@ def test_too_little_to_tell():
     assert found.optimum[:3].tolist() == [0, 0, 0]
     assert np.isinf(found.mu1[:3]).all()
     assert found.verdict().startswith("Too few tests to tell: 24 of 64 are feasible")
-    refused("of 8 tests or more, got 7 tests", convergence, table.rows(np.arange(7)))
-    refused("with a feasible design", convergence, table.rows(np.arange(16)))
+    refused("of 8 tests or more, got 7 tests", convergence, table.take(np.arange(7)))
+    refused("with a feasible design", convergence, table.take(np.arange(16)))

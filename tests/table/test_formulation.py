@@ -73,7 +73,7 @@ class ByHand(Problem):
     def __init__(self, formulation, computed):
         self.asked, self.computed = formulation, computed
         names = formulation.objectives or ("mass", "gain")
-        gone = {*names, *formulation.relaxed}
+        gone = {*names, *formulation.omitted}
         self.criteria = names
         self.ieq = [name for name in ("stress", "bend") if name not in gone]
         self.eq = [name for name in ("volume",) if name not in gone]
@@ -125,8 +125,8 @@ def formulations(draw):
     criteria = draw(st.lists(st.sampled_from(columns), unique=True, max_size=3))
     named = criteria or ["mass", "gain"]
     turned = draw(st.lists(st.sampled_from(named), unique=True))
-    relaxed = draw(st.lists(st.sampled_from(CONSTRAINTS), unique=True, max_size=2))
-    kept = {*CONSTRAINTS}.difference(relaxed, criteria)
+    omitted = draw(st.lists(st.sampled_from(CONSTRAINTS), unique=True, max_size=2))
+    kept = {*CONSTRAINTS}.difference(omitted, criteria)
     more = {"gain", *turned}
     free = [n for n in [*columns, "width", "wall kg"] if n not in kept]
     limits = {}
@@ -139,7 +139,7 @@ def formulations(draw):
         objectives=criteria,
         maximize=turned,
         limits=limits,
-        relaxed=relaxed,
+        omitted=omitted,
         computed={n: COMPUTED[n][0] for n in computed},
     )
     return asked, {n: COMPUTED[n][1] for n in computed}
@@ -181,7 +181,7 @@ def test_what_failed_in_its_evaluation_stays_failed_and_the_rest_is_as_without_i
     assert table.under(Formulation()).equals(table)
     anew, whole = table.under(asked), beam_tests().under(asked)
     rows = ~np.isin(table.numbers, list(failed))
-    assert anew.rows(rows).equals(whole.rows(rows))
+    assert anew.take(rows).equals(whole.take(rows))
     assert set(anew.status[~rows].tolist()) <= {"failed"}
     assert {anew.reasons[n] for n in failed} <= {"it broke"}
 
@@ -191,7 +191,7 @@ def test_every_column_stays_a_column():
     anew = table.under(
         Formulation(
             objectives=["gain", "gain per mass"], limits={"stress": 0.1, "width": (0.25, 0.75)},
-            relaxed=["stress"], computed={"gain per mass": "gain / mass"},
+            omitted=["stress"], computed={"gain per mass": "gain / mass"},
         )
     )  # fmt: skip
     layout = anew.layout
@@ -213,7 +213,7 @@ def test_every_column_stays_a_column():
     ("limits", "message"),
     [
         ({"gain": 0.9}, r"'gain', which is maximised, in limits must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
-        ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(relaxed="),
+        ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(omitted="),
         ({"mass": (2, 1)}, r"'mass' in limits must be \(lower, upper\) in increasing order, got \(2, 1\)"),
         ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),
         ({"mas": 1}, "did you mean 'mass'"),
@@ -267,7 +267,7 @@ DECISION = {
     "objectives": ["mass", "r"],
     "maximize": ["gain"],
     "limits": {"mass": [None, 30], "width": [0.2, 0.4], "x": 5},
-    "relaxed": ["g1"],
+    "omitted": ["g1"],
     "computed": {"r": "mass / stress"},
     "units": {"mass": "kg"},
     "normalize": True,

@@ -79,7 +79,7 @@ def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
     for table in (old.extended(new), new.extended(old), old.merge(new), new.merge(old), combined):
         assert (table.layout.maximize, table.layout.units) == (("gain",), {"gain": "W"})
         judged = table.under(Formulation(objectives=["mass", "gain"]))
-        assert judged.rows(judged.pareto()).column("gain").tolist() == [6]
+        assert judged.take(judged.pareto()).column("gain").tolist() == [6]
     # Two that contradict each other are refused, also beside a table that knows neither.
     other = replace(new, numbers=[5, 6], layout=replace(layout, maximize=()))
     refused("direction of gain max against min", old.extended, new, other, error=ArgumentValueError)

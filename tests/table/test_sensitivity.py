@@ -133,13 +133,13 @@ def test_of_a_surrogates_study_the_points_before_the_proposals_count():
     problem = get_problem("bnh")
     table = minimize(problem, SurrogatePSI(64, n_points=48), seed=1).algorithm.table
     part, said = even_part(table)
-    assert part.equals(table.rows(np.arange(48)))
+    assert part.equals(table.take(np.arange(48)))
     assert said[0].startswith("By the first 48 of 64 tests")
     asked = table.under(Formulation(objectives=["f2"], limits={"f1": 100}))
     expected = sensitivities(investigate(problem, 48), ["f2"])
     np.testing.assert_allclose(sensitivities(asked, ["f2"]), expected)
     assert convergence(table).tests.tolist() == [12, 24, 48]
-    refused("known of 40 tests or more, got 20", sensitivities, table.rows(np.arange(20)))
+    refused("known of 40 tests or more, got 20", sensitivities, table.take(np.arange(20)))
 
 
 def test_what_an_algorithm_has_chosen_is_no_even_sample(study_file):
@@ -177,7 +177,7 @@ def test_even_designs_of_unknown_origin_count(sampling):
     )
     assert sensitivities(table).loc[("f1", "x1"), "first_order"] == pytest.approx(1, abs=0.01)
     # Sorted by an objective they are a sample still, but the first ones are none.
-    ordered = table.rows(np.argsort(table["f1"]))
+    ordered = table.take(np.argsort(table["f1"]))
     assert len(sensitivities(ordered)) == 6
     refused("that crowd", convergence, ordered)
 

@@ -175,7 +175,7 @@ FILES = {
     "a title left out": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {"skip_rows": [1]}, {"price": [1, 2], "power": [5, 7]}),
     "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "1 name is empty in line 1, .* skip_rows=.1"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
-    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
+    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"average_by": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by drop_incomplete=True"),
@@ -223,7 +223,7 @@ def read(path):
 
 def objectives(table):
     """The numbers of the designs that count, by objective."""
-    table = table.rows(table.eligible())
+    table = table.take(table.eligible())
     return {name: table.column(name).tolist() for name in table.layout.objectives}
 
 
@@ -408,7 +408,7 @@ def test_every_source_gives_the_same_table(tmp_path):
     table.to_frame().to_csv(tmp_path / "frame.csv")
     for source in (tmp_path / "frame.csv", table.to_frame()):
         again = read_table(source, Formulation(["f2", "f1"]))
-        kept = table.rows(table.status == "ok")
+        kept = table.take(table.status == "ok")
         np.testing.assert_array_equal(again.numbers, kept.numbers)
         np.testing.assert_array_equal(again.F, kept.F[:, [1, 0]])
         np.testing.assert_array_equal(again.X, kept.X)

@@ -129,7 +129,7 @@ def test_kinds_that_are_declared_hold_for_every_block():
     assert [(type(v), v) for v in one.X[0]] == [(float, 1.0), (int, 2), (bool, True), (int, 1)]
     assert one.kinds == two.kinds == KINDS.kinds
     joined = one.extended(two)
-    assert joined.rows([0]).equals(one)
+    assert joined.take([0]).equals(one)
     assert joined.refined_bounds()[0].tolist()[:2] == [0.5, 2.0]
     assert np.isnan(joined.refined_bounds()[0][2:]).all()
     whole = TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
@@ -200,7 +200,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
     [
         (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a name in limits must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of .*'x1', got 'x3'"),
-        (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
+        (lambda: PLAIN.take([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "under one formulation .* got several"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
@@ -220,9 +220,9 @@ def test_designs_are_called_by_their_label():
     for cells, names in labels.items():
         table = replace(PLAIN, layout=layout, extra={"id": cells})
         assert table.names == names
-        assert table.rows([1]).extra["id"].tolist() == [cells[1]]
+        assert table.take([1]).extra["id"].tolist() == [cells[1]]
         assert table.explain().sentences[0].lower().startswith(table.best().names[0].lower())
-    other = replace(PLAIN.rows([0]), numbers=[3], extra={"note": [None]}, remarks=("from a file",))
+    other = replace(PLAIN.take([0]), numbers=[3], extra={"note": [None]}, remarks=("from a file",))
     joined = table.extended(other)
     assert joined.extra["id"].tolist() == ["old", 7, None]
     assert joined.remarks == ("from a file",)

@@ -124,7 +124,7 @@ def test_rows_and_columns_may_be_rearranged_by_hand(tmp_path):
         for k, row in enumerate([cells[0], cells[2], cells[1], cells[3]]):
             csv.writer(file).writerow([row[5], "my remark" if k else "remark", *row[:5], *row[6:]])
         csv.writer(file).writerow([])
-    assert read_table(path).equals(EXAMPLE.rows([1, 0, 2]))
+    assert read_table(path).equals(EXAMPLE.take([1, 0, 2]))
 
 
 def head(**changes):

@@ -27,7 +27,7 @@ def test_parts_in_any_order_with_any_overlap_give_the_whole(n, data):
     whole = run(n)
     order = data.draw(st.permutations(range(n)))
     a, b = (data.draw(st.integers(0, n)) for _ in range(2))
-    first, second = whole.rows(order[: max(a, b)]), whole.rows(order[min(a, b) :])
+    first, second = whole.take(order[: max(a, b)]), whole.take(order[min(a, b) :])
     assert first.merge(second).equals(whole)
     assert second.merge(first).equals(whole)
     assert first.merge(first).equals(first.merge(TestTable.empty()))
@@ -69,13 +69,13 @@ def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined()
                      layout=LAYOUT, extra={name.upper(): list("abcdefgh")})
         for name in ("heat", "noise")
     )  # fmt: skip
-    both = one.merge(two.rows([5, 2, 7]))
+    both = one.merge(two.take([5, 2, 7]))
     assert both.layout.outputs == ("heat", "noise")
     np.testing.assert_array_equal(both.column("noise")[[2, 5, 7]], [2, 5, 7])
     assert both.extra["NOISE"].tolist() == [None, None, "c", None, None, "f", None, "h"]
     last_bit = replace(whole, F=whole.F * (1 + 2**-52))
     assert whole.merge(last_bit).equals(whole)
-    known = whole.rows(whole.status != "failed")
+    known = whole.take(whole.status != "failed")
     moved = replace(known, numbers=known.numbers + 8)
     assert len(whole.merge(moved)) == 8 + len(known)  # the same designs with the same results
     moved = replace(moved, F=known.F * 2)
@@ -87,8 +87,8 @@ def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined()
     named = replace(whole, layout=replace(LAYOUT, label="id"), extra={"id": list("abcdefgh")})
     refused(
         "got .* and 9.0 as f1 of a; do not join",
-        named.rows([0]).merge,
-        replace(named.rows([0]), F=[[9.0, 9.0]]),
+        named.take([0]).merge,
+        replace(named.take([0]), F=[[9.0, 9.0]]),
     )
 
 

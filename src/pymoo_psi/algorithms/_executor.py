@@ -71,7 +71,7 @@ class Block(NamedTuple):
         n_called = 0
         if self.n_called:  # for all of them
             n_called = int(np.count_nonzero(rows))
-        return Block(self.numbers[rows], self.tests.rows(rows), n_called)
+        return Block(self.numbers[rows], self.tests.take(rows), n_called)
 
 
 class Pieces(NamedTuple):
@@ -111,8 +111,8 @@ class BlockFilter:
             return tests
         table = self._model.under_so_far(tests)
         if self._keep == "feasible":
-            return tests.rows(table.feasible())
-        kept = tests.rows(table.pareto())
+            return tests.take(table.feasible())
+        kept = tests.take(table.pareto())
         if 2 * len(kept) > len(tests) > _PREDICTIVE:
             self._keep = "all"
         return kept

@@ -73,7 +73,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
         repeat = 0
     model = Model(problem, options, repeat)
     table = _table_of(model, source)
-    tested = table.rows(table.status != "failed")
+    tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
     first = first_of(zip(*(results[name].tolist() for name in model.layout.variables), strict=True))
     if not model.noisy and (tested.F[first] != tested.F).any():
@@ -87,7 +87,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
     if not model.noisy:
-        tests = tests.rows(~tests.repeats)
+        tests = tests.take(~tests.repeats)
     n_new = store.keep(tests)
     n_known = len(tests) - n_new
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already."
@@ -113,7 +113,7 @@ def _table_of(model: Model, source: Any) -> TestTable:
     formulation = Formulation(objectives=results, units=units)
     arguments = ("objectives", "units", "column")  # which nobody has given
     with named_as(dict.fromkeys(arguments, "a column that the problem needs")):
-        table = read_table(source, formulation, repeats=False, drop_incomplete=True)
+        table = read_table(source, formulation, average_by=False, drop_incomplete=True)
         for name in layout.variables:
             table.column(name)
     means = error_column(layout.objectives[0])

@@ -248,7 +248,7 @@ class _NewDesigns:
         )
         pending = space.points(designs[space.has_options(designs)])
         table = store.whole()
-        table = model.under_so_far(table.rows(space.has_options(table.X)))
+        table = model.under_so_far(table.take(space.has_options(table.X)))
         seed = options.seed or 0
         points = proposed_now(model, table, pending, n, seed, self.round_number - 1)
         proposals = self._first(space.matrix(points), n)

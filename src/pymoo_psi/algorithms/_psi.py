@@ -311,7 +311,7 @@ class PointAlgorithm(WithTable, Algorithm):
         """Every tested design."""
         n_known = len(self._population)
         if n_known < self.n_tested:
-            block = self._individuals(self._tests.rows(np.arange(n_known, self.n_tested)))
+            block = self._individuals(self._tests.take(np.arange(n_known, self.n_tested)))
             iterations = np.repeat(np.arange(1, len(self._block_sizes) + 1), self._block_sizes)
             for individual, iteration in zip(block, iterations[n_known:].tolist(), strict=True):
                 individual.data["n_gen"] = iteration
@@ -549,11 +549,11 @@ def _pareto_tests(tests: TestTable, model: Model, runner: Runner | None) -> Test
     """Return the Pareto set of tests; if they are many, a worker of a cluster finds it."""
     table = model.under_so_far(tests)
     if runner is None or not runner.elastic or len(table) < _WORTH_SENDING:
-        return tests.rows(table.pareto())
+        return tests.take(table.pareto())
     one_task: Waiting = deque([(0, table)])
     with closing(runner.tasks(TestTable.pareto, one_task)) as results:
         ((_, is_pareto),) = results
-    return tests.rows(is_pareto)
+    return tests.take(is_pareto)
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -207,12 +207,12 @@ class Recorded(WithTable, WrappedProblem):
             return
         self._state = state
         tests, is_retried = self._store.stored()
-        retried = tests.rows(is_retried)
+        retried = tests.take(is_retried)
         self._test_points = {*tests.numbers.tolist()}
         keys = self._model.keys(retried.X)
         self._retried = dict(zip(keys, retried.numbers.tolist(), strict=True))
         self._values.clear()
-        self._learn(tests.rows(~is_retried))
+        self._learn(tests.take(~is_retried))
         others = self._store.others()
         self._learn(others, others.numbers)
 

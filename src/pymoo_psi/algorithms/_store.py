@@ -193,12 +193,12 @@ class StudyStore(Store):
                 database.adopt(self.run, {POINT: numbers} | designs)
         tests, is_retried = self.stored(int(numbers[0]), int(numbers[-1]))
         # The file of a share may hold points of other shares.
-        return tests.rows(np.isin(tests.numbers, numbers) & ~is_retried)
+        return tests.take(np.isin(tests.numbers, numbers) & ~is_retried)
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
         tests, is_retried = self.stored()
-        return tests.rows(~is_retried)
+        return tests.take(~is_retried)
 
     def stored(self, first: int = 1, last: int = LAST) -> tuple[TestTable, Mask]:
         """Return the tests of test points ``first`` to ``last``, and which are retried."""
@@ -234,7 +234,7 @@ class StudyStore(Store):
         is_of_other = columns["run"] != self.run
         columns = {name: cells[is_of_other] for name, cells in columns.items()}
         tests = self.table(columns, "test")
-        return tests.rows(~self._is_retried(tests, columns, "test"))
+        return tests.take(~self._is_retried(tests, columns, "test"))
 
     def state(self) -> object:
         """Return what differs when tests were added, changed or withdrawn."""
@@ -280,7 +280,7 @@ class StudyStore(Store):
         if RUN not in tests.layout.columns:
             extra[RUN] = [self.run] * len(tests)
         tests = replace(renumbered(tests, numbers), extra=extra)
-        return tests.rows(np.argsort(numbers)).of_study(n_stored)
+        return tests.take(np.argsort(numbers)).of_study(n_stored)
 
     def numbers(self, test_points: Numbers) -> Numbers:
         """Return the numbers that the tests of test points have in the study."""

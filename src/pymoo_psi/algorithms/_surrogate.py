@@ -332,7 +332,7 @@ class SurrogateSource(Source):
         self._ready = self._sequence
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         others = run.store.others()
-        self._others = others.rows(run.model.space.has_options(others.X))
+        self._others = others.take(run.model.space.has_options(others.X))
         self._tests = run.store.empty
         self._store = run.store
         self.direct(run.model.formulation, 0)
@@ -359,7 +359,7 @@ class SurrogateSource(Source):
     def tell(self, tests: TestTable) -> None:
         """Learn from tests; a later test of the same point is left out."""
         is_new = ~np.isin(tests.numbers, self._tests.numbers)
-        self._tests = self._tests.extended(tests.rows(is_new))
+        self._tests = self._tests.extended(tests.take(is_new))
 
     def direct(self, formulation: Formulation, request: int) -> None:
         """Propose the next points for another formulation, that of a request."""
@@ -575,7 +575,7 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     """
     n = len(table)
     if n > _MOST_LEARNED:
-        remedy = "take some of them, as by table.rows(...)"
+        remedy = "take some of them, as by table.take(...)"
         raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"), remedy)
     space = space_of_table(table.tested)
     no_points = np.zeros((0, len(space.searched)))

@@ -106,7 +106,7 @@ _READING = [
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units.", type=_COUNTS),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
-    _option("repeats", "LABEL", "Column that identifies designs with repeated tests."),
+    _option("average-by", "LABEL", "Column that identifies designs with repeated tests."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
 ]

@@ -85,7 +85,7 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
         unless dominated designs are left out.
     """
     ranking = table.feasible_ranking()
-    designs = table.rows(ranking.rows)
+    designs = table.take(ranking.rows)
     layout = designs.layout
     number = number_column(designs.extra) if layout.label is None else "row"
     columns: Values = {number: designs.numbers}
@@ -255,7 +255,7 @@ def _prototype(options: Options, formulation: Formulation, layout: Layout) -> Te
         formulation,
         objectives=layout.objectives,
         maximize=maximize,
-        relaxed=(),
+        omitted=(),
         limits={},
         page={},
     )
@@ -499,7 +499,7 @@ def run_export(options: Options) -> int:
     out = options.out
     require_output(out, suffixes_for("tests"), *files.values())
     formulation = formulation_of(options)
-    options.repeats = options.repeats or False  # every test of a study, no means
+    options.average_by = options.average_by or False  # every test of a study, no means
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
     named = {*files} != {*options.sources}
     table = _joined(tables, named)

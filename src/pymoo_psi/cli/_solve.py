@@ -149,7 +149,7 @@ def run_solve(options: Options) -> int:
         _say_result(options, subject, f", {counts}", result, out)
     else:
         evaluated = counted(result.n_evaluated, "design")
-        result = _result(plan, read_table(study, repeats=False), result.n_evaluated)
+        result = _result(plan, read_table(study, average_by=False), result.n_evaluated)
         tests = counted(len(result.tests), "test")
         size = f" of {tests} in {options.study} ({result.tests.status_counts()})"
         _say_result(options, problem_name(problem), size, result, out)
@@ -323,12 +323,12 @@ def _by_nsga3(plan: Plan, show: Show) -> Result:
 
         outcome = nsga3(recorded, n_evaluations=plan.n_points, seed=options.seed, callback=callback)
         table = recorded.table
-    tests = table.rows(np.isin(table.numbers, [*recorded.returned]))
+    tests = table.take(np.isin(table.numbers, [*recorded.returned]))
     result = _result(plan, tests, recorded.n_evaluated)
     # pymoo has no F if no design is feasible.
     designs = outcome.pop if outcome.F is None else outcome.opt
     is_returned = np.isin(tests.numbers, designs.get("test_point"))
-    return replace(result, table=result.table.rows(is_returned))
+    return replace(result, table=result.table.take(is_returned))
 
 
 # The result

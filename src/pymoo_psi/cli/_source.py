@@ -98,7 +98,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         path,
         formulated,
         variables=entries_of(options.variables) or None,
-        repeats=options.repeats,
+        average_by=options.average_by,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
         encoding=options.encoding,

@@ -246,8 +246,8 @@ def designs_of_page(tests: TestTable) -> TestTable:
     Tests of the same design with the same results are one design.
     """
     tests = tests.under(limits={})
-    designs = tests.rows(tests.feasible())
-    return designs.rows(~designs.repeats)
+    designs = tests.take(tests.feasible())
+    return designs.take(~designs.repeats)
 
 
 def _left_out(table: TestTable) -> list[str]:
@@ -255,7 +255,7 @@ def _left_out(table: TestTable) -> list[str]:
     counts = {
         f"{table.layout.words.failed} design": np.sum(table.status == "failed"),
         "infeasible design": np.sum(table.status == "infeasible"),
-        "repeated test": table.rows(table.feasible()).repeats.sum(),
+        "repeated test": table.take(table.feasible()).repeats.sum(),
     }
     remarks = []
     for word, count in counts.items():

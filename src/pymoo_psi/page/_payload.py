@@ -218,7 +218,7 @@ def notations(table: TestTable) -> dict[str, Notation]:
     Args:
         table: Tests, one or more of them feasible.
     """
-    designs = table.rows(table.feasible())
+    designs = table.take(table.feasible())
     columns = _columns([designs], nondominated(designs.F))
     return {column["name"]: column["notation"] for column in columns if "notation" in column}
 

@@ -106,7 +106,7 @@ class Case:
                  model   mu  test_point      f1      f2      f3      f4
             0  rolling  0.4        3085  2.0458  0.0476  0.2635  0.1072
         """
-        designs = self.designs.rows(np.sort(indices))
+        designs = self.designs.take(np.sort(indices))
         columns = {"model": self.model, "mu": self.mu, "test_point": designs.numbers}
         columns |= zip(_CRITERIA, designs.F.T, strict=True)
         return pd.DataFrame(columns)
@@ -205,7 +205,7 @@ def solve_case(
     table = investigate(VectorizedSphereChute(mu, model=model, **bounds), n_points)
     # The paper measures distances in the criteria's own units, which are dimensionless.
     ranking = table.under(normalize=False).ranking()
-    return Case(model, mu, table, table.rows(table.pareto()), ranking)
+    return Case(model, mu, table, table.take(table.pareto()), ranking)
 
 
 def reproduce(

@@ -118,7 +118,7 @@ class GrowingStudy:
         table = stored._replace(remarks=(), limits={}).table(self.study.path)
         self._facts = facts
         self._limits = stored.limits
-        self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
+        self.tests = tests.extended(table.take(np.isin(table.numbers, new)))
         if key != self._key or len(self.tests) >= _GROWTH * self._n_first:
             self._key = key
             self._n_first = len(self.tests)
@@ -195,7 +195,7 @@ class GrowingStudy:
                 rows = []
                 is_new = ~tests.repeats  # the page has each design once
                 is_new[:position] = False
-                new = designs_of_page(tests.rows(is_new))
+                new = designs_of_page(tests.take(is_new))
                 if len(new):
                     rows.append(rows_of(new))
                 position = len(tests)

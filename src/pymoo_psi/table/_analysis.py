@@ -389,7 +389,7 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         # Tests that failed have no round.
         proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
         n = len(table)
-        table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
+        table = table.take(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
         if len(table) < n:
             sentences.append(
                 f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
@@ -427,7 +427,7 @@ def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
     run = max(sizes, key=lambda run: sizes[run])
     points = runs[run]
     lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
-    part = table.rows(table.extra[RUN] == int(run))
+    part = table.take(table.extra[RUN] == int(run))
     layout = replace(table.layout, lower=lower, upper=upper)
     return run, replace(part, layout=layout, problem={"sampling": points.get("sampling")})
 
@@ -592,7 +592,7 @@ def convergence(table: TestTable) -> Convergence:
     fronts = []
     optima = []
     for n in sizes:
-        first = table.rows(np.arange(n))
+        first = table.take(np.arange(n))
         fronts.append(np.flatnonzero(first.pareto()))
         optima.append(-1)
         if len(fronts[-1]):

@@ -85,7 +85,7 @@ class FormulationFields(TypedDict, total=False):
     objectives: Names
     maximize: Names
     limits: Limits | None
-    relaxed: Names
+    omitted: Names
     computed: Mapping[str, str]
     units: Mapping[str, str]
     normalize: bool
@@ -115,7 +115,7 @@ class Formulation(Shown):
             is refused, because it is ambiguous. On columns of texts, the allowed text or a list:
             ``{"rail": "yes", "material": ["steel", "alu"]}``. Or texts, ``"mass<=30, gain>=0.9,
             rail=yes, material in steel, alu"``.
-        relaxed: Constraints that are omitted and become outputs; a limit on such a column replaces
+        omitted: Constraints that are omitted and become outputs; a limit on such a column replaces
             the bound.
         computed: Further columns by name, each an expression of others, such as ``"mass /
             stress"``. Each may use those before it. Names with other characters than letters,
@@ -159,7 +159,7 @@ class Formulation(Shown):
     objectives: Names = ()
     maximize: Names = ()
     limits: Limits | None = field(default_factory=dict)
-    relaxed: Names = ()
+    omitted: Names = ()
     computed: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     normalize: bool = True
@@ -178,7 +178,7 @@ class Formulation(Shown):
         self._check_decisions()
 
     def _check_columns(self) -> None:
-        for group in ("objectives", "maximize", "relaxed"):
+        for group in ("objectives", "maximize", "omitted"):
             names = column_names(group, getattr(self, group))
             for name in names:
                 if names.count(name) > 1:
@@ -271,7 +271,7 @@ class Formulation(Shown):
             >>> Formulation(["mass", "r"], limits={"x1": 3}, computed={"r": "f2 / f1"}).columns
             ('mass', 'x1', 'f2', 'f1')
         """
-        names = [*self.objectives, *self.maximize, *self.relaxed]
+        names = [*self.objectives, *self.maximize, *self.omitted]
         for name, limit in limits_of(self.limits).items():
             if not isinstance(limit, list):
                 names.append(name)
@@ -286,7 +286,7 @@ class Formulation(Shown):
             >>> Formulation(["mass", "gain"], limits={"mass": 30}).without_columns().objectives
             ()
         """
-        return replace(self, objectives=(), maximize=(), relaxed=(), computed={}, units={})
+        return replace(self, objectives=(), maximize=(), omitted=(), computed={}, units={})
 
     def beside(self, other: Formulation) -> Formulation:
         """Return it with the limits of another on other columns, normalised if both are.
@@ -493,8 +493,8 @@ def _check_names(
         known_name("objectives", name, columns)
     for name in formulation.maximize:
         known_name("maximize", name, objectives, "only objectives have a direction")
-    for name in formulation.relaxed:
-        known_name("relaxed", name, layout.constraints)
+    for name in formulation.omitted:
+        known_name("omitted", name, layout.constraints)
     for name, unit in formulation.units.items():
         known_name("units", name, columns)
         if layout.units.get(name, unit) != unit:
@@ -511,7 +511,7 @@ def _formulated_layout(
 ) -> Layout:
     """Return the layout of a table under a formulation with these objectives."""
     changes: Values = {"objectives": objectives}
-    without = {*objectives, *formulation.relaxed}
+    without = {*objectives, *formulation.omitted}
     for group in ("variables", "inequalities", "equalities"):
         changes[group] = tuple(name for name in getattr(layout, group) if name not in without)
     # What was something else before becomes an output.
@@ -734,7 +734,7 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
             continue
         remedy = ""
         if name in layout.constraints:
-            remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
+            remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
         known_name("a name in limits", name, free, remedy)
         if name in layout.maximize and not isinstance(limit, tuple):
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"

@@ -404,7 +404,7 @@ def _without_rejected(table: TestTable, stored_status: AnyArray) -> TestTable:
     is_rejected = table.failed() & (stored_status != "failed") & is_unknown
     if not is_rejected.any():
         return table
-    return table.rows(~is_rejected)
+    return table.take(~is_rejected)
 
 
 def blocks_of(layout: Layout, columns: Columns, n: int) -> Columns:

@@ -109,7 +109,7 @@ def merged(table: TestTable, other: TestTable) -> TestTable:
     for column in extra.values():
         unknown = blank(column[earlier])
         column[earlier[unknown]] = column[later[unknown]]
-    joined = whole._with(outputs=outputs, extra=extra).rows(rows)
+    joined = whole._with(outputs=outputs, extra=extra).take(rows)
     require_one_result(joined)
     return joined
 
@@ -205,7 +205,7 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
 def _full_name(table: TestTable, row: Any) -> str:
     """Return the name of a test, with its experiment if it has one."""
     if not table.experiments:
-        return table.rows([row]).names[0]
+        return table.take([row]).names[0]
     return f"test point {table.extra['number'][row]} of {table.extra['experiment'][row]}"
 
 

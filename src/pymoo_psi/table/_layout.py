@@ -564,7 +564,7 @@ def real_column(name: str, column: AnyArray) -> Array:
                 raise ArgumentTypeError(
                     "only columns of numbers can be limited and computed with, and "
                     f"{name!r} holds {value!r:.40}; select designs by it with "
-                    f"table.rows(table.column({name!r}) == value)"
+                    f"table.take(table.column({name!r}) == value)"
                 )
     return column.astype(np.float64)
 

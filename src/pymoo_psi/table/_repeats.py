@@ -116,7 +116,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     label = next((name for name in (groups.by, layout.label) if name in extra), None)
     lost = tested.numbers[first[groups.counts == 0]].tolist()
     designs = replace(
-        tested.rows(first),
+        tested.take(first),
         layout=replace(layout, outputs=names, label=label),
         F=groups.means(tested.F),
         G=groups.means(tested.G),
@@ -144,12 +144,14 @@ def _groups(table: TestTable, by: str | None) -> _Groups:
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
-        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
+        raise invalid("average_by", "a column in which a value recurs", by, "it has none that does")
     keys = design_keys(table.X)
     for row, i in enumerate(first_of_label.tolist()):
         if keys[row] != keys[i]:
             received = Received(f"{by} {labels[row]} with different ones")
-            raise invalid("repeats", "a column whose equal values have equal variables", received)
+            raise invalid(
+                "average_by", "a column whose equal values have equal variables", received
+            )
     usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
     counts = np.bincount(design[usable], minlength=len(first))
     return _Groups(by, first, design, usable, counts)
@@ -207,12 +209,12 @@ def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
         if not table.layout.variables:
             raise invalid("by", "the column that names designs, as there are no variables", by)
         return _VARIABLES, design_keys(table.X)
-    known_name("repeats", by, table.columns)
+    known_name("average_by", by, table.columns)
     cells = table.column(by)
     gaps = blank(cells)
     if gaps.any():
         row = int(gaps.argmax()) + 1
-        raise invalid("repeats", "a column without gaps", Received(f"none in row {row} of {by}"))
+        raise invalid("average_by", "a column without gaps", Received(f"none in row {row} of {by}"))
     return by, list(cells.tolist())
 
 
@@ -253,26 +255,26 @@ def averaged_repeats(table: TestTable) -> TestTable:
 
 
 def designs_of_source(
-    table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
+    table: TestTable, average_by: str | Literal[False] | None, *, is_study: bool
 ) -> TestTable:
     """Return the designs of a source, repeated tests averaged.
 
     Args:
         table: The tests or designs.
-        repeats: As for :func:`read_table`.
+        average_by: As for :func:`read_table`.
         is_study: Whether the source is a study, which tests a design once unless its model is noisy
             or people repeat a test.
     """
-    if repeats:
-        return table.averaged(repeats)
-    if repeats is None and is_study and undeclared_repeats(table):
+    if average_by:
+        return table.averaged(average_by)
+    if average_by is None and is_study and undeclared_repeats(table):
         return table.averaged()
     return table
 
 
 def undeclared_repeats(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
-    table = table.rows(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
+    table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
     label = table.layout.label
     word = "variables"
     first = first_rows(table.X)
@@ -287,8 +289,8 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     n_designs = len(np.unique(first[differing]))
     return [
         f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
-        f"row counts as a design; if they are repeated tests, say --repeats '{word}', or repeats= "
-        "in Python."
+        f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "
+        "average_by= in Python."
     ]
 
 

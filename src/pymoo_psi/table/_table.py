@@ -133,7 +133,7 @@ class TestTable(Tests, Shown):
             ...     outputs={"gain": [0.5, 0.7, 0.6]}, layout=layout)
             >>> free = table.under(
             ...     objectives=["mass", "gain"], maximize=["gain"], limits={"stress": 0.3},
-            ...     relaxed=["stress"])
+            ...     omitted=["stress"])
             >>> free.pareto(), table.pareto()
             (array([ True,  True, False]), array([False,  True, False]))
             >>> free.under(limits={"mass": 1.5}).pareto()
@@ -169,7 +169,7 @@ class TestTable(Tests, Shown):
         """Return the layout and the arrays of these tests as a formulation names their columns.
 
         Args:
-            formulation: Objectives, relaxed constraints, computed columns.
+            formulation: Objectives, omitted constraints, computed columns.
             failed: Numbers of the tests that failed in their evaluation, which have no values.
         """
         columns = {name: self.column(name) for name in self.layout.columns}
@@ -368,7 +368,7 @@ class TestTable(Tests, Shown):
             (['test point 2'], array([[1., 1.]]))
         """
         ranking = self.ranking()
-        return self.rows(ranking.rows[ranking.salukvadze[:1]])
+        return self.take(ranking.rows[ranking.salukvadze[:1]])
 
     def explain(self, design: int | str | None = None, *, row: int | None = None) -> Explanation:
         """Explain a design by comparison with the feasible ones; see :func:`pymoo_psi.explain`.
@@ -425,7 +425,7 @@ class TestTable(Tests, Shown):
         values = self.F[:, names.index(known_name("objective", objective, names))]
         rows = np.flatnonzero(self.feasible())
         # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
-        return self.rows(rows[np.argsort(values[rows], kind="stable")])
+        return self.take(rows[np.argsort(values[rows], kind="stable")])
 
     def violations(self) -> tuple[Mask, tuple[str, ...]]:
         """Return which constraints and limits each design violates, and their names.
@@ -644,7 +644,7 @@ class TestTable(Tests, Shown):
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
-            >>> table.equals(table.rows([0, 1])), table.equals(table.rows([0]))
+            >>> table.equals(table.take([0, 1])), table.equals(table.take([0]))
             (True, False)
         """
         if not isinstance(other, TestTable) or len(self) != len(other):
@@ -691,7 +691,7 @@ class TestTable(Tests, Shown):
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         # The Pareto set of a million tests is not needed for ten rows.
         results = result_columns(self.columns)
-        frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
+        frame = self.take(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
         texts = (results["violated"], results["reason"])
         empty = [name for name in texts if not frame[name].any()]
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}

@@ -549,7 +549,7 @@ class Tests:
         """Return the ``(n,)`` values of a column: :meth:`column`."""
         return self.column(name)
 
-    def rows(self, selection: ArrayLike) -> Self:
+    def take(self, selection: ArrayLike) -> Self:
         """Return the table of some rows.
 
         Args:
@@ -561,7 +561,7 @@ class Tests:
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
-            >>> table.rows([2, 0]).numbers, table.rows(table.F[:, 0] > 1).numbers
+            >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
             (array([3, 1]), array([2, 3]))
         """
         rows = np.asarray(selection)
