@@ -1,11 +1,9 @@
 """What runs on several cores: a vectorised model at many points, and Pareto sets.
 
-    python -m benchmarks.cores [PYTHON WITH ANOTHER VERSION]
+    python -m benchmarks.cores
 
 All times are those of the clock, the shortest of several calls in a process that is new for each
-line, after a small one that starts the workers. A process "on one core" is bound to it. With the
-Python of another version, that one and this one are measured in turns, and the numbers of tests
-kept compared.
+line, after a small one that starts the workers. A process "on one core" is bound to it.
 
 First one core and two give the same table of 2^18 points. Then points of ``VectorizedSphereChute``
 are tested; the run keeps
@@ -139,9 +137,9 @@ def measure(name: str, cores: set[int]) -> None:
     print(json.dumps(Figures(min(times), n_kept, peak_megabytes())))
 
 
-def in_new_process(name: str, *cores: int, python: str = sys.executable) -> Figures:
+def in_new_process(name: str, *cores: int) -> Figures:
     """Return what :func:`measure` prints in a process of its own."""
-    command = [python, "-m", "benchmarks.cores", name, *map(str, cores)]
+    command = [sys.executable, "-m", "benchmarks.cores", name, *map(str, cores)]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     return Figures(*json.loads(done.stdout))
 
@@ -196,26 +194,6 @@ def possible_speedup() -> str:
     )
 
 
-def compare_versions(python: str) -> None:
-    """Print the shortest times of another version and of this one, in turns."""
-    for name in CASES:
-        for cores in ((0,), (0, 1)):
-            others = []
-            times = []
-            for _ in range(3):
-                other = in_new_process(name, *cores, python=python)
-                figures = in_new_process(name, *cores)
-                assert other.kept == figures.kept, "another table"
-                others.append(other.seconds)
-                times.append(figures.seconds)
-            ratio = min(times) / min(others)
-            print(
-                f"{name}, on {len(cores)}: {min(others):.2f} s, "
-                f"now {min(times):.2f} s ({ratio:.2f})",
-                flush=True,
-            )
-
-
 def main() -> None:
     """Print all figures."""
     print(describe_machine())
@@ -229,7 +207,5 @@ if __name__ == "__main__":
     arguments = sys.argv[1:]
     if len(arguments) > 1:
         measure(arguments[0], set(map(int, arguments[1:])))
-    elif arguments:
-        compare_versions(arguments[0])
     else:
         main()

@@ -1,10 +1,9 @@
 """The same run on every engine: tables must be those of a serial run.
 
-    python -m benchmarks.engines [ray] [mpi] [jobqueue] [submitit] [parsl] [array]
+    python -m benchmarks.engines [mpi] [jobqueue] [submitit] [parsl] [array]
 
 Each part runs PSI with a study, and SurrogatePSI, on four workers of an engine:
 
-- ``ray``: Ray on this machine, by the adapter of the guide.
 - ``mpi``: ``mpiexec -n 5 python -m mpi4py.futures``.
 - ``jobqueue``: ``dask_jobqueue.SLURMCluster``, four jobs of one worker; two of them are cancelled
   by ``scancel`` during the run, and others take their place.
@@ -71,21 +70,6 @@ def run_on(
     assert len(result.algorithm.table) == 40
     assert (result.algorithm.table.status == "ok").all()
     print(f"{text}; SurrogatePSI 40 tests", flush=True)
-
-
-def ray() -> None:
-    """Run on Ray."""
-    import ray as engine
-
-    class RayExecutor(Executor):
-        def submit(self, function: Any, /, *args: Any) -> Any:
-            return engine.remote(function).remote(*args).future()
-
-    engine.init(num_cpus=4, include_dashboard=False, logging_level="ERROR")
-    try:
-        run_on("Ray", ExecutorRunner(RayExecutor(), workers=4), f"{shared_folder()}/log")
-    finally:
-        engine.shutdown()
 
 
 def mpi() -> None:
@@ -231,7 +215,6 @@ def array() -> None:
 
 
 PARTS = {
-    "ray": ray,
     "mpi": mpi,
     "jobqueue": jobqueue,
     "submitit": submitit,

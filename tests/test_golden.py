@@ -2,8 +2,7 @@
 
 ``golden/sessions.toml`` lists the command lines of each session; ``golden/NAME.txt`` is its
 transcript: exit codes, both streams and the tables written. Each runs in a copy of
-``golden/inputs``. Numbers have ten digits here; that they are bit-identical in two versions is
-what ``benchmarks/versions.py`` compares. Figures are not drawn.
+``golden/inputs``. Numbers have ten digits here. Figures are not drawn.
 
 After a change that is meant, record again and review the difference::
 

@@ -1,1 +1,0 @@
-"""Two versions of the package compared on random cases; see ``__main__``."""
