@@ -245,7 +245,7 @@ def left_of_report(sections, title):
         for text in sections.get(title, [])
         if not OF_LIMITS.search(text)
         and text not in {*sections, "Contents"}
-        and not text.startswith(("Objectives in pairs", "Fingerprint"))
+        and not text.startswith("Objectives in pairs")
     ]
 
 

@@ -95,7 +95,7 @@ def test_every_command_gives_the_librarys_answer(sources, said, case, tmp_path):
     said("page", path, *options, "--out", "p.html", "--title", "Page")
     page = decision_page(path, asked, title="Page").html()
     written = (tmp_path / "p.html").read_text("utf-8")
-    further = re.compile(r'"further":{.*?}')  # of a study, which only the command computes
+    further = re.compile(r'"further":".*?"')  # of a study, which only the command computes
     assert further.sub("", written) == further.sub("", page)
     said("export", path, *options, "--out", "e.csv")
     same = read_table("e.csv")
@@ -298,15 +298,6 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
         ):
             assert text in printed
     assert "--variables must be named" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
-
-
-def test_a_report_is_checked_against_a_file_that_does_not_state_its_objectives(sources, said):
-    said("report", "cars.csv", *OBJECTIVES, "--out", "r.html")
-    assert "They are those of cars.csv" in said("report", "--check", "r.html", "cars.csv")
-    frame = pd.read_csv("cars.csv", **EXACT)
-    frame.loc[2, "range [km]"] += 1
-    frame.to_csv("cars.csv", index=False)
-    assert "range [km] of row 3 was" in said("report", "--check", "r.html", "cars.csv", code=1)
 
 
 @pytest.mark.parametrize("suffix", ["xlsx", "db"])

@@ -381,8 +381,6 @@ def live() -> None:
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
     _file("prototype", "FILE", "Existing designs for comparison."),
     _file("out", "FILE.html", "Write the report here.", default="report.html"),
-    _flag("check", text="Check that the report FILE holds, also for the data of SOURCE."),
-    click.Argument(["source"], required=False, type=path_in),
     *_READING,
 )
 def report() -> None:
@@ -393,7 +391,6 @@ def report() -> None:
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
       pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg
-      pymoo-psi report --check report.html bnh.db
     """
 
 
@@ -408,7 +405,7 @@ def analyze() -> None:
 
     Sections through the chosen design show how each objective changes with one variable, as
     predicted by surrogates of the tests. Convergence shows whether the decision still changes with
-    more tests; surrogates state what further tests may bring.
+    more tests.
 
     FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 

@@ -17,9 +17,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
 from importlib.metadata import version
-from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -43,7 +41,6 @@ from pymoo_psi.pareto import (
     localized,
     measured_in,
     number,
-    percent,
     ranking_frame,
 )
 from pymoo_psi.table import (
@@ -61,10 +58,6 @@ from pymoo_psi.table import (
     separation_sentences,
     suffixes_for,
 )
-
-if TYPE_CHECKING:
-    from pymoo_psi.algorithms import Prospects
-    from pymoo_psi.page import FurtherTests
 
 _N_PRINTED = 12  # designs or variables; all are in the file
 _N_REASONS = 4  # sentences that a reader takes in at a glance
@@ -213,7 +206,7 @@ def run_page(options: Options) -> int:
     )
     # The decisions that the page saves repeat the formulation of the table.
     saved = replace(formulation, limits=page.formulation.limits)
-    further = _further_tests(path, table)
+    further = _command_for_more(path, table)
     replace(page, formulation=saved, origin=path.name, further=further).save(out)
     say_source(path, replace(table.under(limits={}), remarks=table.remarks), formulation)
     objectives = ", ".join(table.layout.objectives)
@@ -277,10 +270,6 @@ def run_report(options: Options) -> int:
     """
     from pymoo_psi.report import decision_report
 
-    if options.check:
-        return _run_check(options)
-    if options.source is not None:
-        raise invalid("SOURCE", "given with --check only", str(options.source))
     path = options.file
     out = options.out
     table, formulation = opened_by_options(options, _HTML)
@@ -294,40 +283,12 @@ def run_report(options: Options) -> int:
         about=[origin, *table.remarks, *remarks],
         prototype=_prototype(options, formulation, table.layout),
     )
-    further = _further_tests(path, table, typed_options(OF_FORMULATION))
-    replace(report, further=further).save(out)
+    command = shlex.join(["pymoo-psi", "report", str(path), *typed_options([*vars(options)])])
+    further = _command_for_more(path, table, typed_options(OF_FORMULATION))
+    replace(report, command=command, further=further).save(out)
     say_source(path, table, formulation)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
-
-
-def _run_check(options: Options) -> int:
-    """Make a report again and say the first claim that no longer holds.
-
-    Returns:
-        0, or 1 if a claim does not hold.
-    """
-    from pymoo_psi.report import check_report, reported_tests
-
-    source = None
-    if options.source is not None:
-        formulation = formulation_of(options)
-        if not formulation.objectives:  # the source may not state them
-            layout = reported_tests(options.file).layout
-            maximize = [*layout.maximize]
-            formulation = replace(formulation, objectives=layout.objectives, maximize=maximize)
-        source = opened(options.source, options, formulation)
-    warnings, claim = check_report(options.file, source)
-    for warning in warnings:
-        say(f"Warning: {warning}")
-    if claim:
-        say(f"{options.file}: {claim}")
-        return 1
-    say(f"{options.file}: every text and number follows from the data in it.")
-    if source is not None:
-        say(f"They are those of {options.source}.")
-    say("A check detects changes, not forgery.")
-    return 0
 
 
 def run_analyze(options: Options) -> int:
@@ -409,64 +370,27 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     return frame
 
 
-def _prospects(table: TestTable) -> pd.DataFrame:
-    """Print and return what surrogates expect of further tests."""
-    from pymoo_psi.algorithms import prospects
-
-    expected = prospects(table)
-    say(_expectation(expected))
-    return pd.DataFrame([expected]).round(3)
-
-
-def _expectation(expected: Prospects) -> str:
-    """Return a sentence on what surrogates expect of further tests."""
-    more = f"{expected.n_tests} more tests"
-    if isnan(expected.gain):
-        probability = number(expected.found, 2)
-        return f"At least one of {more} keeps all limits with a probability of {probability}."
-    more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
-    if expected.gain < _LITTLE_GAIN:
-        return f"Little is to be gained any more: surrogates expect {more}."
-    return f"Surrogates expect {more}."
-
-
-def _further_tests(path: Path, table: TestTable, purpose: Names = ()) -> FurtherTests:
-    """Return what further tests of a study promise, and the command for them.
+def _command_for_more(path: Path, table: TestTable, purpose: Names = ()) -> str:
+    """Return the command for 16 more tests of a study; empty if no command has begun it.
 
     Args:
         path: The source of the table; only a study can be continued.
         table: Its tests.
         purpose: Words of options that say what the tests are for.
     """
-    from pymoo_psi.page import NOTHING_KNOWN, FurtherTests
-
-    if path.suffix != STUDY.suffix or not table.layout.variables:
-        return NOTHING_KNOWN
-    from pymoo_psi.algorithms import prospects  # imports SciPy
-
-    command = _command_for_more(path, purpose)
-    if len(table) > _QUICKLY_LEARNED:
-        return FurtherTests(command)
-    try:
-        expected = prospects(table)
-    except PsiError:  # too few tests for surrogates
-        return FurtherTests(command)
-    return FurtherTests(command, _expectation(expected), expected.gain < _LITTLE_GAIN)
-
-
-def _command_for_more(study: Path, purpose: Names) -> str:
-    """Return the command for 16 more tests of a study; empty if no command has begun it."""
     from pymoo_psi.study import Study
 
+    if path.suffix != STUDY.suffix or not table.layout.variables:
+        return ""
     words: list[str] = []
-    for run in Study(study).facts().runs:
+    for run in Study(path).facts().runs:
         words = shlex.split(run.record.get("command", "")) or words
     if not words:
         return ""
     points = ["--points", "+16"]
     if words[0] == "ask":
         points = ["--points", "16", "--out", "next.csv"]
-    words += ["--algorithm", "surrogate", "--study", str(study), *purpose, *points]
+    words += ["--algorithm", "surrogate", "--study", str(path), *purpose, *points]
     return shlex.join(["pymoo-psi", *words])
 
 
@@ -483,10 +407,7 @@ _ANALYSES = {
     "sensitivities": _sensitivities,
     "sections": _sections,
     "convergence": _convergence,
-    "prospects": _prospects,
 }
-_LITTLE_GAIN = 0.01  # smallest share of the hypervolume that is worth more tests
-_QUICKLY_LEARNED = 512  # tests; with more of them surrogates take several seconds
 
 
 def run_export(options: Options) -> int:

@@ -71,16 +71,18 @@ def typed_options(names: Names) -> list[str]:
     words = []
     for option in context.command.params:
         name = str(option.name)
-        if name not in names:
+        if name not in names or not isinstance(option, click.Option):
             continue
         if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
             continue
         value = context.params[name]
         if value is True:
             words.append(option.opts[0])
-        elif isinstance(value, tuple):
+        elif option.multiple:
             for entry in value:
                 words += [option.opts[0], entry]
+        elif isinstance(value, tuple):
+            words += [option.opts[0], ",".join(map(str, value))]
         else:
             words += [option.opts[0], str(value)]
     return words

@@ -22,8 +22,6 @@ from pymoo_psi.page._page import DecisionPage, decision_page
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
-from pymoo_psi.page._page import NOTHING_KNOWN as NOTHING_KNOWN
-from pymoo_psi.page._page import FurtherTests as FurtherTests
 from pymoo_psi.page._page import designs_of_page as designs_of_page
 from pymoo_psi.page._page import existing_designs as existing_designs
 from pymoo_psi.page._page import page_of_tests as page_of_tests

@@ -11,7 +11,7 @@ from html import escape
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,23 +22,6 @@ from pymoo_psi.pareto import cautions
 from pymoo_psi.table import Allowed, Formulation, TestTable, certainty_sentences, read_table
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
-
-
-class FurtherTests(NamedTuple):
-    """What is known of further tests of a study.
-
-    Attributes:
-        command: The command that makes 16 of them; empty if no command has begun the study.
-        expected: A sentence on what surrogates expect of them; empty if it is not known.
-        is_idle: Whether surrogates expect next to nothing.
-    """
-
-    command: str = ""
-    expected: str = ""
-    is_idle: bool = False
-
-
-NOTHING_KNOWN = FurtherTests()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +35,7 @@ class DecisionPage(Framed):
         formulation: The objectives, limits, choice and reason that the page opens with.
         cautions: Reasons not to rely on the optimum within the limits of the formulation.
         origin: Name of the file with the designs, for the print; empty if there is none.
-        further: What is known of further tests, under the limits of the formulation.
+        further: The command that makes further tests; empty if no command has begun the study.
 
     Example:
         >>> import pandas as pd
@@ -68,7 +51,7 @@ class DecisionPage(Framed):
     formulation: Formulation
     cautions: tuple[str, ...]
     origin: str = ""
-    further: FurtherTests = NOTHING_KNOWN
+    further: str = ""
 
     def __repr__(self) -> str:
         """Return the title and the number of designs."""

@@ -67,9 +67,9 @@ def payload(page: DecisionPage, live: Entries | None) -> Content:
         tables.append(prototype)
     optimal = nondominated(table.F)
     file = _file_name(page.title)
-    further = page.further._asdict()
-    if page.further.command:
-        further["command"] += f" --decision {file}-decision.json"
+    further = page.further
+    if further:
+        further += f" --decision {file}-decision.json"
     # The commands compute the same columns from the decision files that the page writes.
     opens_with = vars(page.formulation) | {
         "objectives": layout.objectives,

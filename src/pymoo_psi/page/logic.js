@@ -1047,7 +1047,7 @@ function decision(data, state, ranking, date) {
       values: row === undefined ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
         .map((column) => [column.name, valueOf(column)])),
       left: ranking.count,
-      next: data.further.command,
+      next: data.further,
       proposed: data.names[proposed] ?? null,
       instead: verdict(data, ranking, row ?? -1)?.instead ?? "",
       state: view,

@@ -137,7 +137,6 @@ const page = (() => {
       ranking = left.count < data.n || state.fixed ? Logic.ranked(data, left.mask, state.fixed ? data.fixed : null) : data.whole
       switchLater()
       renew("stays")
-      showFurther()
     }
     verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
     showLimits()
@@ -319,13 +318,6 @@ const page = (() => {
   const asked = ({limits, categories, fixed}) => JSON.stringify([limits, categories, fixed])
   const isAsOpened = () => asked(state) === asked(initial.state)
   const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
-  // What further tests promise, and the command for them.
-  const further = () => isAsOpened() ? data.further : {command: data.further.command}
-  function showFurther() {
-    const {command, expected, is_idle} = further()
-    renew("next", ...(expected ? [make("p", expected)] : []), ...(command && !is_idle
-      ? [make("p.hint.screen", "16 more tests inside these limits: save the decision where the search was run, and run there ", make("code", command))] : []))
-  }
 
   // What is chosen or inspected against the limits and the weights in force.
   function contradictions() {
@@ -891,7 +883,7 @@ const page = (() => {
   function savePage() {
     const copy = asWritten.cloneNode(true)
     const script = copy.querySelector("#payload")
-    const content = {...JSON.parse(script.textContent), opens_with: decision(), further: further(), more: data.more, live: null}
+    const content = {...JSON.parse(script.textContent), opens_with: decision(), more: data.more, live: null}
     script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
     download(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html", `${data.file}.html`)
     isSaved()
@@ -1044,6 +1036,7 @@ const page = (() => {
   wire()
   past[++at] = saved = JSON.stringify(state)
   say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
+  if (data.further) renew("next", "16 more tests inside these limits: save the decision where the search was run, and run there ", make("code", data.further))
   document.body.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
   update(true)
   document.body.dataset.ready = "yes"

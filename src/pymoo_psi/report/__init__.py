@@ -8,9 +8,4 @@ Public names: :func:`decision_report` and its :class:`DecisionReport`.
 
 from pymoo_psi.report._report import DecisionReport, decision_report
 
-# Names that other subpackages share; they are no promise to users.
-# isort: split
-from pymoo_psi.report._report import check_report as check_report
-from pymoo_psi.report._report import reported_tests as reported_tests
-
 __all__ = ["DecisionReport", "decision_report"]

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import re
-from dataclasses import dataclass, replace
-from hashlib import sha256
-from html import escape, unescape
-from importlib.metadata import version
-from itertools import zip_longest
+from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-import pandas as pd
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
 from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
-from pymoo_psi.page import NOTHING_KNOWN, FurtherTests, existing_designs
+from pymoo_psi._validation import Names, Received, counted, instance, invalid
+from pymoo_psi.page import existing_designs
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     capital,
@@ -31,21 +22,14 @@ from pymoo_psi.pareto import (
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
 from pymoo_psi.table import (
-    Formulation,
     TestTable,
     certainty_sentences,
     decision_sentences,
-    difference,
     latest_positions,
     positions_frame,
-    read_table,
     separation_sentences,
     written_limits,
 )
-
-# Where a report keeps what it is made from, and the addresses of its pictures, which hold them.
-_RECORD = re.compile(r'<meta id="record" content="([^"]*)">')
-_PICTURE = re.compile(r'<img src="([^"]*)"')
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,7 +41,8 @@ class DecisionReport(Framed):
         about: Lines below the heading.
         ranking: The ranking of the feasible designs; None if none is feasible.
         cautions: Reasons not to rely on the optimum, the most serious first.
-        further: What is known of further tests.
+        command: The command that makes the report again; empty if none has made it.
+        further: The command that makes further tests; empty if no command has begun the study.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
@@ -71,8 +56,8 @@ class DecisionReport(Framed):
     cautions: tuple[str, ...]
     _table: TestTable
     _choice: Choice | None = None
-    _prototype: TestTable | None = None
-    further: FurtherTests = NOTHING_KNOWN
+    command: str = ""
+    further: str = ""
 
     def __str__(self) -> str:
         """Return the title and the design that is chosen or proposed."""
@@ -104,10 +89,9 @@ class DecisionReport(Framed):
         filters = {"grid": _contents.grid, "image": _contents.image, "capital": capital}
         environment.filters |= filters
         formulation = self._table.formulation
-        record = self._record()
         with decimal_mark(self._table.decimal):
-            text = environment.get_template("report.html").render(
-                fingerprint=_fingerprint(record),
+            return environment.get_template("report.html").render(
+                command=self.command,
                 separation=separation_sentences(self._table),
                 positions=positions_frame(self._table),
                 limits=written_limits(self._table),
@@ -125,34 +109,6 @@ class DecisionReport(Framed):
                 number=number,
                 plots=plots,
             )
-        # Pictures of the same are not the same text in another run: their hashes are kept.
-        record["pictures"] = _pictures(text)
-        meta = f'<meta id="record" content="{escape(json.dumps(record))}">'
-        return text.replace("<!-- record -->", meta, 1)
-
-    def _record(self) -> Values:
-        """Return all that the report is made from, as values that JSON can hold."""
-        table = self._table
-        prototype = None
-        if self._prototype is not None:
-            columns = {name: self._prototype.column(name) for name in table.layout.objectives}
-            prototype = pd.DataFrame(columns, self._prototype.names).to_dict()
-        with TemporaryDirectory() as folder:
-            path = Path(folder, "data.csv")
-            table.tested.to_csv(path)
-            data = path.read_text("utf-8")
-            head = Path(folder, "data.csv-metadata.json").read_text("utf-8")
-        return {
-            "version": version("pymoo-psi"),
-            "title": self.title,
-            "about": self.about,
-            "formulation": vars(table.formulation),
-            "prototype": prototype,
-            "decimal": table.decimal,
-            "further": self.further,
-            "data": data,
-            "head": head,
-        }
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report, whole or not at all.
@@ -222,128 +178,6 @@ def decision_report(
         table = table.under(chosen=None, reason="")
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table)
-    prototype = existing_designs(prototype, table)
     with decimal_mark(table.decimal):
-        choice = Choice(table, prototype)
-    return DecisionReport(
-        title, tuple(about), choice.ranking, choice.cautions, table, choice, prototype
-    )
-
-
-# The check of a report that was written
-
-
-def check_report(
-    path: str | PathLike[str], source: TestTable | None = None
-) -> tuple[list[str], str]:
-    """Make a report again from the data in it and compare every text and number.
-
-    It detects a change by hand or of the source, not a forgery: who changes the data and all that
-    follows from them makes another report, which is right by itself.
-
-    Args:
-        path: The report.
-        source: The tests as they are now, to be compared with the data before any formulation.
-
-    Returns:
-        Warnings, such as of another version; and the first claim that no longer holds, "" if all
-        hold.
-
-    Raises:
-        ArgumentValueError: The file is no report.
-        OSError: The file cannot be opened.
-    """
-    html = Path(path).read_text("utf-8")
-    try:
-        (record,) = map(json.loads, map(unescape, _RECORD.findall(html)))
-        table = _table_of(record)
-        prototype = record["prototype"]
-        if prototype is not None:
-            prototype = pd.DataFrame(prototype)
-        further = FurtherTests(*record["further"])
-        title = record["title"]
-        about = record["about"]
-        made_by = record["version"]
-        pictures = record["pictures"]
-    except (ValueError, TypeError, KeyError):
-        raise _no_report(path) from None
-    warnings = []
-    if made_by != version("pymoo-psi"):
-        warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")
-    if pictures != _pictures(html):
-        return warnings, "a picture, which is another one"
-    report = decision_report(table, title=title, about=about, prototype=prototype)
-    expected = _claims(replace(report, further=further).html())
-    for claim, truth in zip_longest(_claims(html), expected, fillvalue="nothing"):
-        if claim != truth:
-            return warnings, f"{_text(claim)!r} should be {_text(truth)!r}"
-    if source is not None:
-        return warnings, _first_difference(table.tested, source.tested)
-    return warnings, ""
-
-
-def reported_tests(path: str | PathLike[str]) -> TestTable:
-    """Return the tests in a report, before any formulation.
-
-    Raises:
-        ArgumentValueError: The file is no report.
-        OSError: The file cannot be opened.
-    """
-    try:
-        (record,) = map(json.loads, map(unescape, _RECORD.findall(Path(path).read_text("utf-8"))))
-        return _table_of(record).tested
-    except (ValueError, TypeError, KeyError):
-        raise _no_report(path) from None
-
-
-def _no_report(path: str | PathLike[str]) -> Exception:
-    rule = "a report with its data, as the command report writes it"
-    return invalid(f"{path}", rule, Received("no report, or changed data"))
-
-
-def _table_of(record: Entries) -> TestTable:
-    """Return the table in a record, under its formulation."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder, "data.csv")
-        path.write_text(record["data"], "utf-8", newline="")
-        Path(folder, "data.csv-metadata.json").write_text(record["head"], "utf-8")
-        table = read_table(path)
-    return replace(table, decimal=record["decimal"]).under(Formulation(**record["formulation"]))
-
-
-def _first_difference(table: TestTable, source: TestTable) -> str:
-    """Return the first fact or value of a source that is not in the data of a report, or ""."""
-    if len(source) != len(table):
-        return f"{len(table)} designs; the source has {len(source)}"
-    facts = difference(table, source)
-    if facts:
-        return f"{facts} in the source"
-    for name in table.columns:
-        if name not in source.columns:
-            return f"the column {name}, which the source lacks"
-        before = pd.Series(table.column(name), table.names)
-        now = pd.Series(source.column(name), source.names).reindex(before.index)
-        is_other = (before != now) & ~(before.isna() & now.isna())
-        for design in before.index[is_other][:1]:
-            return f"{name} of {design} was {before[design]} and is {now[design]} in the source"
-    return ""
-
-
-def _pictures(html: str) -> list[str]:
-    """Return the hashes of the pictures in a report."""
-    return [sha256(picture.encode()).hexdigest() for picture in _PICTURE.findall(html)]
-
-
-def _claims(html: str) -> list[str]:
-    """Return the lines of a report without its record and pictures."""
-    return _PICTURE.sub("<img", _RECORD.sub("", html)).splitlines()
-
-
-def _text(line: str) -> str:
-    """Return the text of a line, or without one its markup."""
-    return unescape(re.sub("<[^>]*>", " ", line)).strip() or line
-
-
-def _fingerprint(record: Entries) -> str:
-    """Return the first digits of the hash of a record's data."""
-    return sha256(f"{record['head']}{record['data']}".encode()).hexdigest()[:16]
+        choice = Choice(table, existing_designs(prototype, table))
+    return DecisionReport(title, tuple(about), choice.ranking, choice.cautions, table, choice)
