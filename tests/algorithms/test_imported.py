@@ -99,7 +99,7 @@ def test_operands_of_what_is_needed_are_needed(lab, tmp_path):
 
 
 def exported(study, path):
-    read_table(study, average_by=False).to_csv(path)
+    read_table(study, repeats=False).to_csv(path)
     return path
 
 
@@ -107,7 +107,7 @@ def exported(study, path):
 def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     first, second = tmp_path / "a.db", tmp_path / "b.db"
     investigate(Noisy(), 8, repeat=9, study=first)
-    tests = read_table(first, average_by=False)
+    tests = read_table(first, repeats=False)
     source = {
         "study": first,
         "csv": exported(first, tmp_path / "a.csv"),
@@ -124,7 +124,7 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     assert (means["tests"] == 9).all()
     # The study has three tests of each design already, of the same seeds.
     investigate(Noisy(), 8, repeat=3, study=second)
-    assert len(read_table(second, average_by=False)) == 72
+    assert len(read_table(second, repeats=False)) == 72
 
 
 def test_a_noisy_study_keeps_its_tests_beside_those_of_others(tmp_path):
@@ -135,7 +135,7 @@ def test_a_noisy_study_keeps_its_tests_beside_those_of_others(tmp_path):
     assert tests.remarks[0] == "20 of 24 tests taken, 4 known already."
     frame = pd.DataFrame({"x1": [0.0, 0.0], "f1": [1.0, 2.0], "f2": [3.0, 4.0]})
     import_tests(Noisy(), frame, RunOptions(study=second))
-    assert len(read_table(second, average_by=False)) == 26
+    assert len(read_table(second, repeats=False)) == 26
 
 
 def test_repeats_of_a_model_without_noise_are_refused(lab, tmp_path):

@@ -173,9 +173,9 @@ def test_an_export_keeps_every_test_and_says_that_they_repeat(
     tests = read_table(tmp_path / "tests.csv")
     assert len(tests) == 8
     assert "4 designs with the same variables" in tests.remarks[0]
-    means = read_table(tmp_path / "tests.csv", average_by="variables")
+    means = read_table(tmp_path / "tests.csv", repeats="variables")
     assert np.array_equal(means.F, read_table(study_file).F)
-    assert len(read_table(study_file, average_by=False)) == 8
+    assert len(read_table(study_file, repeats=False)) == 8
     assert "8 of them from the study" in said(
         *solve, tmp_path / "copy.db"
     )  # nothing is left to test

@@ -112,7 +112,9 @@ def test_options_are_named_as_the_librarys_arguments(said):
     options = {
         word.replace("-", "_") for word in re.findall(r"--([a-z-]+)", said("rank", "--help"))
     }
-    assert {*signature(read_table).parameters} - {"source", "formulation"} <= options
+    # How repeated tests are read is, on the command line, by which column they are averaged.
+    arguments = {*signature(read_table).parameters} - {"source", "formulation", "repeats"}
+    assert arguments | {"average_by"} <= options
     assert {"objectives", "maximize", "limits"} <= options & {*signature(Formulation).parameters}
 
 

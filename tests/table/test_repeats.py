@@ -30,7 +30,7 @@ def file(tmp_path):
 
 
 def test_rows_with_one_label_are_one_design(file):
-    table = read_table(file, ASKED, average_by="variant")
+    table = read_table(file, ASKED, repeats="variant")
     assert sorted(table.names) == ["A", "B", "C"]
     for name, cost, mass, n in zip(
         table.names, table["cost"], table["mass"], table["tests"], strict=True
@@ -50,9 +50,9 @@ def test_computed_columns_and_limits_are_of_means(file):
         objectives=["cost", "ratio"], computed={"ratio": "mass / cost"}, limits={"mass": 5.1}
     )
     refused(
-        "ratio", read_table(file, asked, average_by="variant").confidence, error=ArgumentValueError
+        "ratio", read_table(file, asked, repeats="variant").confidence, error=ArgumentValueError
     )
-    table = read_table(file, ASKED, average_by="variant").under(limits={"mass": 5.1})
+    table = read_table(file, ASKED, repeats="variant").under(limits={"mass": 5.1})
     assert sorted(np.array(table.names)[table.feasible()]) == ["B", "C"]  # A has 5.2 on average
 
 
@@ -68,7 +68,7 @@ def test_designs_of_one_usable_test_each_have_means_and_no_confidence():
 def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
     path = tmp_path / "tests.csv"
     path.write_text("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,2,2\n")
-    table = read_table(path, average_by="name")
+    table = read_table(path, repeats="name")
     assert table["a"].tolist() == [2.0, 2.0]
     assert table["tests"].tolist() == [3.0, 1.0]
 
@@ -94,14 +94,12 @@ def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
 )
 def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
     frame = FRAME.assign(x=range(8))
-    refused(
-        f"^average_by must be.*{rule}", read_table, frame, ASKED, variables=["x"], average_by=column
-    )
+    refused(f"^repeats must be.*{rule}", read_table, frame, ASKED, variables=["x"], repeats=column)
 
 
 def test_labels_that_never_recur_are_refused():
     frame = FRAME.assign(variant=list("abcdefgh"))
-    refused("recurs", read_table, frame, ASKED, error=ArgumentValueError, average_by="variant")
+    refused("recurs", read_table, frame, ASKED, error=ArgumentValueError, repeats="variant")
 
 
 def test_repeats_that_are_not_declared_are_reported():
@@ -111,7 +109,7 @@ def test_repeats_that_are_not_declared_are_reported():
     assert "--average-by" in remark
     same = frame.assign(cost=1.0, mass=2.0)
     assert read_table(same, ASKED).remarks == ()
-    assert read_table(frame, ASKED, average_by="id").remarks == (
+    assert read_table(frame, ASKED, repeats="id").remarks == (
         "3 designs, 8 tests: rows with the same id are tests of one design.",
         "Left out, as tests of one design differ in it: day.",
     )
@@ -133,7 +131,7 @@ def test_rank_and_report_count_designs(file, tmp_path, said):
 
 
 def test_the_page_shades_designs_by_their_chances():
-    table = read_table(FRAME, ASKED, average_by="variant")
+    table = read_table(FRAME, ASKED, repeats="variant")
     chances = {
         "share of the weights, which are squared": acceptability(table, factor=2)[:, 0],
         "probability of being optimal": table.confidence()["pareto"],

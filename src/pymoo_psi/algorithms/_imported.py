@@ -113,7 +113,7 @@ def _table_of(model: Model, source: Any) -> TestTable:
     formulation = Formulation(objectives=results, units=units)
     arguments = ("objectives", "units", "column")  # which nobody has given
     with named_as(dict.fromkeys(arguments, "a column that the problem needs")):
-        table = read_table(source, formulation, average_by=False, drop_incomplete=True)
+        table = read_table(source, formulation, repeats=False, drop_incomplete=True)
         for name in layout.variables:
             table.column(name)
     means = error_column(layout.objectives[0])

@@ -557,6 +557,7 @@ _TYPED = {
     "n_evaluations": "--points",
     "n_jobs": "--jobs",
     "computed": "--compute",
+    "repeats": "--average-by",
 }
 
 

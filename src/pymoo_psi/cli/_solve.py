@@ -149,7 +149,7 @@ def run_solve(options: Options) -> int:
         _say_result(options, subject, f", {counts}", result, out)
     else:
         evaluated = counted(result.n_evaluated, "design")
-        result = _result(plan, read_table(study, average_by=False), result.n_evaluated)
+        result = _result(plan, read_table(study, repeats=False), result.n_evaluated)
         tests = counted(len(result.tests), "test")
         size = f" of {tests} in {options.study} ({result.tests.status_counts()})"
         _say_result(options, problem_name(problem), size, result, out)

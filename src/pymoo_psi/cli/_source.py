@@ -100,7 +100,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         path,
         formulated,
         variables=entries_of(options.variables) or None,
-        average_by=options.average_by,
+        repeats=options.average_by,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
         encoding=options.encoding,

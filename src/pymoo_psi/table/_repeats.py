@@ -144,14 +144,12 @@ def _groups(table: TestTable, by: str | None) -> _Groups:
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
-        raise invalid("average_by", "a column in which a value recurs", by, "it has none that does")
+        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
     keys = design_keys(table.X)
     for row, i in enumerate(first_of_label.tolist()):
         if keys[row] != keys[i]:
             received = Received(f"{by} {labels[row]} with different ones")
-            raise invalid(
-                "average_by", "a column whose equal values have equal variables", received
-            )
+            raise invalid("repeats", "a column whose equal values have equal variables", received)
     usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
     counts = np.bincount(design[usable], minlength=len(first))
     return _Groups(by, first, design, usable, counts)
@@ -209,12 +207,12 @@ def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
         if not table.layout.variables:
             raise invalid("by", "the column that names designs, as there are no variables", by)
         return _VARIABLES, design_keys(table.X)
-    known_name("average_by", by, table.columns)
+    known_name("repeats", by, table.columns)
     cells = table.column(by)
     gaps = blank(cells)
     if gaps.any():
         row = int(gaps.argmax()) + 1
-        raise invalid("average_by", "a column without gaps", Received(f"none in row {row} of {by}"))
+        raise invalid("repeats", "a column without gaps", Received(f"none in row {row} of {by}"))
     return by, list(cells.tolist())
 
 
@@ -255,19 +253,19 @@ def averaged_repeats(table: TestTable) -> TestTable:
 
 
 def designs_of_source(
-    table: TestTable, average_by: str | Literal[False] | None, *, is_study: bool
+    table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
 ) -> TestTable:
     """Return the designs of a source, repeated tests averaged.
 
     Args:
         table: The tests or designs.
-        average_by: As for :func:`read_table`.
+        repeats: As for :func:`read_table`.
         is_study: Whether the source is a study, which tests a design once unless its model is noisy
             or people repeat a test.
     """
-    if average_by:
-        return table.averaged(average_by)
-    if average_by is None and is_study and undeclared_repeats(table):
+    if repeats:
+        return table.averaged(repeats)
+    if repeats is None and is_study and undeclared_repeats(table):
         return table.averaged()
     return table
 
@@ -290,7 +288,7 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     return [
         f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
         f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "
-        "average_by= in Python."
+        "repeats= in Python."
     ]
 
 

@@ -86,7 +86,7 @@ def read_table(
     formulation: Formulation | None = None,
     *,
     variables: Names | None = None,
-    average_by: str | Literal[False] | None = None,
+    repeats: str | Literal[False] | None = None,
     drop_incomplete: bool = False,
     decimal: str | None = None,
     encoding: str | None = None,
@@ -116,7 +116,7 @@ def read_table(
             limits on other columns hold, and it is ranked without normalisation if either says so.
             :meth:`TestTable.under` without a source replaces all of them.
         variables: Names of the columns with design variables; by default as the source says.
-        average_by: The column whose equal values mark tests of one design, or ``"variables"``; the
+        repeats: The column whose equal values mark tests of one design, or ``"variables"``; the
             design is their mean, see :meth:`TestTable.averaged`. By default only repeated tests of
             a study are averaged, by variables; ``False`` averages nothing.
         drop_incomplete: Count designs without a finite objective as failed, instead of refusing the
@@ -160,13 +160,13 @@ def read_table(
             raise invalid("variables", rule, variables)
         match content:
             case Cells():
-                if average_by in content.columns:
-                    content = replace(content, label=average_by)
+                if repeats in content.columns:
+                    content = replace(content, label=repeats)
                 # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
-                cells = _designs(content, asked, is_file=path is not None and not average_by)
+                cells = _designs(content, asked, is_file=path is not None and not repeats)
                 cells, columns = _columns(cells, decimal or content.head.get("decimal"))
                 table = _table(cells, columns, asked, variables, drop_incomplete)
-                if average_by == "variables" and variables and not table.layout.variables:
+                if repeats == "variables" and variables and not table.layout.variables:
                     raise UnfitError(table.remarks[-1].rstrip("."))
             case StoredTests():
                 table = content.table(path)
@@ -174,9 +174,9 @@ def read_table(
                 table = content
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    if average_by or table is not source:
+    if repeats or table is not source:
         is_study = isinstance(content, StoredTests) and content.is_derived
-        table = designs_of_source(table, average_by, is_study=is_study)
+        table = designs_of_source(table, repeats, is_study=is_study)
     if formulation is not None:
         try:
             # One more limit, as a command adds it, must not drop those that are part of a file.
@@ -187,7 +187,7 @@ def read_table(
             raise ArgumentValueError(f"{path}: {error}") from None
     designs = table.take(table.eligible())
     remarks = _failures(designs)
-    if average_by is None and not isinstance(source, TestTable):
+    if repeats is None and not isinstance(source, TestTable):
         remarks = [*undeclared_repeats(designs), *remarks]
     if remarks:
         table = table._with(remarks=(*table.remarks, *remarks))
