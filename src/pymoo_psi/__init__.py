@@ -5,7 +5,7 @@
 **Names to import first**
 
 - Problems: :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
-  :class:`ProgramProblem`, an external program; :class:`Identification` of parameters.
+  :class:`ProgramProblem`, an external program.
 - Wrappers of any problem: :class:`Restricted` to a part of its bounds, :class:`LogScaled`,
   :class:`Required`, :class:`FailureTolerant`, :class:`Robust` over scenarios, and
   :class:`Recorded`, which keeps every evaluation in a study.

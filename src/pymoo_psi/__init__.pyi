@@ -38,7 +38,6 @@ from .pareto import explain as explain
 from .pareto import rank_of_efficiency as rank_of_efficiency
 from .pareto import representatives as representatives
 from .problems import FailureTolerant as FailureTolerant
-from .problems import Identification as Identification
 from .problems import LogScaled as LogScaled
 from .problems import ProgramProblem as ProgramProblem
 from .problems import Required as Required

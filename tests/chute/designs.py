@@ -15,10 +15,6 @@ def solve(u1, v_p, *rest):
     return chute.motion(u1, v_p, parameters(*rest))
 
 
-def integrate(u1, v_p, *rest):
-    return chute.integrate(u1, v_p, parameters(*rest))
-
-
 def trajectory(u1, v_p, *rest, n):
     return chute.trajectory(u1, v_p, parameters(*rest), n=n)
 

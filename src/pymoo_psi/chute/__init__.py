@@ -27,9 +27,8 @@ printed tables.
 
 The motion is solved, not integrated: in a logarithmic time the slip velocity has a closed form, and
 two quadratures remain, accurate to 1e-12. :func:`motion` computes some two million designs a second
-on one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` computes the same
-with SciPy's ``solve_ivp``, as a reference; :func:`trajectory` returns the motion and the forces
-along the way, a :class:`Trajectory`.
+on one core (``python -m benchmarks.motion`` in a checkout). :func:`trajectory` returns the motion
+and the forces along the way, a :class:`Trajectory`.
 
 Example:
     >>> from pymoo_psi import chute
@@ -46,7 +45,6 @@ from pymoo_psi.chute._motion import (
     motion,
     trajectory,
 )
-from pymoo_psi.chute._reference import integrate
 
 # A name that other subpackages share; it is no promise to users.
 # isort: split
@@ -58,7 +56,6 @@ __all__ = [
     "Motion",
     "Trajectory",
     "criteria",
-    "integrate",
     "motion",
     "trajectory",
 ]

@@ -50,9 +50,8 @@ Example:
     ValueError: ...
 
 Public names: the models :class:`SphereChute`, :class:`VectorizedSphereChute`,
-:class:`ProgramProblem`, :class:`Identification` and their base :class:`NamedProblem`; the wrappers
-:class:`FailureTolerant`, :class:`Restricted`, :class:`LogScaled`, :class:`Required`,
-:class:`Robust` and their base :class:`WrappedProblem`.
+:class:`ProgramProblem`; the wrappers :class:`FailureTolerant`, :class:`Restricted`,
+:class:`LogScaled`, :class:`Required`, :class:`Robust` and their base :class:`WrappedProblem`.
 """
 
 from pymoo_psi._names import attach_names

@@ -1,8 +1,6 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
 from ._evaluation import FailureTolerant as FailureTolerant
-from ._identification import Identification as Identification
-from ._named import NamedProblem as NamedProblem
 from ._program import ProgramProblem as ProgramProblem
 from ._requirements import Required as Required
 from ._robust import Robust as Robust
