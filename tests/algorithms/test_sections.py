@@ -5,12 +5,10 @@ import pandas as pd
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
-from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 
-from pymoo_psi import SurrogatePSI, TestTable, investigate, lp_tau
-from pymoo_psi.algorithms import prospects, sections
+from pymoo_psi import TestTable, investigate, lp_tau
+from pymoo_psi.algorithms import sections
 from pymoo_psi.plots import plot_sections
 from tests.refusals import refused
 
@@ -102,18 +100,6 @@ def test_no_prediction_beside_a_pole_exceeds_all_tests(place, power):
     table = investigate(problem, 64)
     frame = sections(table, columns=["f1"])
     assert frame[["expected", "low", "high"]].abs().max(axis=None) <= 2 * table["f1"].max()
-
-
-def test_prospects_shrink_as_tests_grow_and_say_where_nothing_is_found():
-    table = minimize(get_problem("bnh"), SurrogatePSI(40)).algorithm.table
-    first = prospects(table.take(np.arange(20)), 8)
-    assert first.gain > 0.03
-    assert prospects(table, 8).gain < first.gain / 5
-    part = table.under(ranges={"f1": (0, 1), "f2": (4, 5)})  # smaller than the front
-    assert prospects(part, 8).gain >= 0
-    impossible = prospects(table.under(limits={"f1": 10, "f2": 10}), 8)
-    assert impossible.found < 0.05
-    assert np.isnan(impossible.gain)
 
 
 def test_panels_are_one_for_each_column_and_variable(table):

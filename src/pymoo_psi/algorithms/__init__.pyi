@@ -33,5 +33,3 @@ from ._sources import PlannedPoints as PlannedPoints
 from ._sources import Points as Points
 from ._sources import Source as Source
 from ._store import stored_at_termination as stored_at_termination
-from ._surrogate import Prospects as Prospects
-from ._surrogate import prospects as prospects

@@ -137,101 +137,10 @@ def propose(
     return proposals
 
 
-def with_repeats(points: Array, task: Task, learned: Learned) -> Array:
-    """Return proposed points, up to half of which give way to tested designs of a noisy model.
-
-    A test is worth by how much it is expected to bring the best design nearer to the ideal point
-    (the knowledge gradient of Frazier, Powell and Dayanik, SIAM J. Control Optim. 47, 2008). Of a
-    tested design it changes the mean of its tests, of a new one what surrogates predict.
-
-    Args:
-        points: ``(k, d)`` new designs.
-        task: The task of the search.
-        learned: What is learned of its tests.
-    """
-    surrogates = _Surrogates(task, learned)
-    is_eligible = task.eligible[surrogates.rows]
-    tested = task.points[surrogates.rows][is_eligible]
-    designs, group, counts = np.unique(tested, axis=0, return_inverse=True, return_counts=True)
-    n = len(designs)
-    if n < 2:
-        return points
-
-    means = np.zeros((n, task.n_obj))
-    np.add.at(means, group.ravel(), surrogates.T[is_eligible, : task.n_obj])
-    means /= counts[:, None]
-    Z = task.encode(points)
-    noise = np.array([process.noise for process in surrogates.processes[: task.n_obj]])
-    F = np.vstack([means, surrogates.means(Z)[:, : task.n_obj]])
-    deviations = surrogates.deviations(Z, task.n_obj)
-    errors = np.vstack([noise / np.sqrt(counts)[:, None], deviations])
-    front = means[nondominated(means)]
-    ranges = np.array([front.min(axis=0), front.max(axis=0)])
-    if task.ranges is not None:
-        ranges = learned.to(task.ranges)
-    worth = _knowledge_gradients(F, errors, noise, ranges, n)
-    to_pending = _nearest(designs, task.pending)
-    worth[:n][to_pending <= _SAME_DESIGN_DISTANCE] = 0.0
-    proposed = points.copy()
-    least = np.argsort(worth[n:])[: len(points) // 2]
-    for i, design in zip(least, np.argsort(-worth[:n]), strict=False):
-        if worth[design] > worth[n + i]:
-            proposed[i] = designs[design]
-    return proposed
-
-
-def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n: int) -> Array:
-    """Return ``(k,)`` by how much a test of each design is expected to improve the best one.
-
-    The best design has the least distance from the ideal point among those that are tested.
-
-    Args:
-        F: ``(k, m)`` expected objectives.
-        errors: ``(k, m)`` their standard deviations.
-        noise: ``(m,)`` standard deviations of one test.
-        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
-        n: Number of tested designs, which come first, two or more.
-    """
-    scaled = _scaled(F, ranges)
-    distance = np.maximum(np.linalg.norm(scaled, axis=1), _LEAST_DIVISOR)
-    slopes = scaled / (distance[:, None] * _lengths(ranges))
-    error = np.linalg.norm(slopes * errors, axis=1)
-    step = error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1))
-    best, second = np.argsort(distance[:n])[:2]
-    gap = distance - distance[best]
-    gap[best] = gap[second]
-    return _expected_gain(gap, step)
-
-
 def _expected_gain(gap: Array, error: Array) -> Array:
     """Return ``(n,)`` by how much normal values are expected to be below their means minus gaps."""
     z = gap / np.maximum(error, _LEAST_DIVISOR)
     return np.asarray(error * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z)))
-
-
-def drawn(task: Task, learned: Learned, points: Array, n_draws: int, random: Random) -> list[Array]:
-    """Return, for each draw from the predictions for points, the objectives that keep all limits.
-
-    Args:
-        task: The task of a search.
-        learned: What is learned of its tests.
-        points: ``(n, d)`` points of the unit cube; each is drawn for itself.
-        n_draws: Number of draws.
-        random: Random numbers.
-
-    Returns:
-        ``(k, m)`` arrays, k <= n.
-    """
-    surrogates = _Surrogates(task, learned)
-    Z = task.encode(points)
-    means = surrogates.means(Z)
-    deviations = surrogates.deviations(Z, len(surrogates.processes))
-    draws = []
-    for _ in range(n_draws):
-        T = means + deviations * random.normal(size=means.shape)
-        F, excess = surrogates.judged(points, Z, T)
-        draws.append(learned.back(F[_violation(excess) <= 0]))
-    return draws
 
 
 def best_and_spread(Y: Array, learned: Learned, task: Task, size: int) -> Rows:

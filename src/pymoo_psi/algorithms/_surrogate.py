@@ -18,19 +18,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, Received, boolean, integer, invalid
+from pymoo_psi._validation import Array, boolean, integer
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import Task
-from pymoo_psi.algorithms._proposals import best_and_spread, drawn, propose, with_repeats
+from pymoo_psi.algorithms._proposals import best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
-from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import renumbered
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
-from pymoo_psi.pareto import hypervolume
-from pymoo_psi.problems import DesignSpace
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 
@@ -56,9 +53,6 @@ _POINTS = 20
 # again: the time of a round grows with their second power, and thousands of workers wait for it.
 _MOST_LEARNED = 2048
 _LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
-_DRAWS = 64  # draws of the outputs of further tests from what surrogates predict
-# The reference point of the hypervolume, in units of the ranges of the Pareto set.
-_REFERENCE = 1.1
 
 
 class SurrogatePSI(PointAlgorithm):
@@ -97,9 +91,8 @@ class SurrogatePSI(PointAlgorithm):
     tests, a proposal takes longer than a cheap model. The tests are no longer a uniform sample:
     histograms and correlations of the table show where it has searched.
 
-    If the problem is ``noisy``, up to half of a round tests designs again: those whose repetition
-    is expected to bring the best design nearer to the ideal point than a new design is. The table
-    has all tests; ``table.averaged()`` has the means, its ``confidence()`` how sure they are.
+    If the problem is ``noisy``, each proposal is a new design all the same, which is tested once;
+    :func:`investigate` tests designs several times.
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
@@ -504,10 +497,7 @@ class SurrogateSource(Source):
         learned = self._direction.learned(task, ends)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
-        points = propose(task, learned, size, round_number, random)
-        if self._model.noisy and learned is not None:
-            points = with_repeats(points, task, learned)
-        return points
+        return propose(task, learned, size, round_number, random)
 
 
 def proposed_now(
@@ -523,80 +513,11 @@ def proposed_now(
         seed: The seed of the random numbers.
         round_number: The number of the round, from 0.
     """
-    random = np.random.default_rng([seed, round_number])
-    task = _task_now(table, model.space, model, pending)
-    with threadpool_limits(limits=1, user_api="blas"):
-        return propose(task, _fitted(task, len(table)), size, round_number, random)
-
-
-def _task_now(table: TestTable, space: DesignSpace, model: Model | None, pending: Array) -> Task:
-    """Return the task of a search outside of a run; the arguments are those of :class:`Task`."""
     n_uniform = len(table)
     if PROPOSAL_ROUND in table.layout.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
-    return Task(table, space, model, n_uniform, pending)
-
-
-class Prospects(NamedTuple):
-    """What surrogates expect of further tests under a formulation.
-
-    Attributes:
-        n_tests: How many tests.
-        found: The probability that one or more of them keep all constraints and limits.
-        gain: By what share of the hypervolume they are expected to enlarge it; NaN while there are
-            fewer than two Pareto-optimal tests.
-    """
-
-    n_tests: int
-    found: float
-    gain: float
-
-
-def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
-    """Return what surrogates expect of further tests, which they would propose, without a test.
-
-    Surrogates are fitted to the tests, designs are proposed for the formulation of the table, and
-    their outputs are drawn from the predictions of the surrogates, each design for itself. They see
-    neither requirements nor what lies far from all tests.
-
-    Args:
-        table: Tests, under a formulation.
-        n_tests: How many further tests.
-
-    Raises:
-        ArgumentValueError: There are fewer than 4 tests with outputs, or more than 2048 tests.
-
-    Example:
-        >>> from pymoo_psi import VectorizedSphereChute, investigate
-        >>> table = investigate(VectorizedSphereChute(0.4), 64)
-        >>> prospects(table).gain > 0.01
-        True
-    """
-    n = len(table)
-    if n > _MOST_LEARNED:
-        remedy = "take some of them, as by table.take(...)"
-        raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"), remedy)
-    space = space_of_table(table.tested)
-    no_points = np.zeros((0, len(space.searched)))
-    task = _task_now(table, space, None, no_points)
-    random = np.random.default_rng(0)
+    task = Task(table, model.space, model, n_uniform, pending)
+    random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        learned = _fitted(task, n)
-        if learned is None:
-            rule = f"of {_LEAST_LEARNED} tests with outputs or more"
-            raise invalid("the table", rule, Received(f"{n}"))
-        points = propose(task, learned, n_tests, 0, random)
-        draws = drawn(task, learned, points, _DRAWS, random)
-    found = float(np.mean([len(F) > 0 for F in draws]))
-    front = table.F[table.pareto()]
-    if len(front) < 2:
-        return Prospects(n_tests, found, np.nan)
-    # The reference point is in units of the front, of which fixed ranges may hold a part only.
-    frame = table.under(normalize=True, ranges={}).ranking().frame
-    low = frame.scaled(np.vstack([front, *draws])).min(axis=0)
-    volumes = []
-    for F in [front[:0], *draws]:
-        both = frame.scaled(np.vstack([front, F]))
-        volumes.append(hypervolume((both - low) / (_REFERENCE - low), 1.0)[0])
-    return Prospects(n_tests, found, float(np.mean(volumes[1:]) / volumes[0] - 1))
+        return propose(task, _fitted(task, len(table)), size, round_number, random)
