@@ -1091,8 +1091,7 @@ function separation(data, ranking, positions) {
   const row = ({chosen}) => data.rowOf.get(chosen)
   const measure = ranking.count ? ranking : data.whole
   const sentences = held.flatMap((one, k) => held.slice(0, k).flatMap((other) => one.chosen === other.chosen ? [] : [
-    against(data, measure, "apart", row(one), row(other), {name: one.name, holder: other.name}),
-    reconciled(data, one, other), reconciled(data, other, one)]))
+    against(data, measure, "apart", row(one), row(other), {name: one.name, holder: other.name})]))
   if (!sentences.length || !ranking.count) return sentences
   const regret = (i, {weights, chosen}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
@@ -1107,29 +1106,6 @@ function separation(data, ranking, positions) {
   }
   const regrets = held.map((one) => `${one.name} ${percent(regret(best, one))}`)
   return [...sentences, sentence(data, "least regret", {design: capital(data.names[best]), regrets: regrets.join(", ")})]
-}
-
-// The limit or the weight with which the choice of another comes first for one: where that is better.
-function reconciled(data, one, other) {
-  const [own, wanted] = [one, other].map(({chosen}) => data.rowOf.get(chosen))
-  const parts = {name: one.name, other: other.name, design: other.chosen}
-  const {limits, categories} = limitsOf(one.limits)
-  const better = data.objectives.filter((_, j) => data.F[j][wanted] < data.F[j][own])
-  const rank = (more) => ranked(data, left(data, {limits: {...limits, ...more}, categories}).mask)
-  for (const column of better) {
-    const end = column.maximize ? 0 : 1
-    const pair = [...(entryOf(limits, column.name) ?? [null, null])]
-    const limit = pair[end] = inSixDigits(column.values[wanted], end)
-    if (rank(byName([[column.name, pair]])).place[wanted] === 1) return sentence(data, "by limit", {...parts, limit: limitText(column, end, limit, short(limit, 6))})
-  }
-  const ranking = rank({})
-  for (const {name} of better) {
-    for (let k = 1, weight = entryOf(one.weights, name) || 1; k <= 10; k++) {
-      const {best} = preference(data, ranking, {weights: {...one.weights, [name]: weight *= 2}, aspiration: one.aspiration})
-      if (best.includes(wanted)) return sentence(data, "by weight", {...parts, objective: name, weight: short(weight)})
-    }
-  }
-  return sentence(data, "not by one", parts)
 }
 
 // The state of a formulation, and what a reader must know of it.

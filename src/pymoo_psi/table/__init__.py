@@ -55,7 +55,7 @@ Tables and formulations: TestTable, Layout, Kind, Formulation, read_table.
 Analysis: histogram (a Histogram), constraint_costs, first-order sensitivities, and convergence (a
 Convergence) of the decision with the number of tests. The last two use only tests that sample the
 bounds evenly, see even_part. :mod:`pymoo_psi.plots` draws sensitivities.
-switching_values: at which limits, values and weights another design is recommended.
+switching_values: at which limits another design is recommended.
 
 Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` reads back without a
 change. ``pd.read_csv(path)`` and ``pd.read_excel(path)`` read the first two without the metadata of
