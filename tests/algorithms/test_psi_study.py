@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
@@ -15,7 +14,6 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     SphereChute,
-    investigate,
 )
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.table import read_table
@@ -39,28 +37,6 @@ class Counted(ElementwiseProblem):
 
 def run(problem, n, path, **options):
     return minimize(problem, PSI(n, study=path, block_size=16, **options)).algorithm.table
-
-
-@pytest.mark.parametrize("first_by", ["psi", "investigate"])
-@pytest.mark.parametrize("then_by", ["psi", "investigate"])
-def test_a_study_is_continued_and_extended(study_file, first_by, then_by):
-    whole = minimize(Counted(), PSI(100)).algorithm.table
-
-    def go(problem, n, by):
-        if by == "psi":
-            return run(problem, n, study_file)
-        return investigate(problem, n, study=study_file, block_size=16)
-
-    first = Counted()
-    assert go(first, 40, first_by).equals(whole.take(np.arange(40)))
-    assert len(first.seen) == 40
-    again = Counted()
-    assert go(again, 40, then_by).equals(whole.take(np.arange(40)))
-    assert again.seen == []
-    more = Counted()
-    assert go(more, 100, then_by).equals(whole)
-    assert len(more.seen) == 60
-    assert read_table(study_file).equals(whole)
 
 
 @pytest.mark.parametrize(

@@ -153,15 +153,6 @@ def values(problem, X):
     return problem.evaluate(X, return_values_of=["F", "G"])
 
 
-def test_the_same_means_the_same_bits(tmp_path):
-    model = Model()
-    problem = Recorded(model, study=tmp_path / "s.db")
-    X = np.array([[0.0, 0.1, 0.2], [-0.0, 0.1, 0.2], [0.0, 0.1, np.nextafter(0.2, 1)]])
-    problem.evaluate(X)
-    Recorded(model, study=tmp_path / "s.db").evaluate(X)
-    assert model.seen == [x.tobytes() for x in X]
-
-
 def test_what_is_returned_is_pymoos(tmp_path):
     problem, plain, X = Recorded(Model(), study=tmp_path / "s.db"), Model(), batch()
     for arguments in ({}, {"return_values_of": ["G"]}, {"return_values_of": ["G", "F"]}):

@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Binary, Choice, Integer
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, investigate
@@ -227,58 +226,6 @@ def test_an_interrupt_says_what_is_kept_and_how_to_continue(tmp_path, study):
     ):
         with pytest.raises(KeyboardInterrupt, match=expected):
             run()
-
-
-class Few(ElementwiseProblem):
-    """24 designs, one in six of which fails."""
-
-    def __init__(self):
-        super().__init__(
-            vars={
-                "n": Integer(bounds=(1, 4)),
-                "hollow": Binary(),
-                "metal": Choice(options=["iron", "tin", "zinc"]),
-            },
-            n_obj=2,
-        )
-        self.calls = []
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        self.calls.append(tuple(x.values()))
-        if x["n"] == 2 and x["metal"] == "tin":
-            raise ValueError("no convergence")
-        out["F"] = [x["n"] + (x["metal"] == "iron"), 5 - x["n"] + x["hollow"]]
-        out["mass"] = 2.0 * x["n"]
-
-
-@pytest.mark.parametrize("study", [False, True])
-@pytest.mark.parametrize("by", ["psi", "investigate"])
-def test_no_design_is_computed_twice(tmp_path, by, study):
-    path = tmp_path / "s.db" if study else None
-
-    def go(problem, n, **options):
-        if by == "psi":
-            return minimize(problem, PSI(n, study=path, **options)).algorithm.table
-        return investigate(problem, n, study=path, **options)
-
-    problem = Few()
-    table = go(problem, 200)
-    assert len(problem.calls) == len(set(problem.calls)) == 24
-    # the slow way: every test evaluated by itself
-    expected = [[n + (m == "iron"), 5 - n + h] for n, h, m in table.X]
-    failed = (table.X[:, 0] == 2) & (table.X[:, 2] == "tin")
-    np.testing.assert_array_equal(table.F[~failed], np.array(expected)[~failed])
-    np.testing.assert_array_equal(table.status == "failed", failed)
-    np.testing.assert_array_equal(table.outputs[~failed, 0], 2.0 * table.X[~failed, 0])
-    assert set(table.reasons.values()) == {"ValueError: no convergence"}
-    if study:
-        assert read_table(path).equals(table)
-        problem = Few()  # other points of the same designs
-        assert len(go(problem, 100, first=201)) == 100
-        assert problem.calls == []
-        problem = Few()
-        assert go(problem, 200, retry="failed").equals(table)
-        assert len(problem.calls) == 2, "the two that failed, once each"
 
 
 class Rarely(ElementwiseProblem):

@@ -241,19 +241,6 @@ def test_surrogates_learn_from_what_is_told_and_know_what_is_pending(tmp_path):
     assert (4 * directed["x1"] ** 2 + 4 * directed["x2"] ** 2 < 7).all()
 
 
-def test_a_run_goes_on_from_what_people_have_tested(study_file):
-    problem = get_problem("bnh")
-    frame = ask_tests(problem, 5, RunOptions(study=study_file))
-    frame.loc[0, "x1"] = 0.5
-    tell_tests(results_of(problem, frame.iloc[:3]), study_file)
-    algorithm = PSI(16, study=study_file)
-    algorithm.setup(problem)
-    algorithm.run()
-    assert algorithm.evaluator.n_eval == 14  # the first design was changed
-    assert tell_tests(results_of(problem, frame), study_file)[-1] == "Pending tests: none."
-    assert len(read_table(study_file)) == 19  # people have tested two designs of the run once more
-
-
 def test_processes_that_ask_at_once_get_different_designs(alloy):
     asked("first.csv")
     command = [sys.executable, "-m", "pymoo_psi", "ask", "alloy.toml", "--study", "lab.db"]

@@ -5,6 +5,7 @@ those of the model, every run has the points that it would have alone, and the s
 evaluated.
 """
 
+import math
 import zlib
 from collections import Counter
 from contextlib import suppress
@@ -25,7 +26,8 @@ from pymoo_psi import (
     read_table,
 )
 
-OPTIONS = [12, "12", 1, True, 1.0, "oak"]
+# Different options, some of which are equal in Python, or are printed alike.
+OPTIONS = [12, "12", 12.0, True, 1, 1.0, "true", "True", "oak"]
 REAL = {"x": Real(bounds=(-1, 1)), "y": Real(bounds=(0, 2))}
 FINITE = {"n": Integer(bounds=(0, 4)), "a": Choice(options=OPTIONS), "b": Binary()}
 SPACES = [REAL, FINITE, {"x": REAL["x"], **FINITE}, {"n": FINITE["n"], "b": Binary()}]
@@ -137,6 +139,7 @@ class Check:
         options = {"first": int(random.integers(1, 6))}
         copy = Model(self.model.vars, elementwise=self.model.elementwise, noisy=self.model.noisy)
         alone = investigate(box(copy), n_points, **options)
+        assert len(copy.calls) == len({*copy.calls}) or self.model.noisy
         if self.model.noisy and random.random() < 0.5:
             options["repeat"] = 2
         if random.random() < 0.3:
@@ -187,8 +190,9 @@ class Check:
                 assert values == objectives(text)
 
     def value(self, variable):
-        if isinstance(variable, Real):  # the two zeros are two designs
-            return [-0.0, 0.0, 0.25, 0.75, float(self.random.random())][self.random.integers(5)]
+        if isinstance(variable, Real):  # the two zeros are two designs, and so are neighbours
+            values = [-0.0, 0.0, 0.25, 0.75, math.nextafter(0.75, 1), float(self.random.random())]
+            return values[self.random.integers(len(values))]
         if isinstance(variable, Integer):
             return int(self.random.integers(5))
         if isinstance(variable, Binary):

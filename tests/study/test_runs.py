@@ -47,37 +47,6 @@ def study(tmp_path):
     return tmp_path / "study.db"
 
 
-def test_no_design_is_evaluated_twice_whatever_runs_ask_for_it(model, study):
-    investigate(model, 32, study=study)
-    investigate(Restricted(model, {"x1": (0, 0.5)}), 32, study=study)
-    minimize(model, PSI(64, study=study))
-    minimize(model, SurrogatePSI(24, study=study), seed=1)
-    minimize(Recorded(model, study), NSGA2(8), ("n_gen", 3), seed=1)
-    table = read_table(study)
-    assert len(model.evaluated) == len({*model.evaluated}) == len(table)
-    assert {tuple(x) for x in table.X} == {*model.evaluated}
-    assert (np.diff(table.numbers) > 0).all()
-    values = Counted().evaluate(table.X, return_values_of=["F"])
-    np.testing.assert_array_equal(table.F, values)
-
-
-@pytest.mark.parametrize("n_first", [8, 40])
-def test_a_run_has_the_points_that_it_would_have_alone(model, study, n_first):
-    options = {"study": study, "names": {"f1": "point", "f2": "row_checksum"}}
-    investigate(model, n_first, **options)
-    part = Restricted(model, {"x2": (0.5, 1)})
-    table = investigate(part, 16, **options)
-    by_point = table.take(np.argsort(table["test_point"]))
-    alone = investigate(part, 16)
-    np.testing.assert_array_equal(by_point.X, alone.X)
-    np.testing.assert_array_equal(by_point.F, alone.F)
-    assert table.numbers.min() > n_first
-    result = minimize(part, PSI(16, **options))
-    assert result.algorithm.evaluator.n_eval == 0
-    expected = minimize(part, PSI(16)).opt.get("test_point")
-    assert sorted(result.opt.get("test_point")) == sorted(expected)
-
-
 def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model, study):
     first = investigate(model, 8, study=study)
     part = Restricted(model, {"x1": (0.5, 1)})
@@ -128,31 +97,6 @@ def test_more_proposals_after_few_points_are_all_new(model, study):
     investigate(model, 12, study=study)
     minimize(model, SurrogatePSI(16, more=True, study=study), seed=1)
     assert len(model.evaluated) == 12 + 16
-
-
-def test_results_from_elsewhere_are_tests_of_a_study(model, study):
-    results = pd.DataFrame({"x1": [0.25, 0.75, 2.0], "x2": [0.5, 0.25, 1.5], "f1": [1.0, 2.0, 9.0]})
-    results["f2"] = [3.0, np.nan, 4.0]
-    tests = import_tests(model, results, RunOptions(study=study))
-    np.testing.assert_array_equal(tests["f1"], [1, 9])  # one result is not complete
-    assert tests.remarks[0] == "2 of 3 tests taken, 0 known already."
-    assert tests.remarks[-2:] == (
-        "x1 is outside 0 to 1 in 1 test, the first 2.",
-        "x2 is outside 0 to 1 in 1 test, the first 1.5.",
-    )
-    for part in (results, results.iloc[:2]):
-        again = import_tests(model, part, RunOptions(study=study))
-        assert again.remarks[0].startswith("0 of")
-    assert len(read_table(study)) == 2
-    table = investigate(model, 4, study=study)
-    assert table["f1"][(table.X == [0.25, 0.5]).all(axis=1)].tolist() == []
-    assert len(model.evaluated) == 4
-    again = investigate(Restricted(model, {"x1": 0.25, "x2": (0.5, 1)}), 1, study=study)
-    assert again["f1"].tolist() == [1.0]  # as the table has it, not as the model would
-    assert len(model.evaluated) == 4
-    for name in ("x2", "f2"):
-        lacking = results.drop(columns=name)
-        refused(f"got '{name}'", import_tests, model, lacking, RunOptions(study=study))
 
 
 def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study):
