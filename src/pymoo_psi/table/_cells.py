@@ -79,19 +79,6 @@ _DATE_OR_TIME = re.compile(
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# What spreadsheets and people call rows that summarise others: sums, also those of a group, such as
-# "A Total", means and extremes.
-_SUMMARY = re.compile(
-    r"(?:.*[\W_])?(?:sums?|totals?|subtotal|σ|∑|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|"
-    r"teilsumme|ergebnis|gesamtergebnis|teilergebnis|zusammen|somme|suma|summa|totale|"
-    r"итого|всего|сумма|общо|підсумок|разом|razem|celkem|spolu|ukupno|kokku|összesen|toplam|"
-    r"totaal|totalt|yhteensä|soma|jumlah|tổng|σύνολο|المجموع|סך הכל|รวม|합계|合计|总计|合計)"
-    r"(?:[\W\d_].*)?|(?:mean|average|avg|ø|mittel|mittelwert|durchschnitt|moyenne|media|média|promedio|среднее|"
-    r"ortalama|gemiddelde|gennemsnit|keskiarvo|평균|平均|median|zentralwert|std|stdev|deviation|"
-    r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
-    r"schlechtester)[\W\d_]*",
-    re.IGNORECASE,
-)
 
 
 class UnfitError(ArgumentValueError):
@@ -456,14 +443,11 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     return ""
 
 
-# Rows that summarise others
+# A row that is the sum of others
 
 
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
-    """Refuse rows that summarise others, such as "Total".
-
-    A row is refused if a column of names calls it so, if it alone has no label, and, in a source
-    without names, if the last row is the sum of all others.
+    """Refuse a last row that is the sum of all others in two columns of numbers or more.
 
     Args:
         cells: The cells.
@@ -472,28 +456,12 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     Raises:
         ArgumentValueError: There is such a row.
     """
-    problems: dict[int, str] = {}
-    for name, column in cells.columns.items():
-        texts = [str(cell).strip() for cell in column]
-        if name != cells.label and len({*texts}) < len(texts):
-            continue  # a variable may have the levels min and max
-        for i, text in enumerate(texts):
-            if _SUMMARY.fullmatch(text):
-                problems[i] = f"is called {text!r:.40}"
-    last = len(cells.rows) - 1
     numbers = [column.numbers for column in columns if column.numbers is not None]
-    if cells.label in cells.columns:
-        blanks = [i for i, cell in enumerate(cells.columns[cells.label]) if is_blank(cell)]
-        if len(blanks) == 1:
-            problems[blanks[0]] = "alone has no name"
-    elif len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
-        problems[last] = "is the sum of all others"
-    if problems:
-        first = min(problems)
-        lines = ",".join(str(cells.line(i)) for i in sorted(problems))
+    last = len(cells.rows) - 1
+    if len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
         raise UnfitError(
-            f"{cells.where(first)} {problems[first]}, so that it may summarise other rows",
-            f"leave it out by skip_rows=[{lines}], or rename it",
+            f"{cells.where(last)} is the sum of all others",
+            f"leave it out by skip_rows=[{cells.line(last)}]",
         )
 
 

@@ -172,7 +172,8 @@ class CsvFile(FileFormat):
 
 def _with_comma(cell: Any) -> Any:
     """Return a cell as it is written in a file with decimal commas."""
-    if isinstance(cell, float) and cell == cell:
+    # An integer becomes text, too, as pandas takes integers beside blanks for floats.
+    if isinstance(cell, (int, float)) and cell == cell:
         return str(cell).replace(".", ",")
     return cell
 

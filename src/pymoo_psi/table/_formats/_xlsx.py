@@ -29,14 +29,12 @@ from pymoo_psi.table._formats._format import (
 from pymoo_psi.table._head import is_of_tests
 from pymoo_psi.table._layout import headings_of
 
-_ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
-_OLE = b"\xd0\xcf\x11\xe0"  # a compound file
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
 _WIDTH = 16  # the width of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
-_MOST_BYTES = 100_000_000  # of XML in a workbook, some millions of cells, which take minutes
+_NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a cell with a number does not keep
 
 
 class WorkbookFile(FileFormat):
@@ -47,16 +45,11 @@ class WorkbookFile(FileFormat):
     has_sheets = True
 
     def recognizes(self, file: SourceFile) -> bool:
-        """Say whether a file begins as workbooks do, those of old too."""
-        return file.start.startswith((_ZIP, _OLE))
+        """Say whether a file begins as workbooks do."""
+        return file.start.startswith(b"PK\x03\x04")  # an archive (ZIP)
 
     def read(self, file: SourceFile) -> Cells:
         """Return the cells of a sheet, with what we wrote of them."""
-        if file.start.startswith(_OLE):
-            raise UnfitError(
-                "it is an old workbook (.xls), or has a password",
-                "save it as .xlsx without one, or as CSV",
-            )
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
         if is_of_tests(head):
             return cells_as_written(rows, head)
@@ -86,7 +79,7 @@ class WorkbookFile(FileFormat):
             cell = make_cell(sheet, text.replace("\r", "_x000D_"))
             # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
             cell.data_type = "s"
-            if isinstance(value, (int, float)) and abs(value) != float("inf"):
+            if isinstance(value, (int, float)) and str(value) not in _NO_NUMBERS:
                 cell.data_type = "n"
             return cell
 
@@ -138,52 +131,37 @@ def _rows_of_workbook(
     All rows are filled up to one length.
 
     Raises:
-        ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
-            one is meant, or the sheet hides columns, or rows that are not left out.
+        ArgumentValueError: It is no workbook, there is no sheet of that name, or it is not known
+            which one is meant.
         PsiError: openpyxl is not installed.
     """
-    openpyxl = _openpyxl()
+    import pandas as pd
+
+    _openpyxl()
     try:
-        _require_few_bytes(content)
         with catch_warnings():
             simplefilter("ignore")  # warnings on drawings and the like, which are not read
-            # Read-only: else one merged range or link of 100 bytes becomes a million cells.
-            book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
+            book = pd.ExcelFile(BytesIO(content), engine="openpyxl")
+            titles = list(map(str, book.sheet_names))
             head: Head = {}
-            titles = [sheet.title for sheet in book.worksheets]
             if titles[1:] == [_HEAD_SHEET]:
-                head = _sheet_head(book[_HEAD_SHEET].iter_rows(values_only=True))
-                titles = titles[:1]
-            sheet = book[_title(titles, name)]
-            sheet.reset_dimensions()  # what a file declares may be more than it holds
-            rows = {}
-            for number, cells in enumerate(sheet.iter_rows(), start=1):
-                row = list(map(_typed, cells))
-                while row and row[-1] == "":
-                    row.pop()
-                if row and number not in skip_rows:
-                    rows[number] = row
-            width = max(map(len, rows.values()), default=0)
-            _require_visible(sheet, rows, width)
+                head = _sheet_head(_rows_of_sheet(book, titles.pop()))
+            rows = dict(enumerate(_rows_of_sheet(book, _title(titles, name)), start=1))
     except PsiError:
         raise
     except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    for row in rows.values():
-        row += [""] * (width - len(row))
-    return head, rows
+    counting = {}
+    for number, row in rows.items():
+        if number not in skip_rows and set(row) != {""}:
+            counting[number] = row
+    return head, counting
 
 
-def _require_few_bytes(content: bytes) -> None:
-    """Refuse a workbook that takes minutes to read, by the size of its parts before it is read."""
-    with ZipFile(BytesIO(content)) as archive:
-        sizes = [part.file_size for part in archive.infolist() if part.filename.endswith(".xml")]
-    if sum(sizes) > _MOST_BYTES:
-        size, most = (n // 1_000_000 for n in (sum(sizes), _MOST_BYTES))
-        raise UnfitError(
-            f"it has {size} MB of cells, and at most {most} MB are read",
-            "save the sheet with the designs as CSV",
-        )
+def _rows_of_sheet(book: Any, title: str) -> list[list[Any]]:
+    """Return the rows of a sheet with their numbers and texts as they are."""
+    frame = book.parse(title, header=None, dtype=object, na_filter=False)
+    return [list(map(_typed, row)) for row in frame.itertuples(index=False, name=None)]
 
 
 def _title(titles: Names, name: str | None) -> str:
@@ -207,60 +185,12 @@ def _sheet_head(rows: Iterable[Sequence[Any]]) -> Values:
     """
     head = {}
     for name, *parts in rows:
-        text = "".join(str(part) for part in parts if part is not None)
-        head[str(name)] = json.loads(text)
+        head[str(name)] = json.loads("".join(map(str, parts)))
     return head
 
 
-def _require_visible(sheet: Any, rows: RowsByLine, width: int) -> None:
-    """Refuse a sheet that hides one of the rows, or one of its first columns.
-
-    openpyxl tells what is hidden only where it loads everything.
-
-    Args:
-        sheet: The sheet.
-        rows: The rows that count.
-        width: The number of columns that count.
-
-    Raises:
-        UnfitError: It hides some; the message names them.
-    """
-    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
-
-    hidden_rows = []
-    hidden_columns: list[int] = []
-    with sheet._get_source() as file:
-        for _, element in iterparse(file):
-            is_hidden = element.get("hidden") in ("1", "true")
-            if is_hidden and element.tag.endswith("}col"):
-                last = min(int(element.attrib["max"]), width)
-                hidden_columns += range(int(element.attrib["min"]), last + 1)
-            elif is_hidden and element.tag.endswith("}row"):
-                number = int(element.attrib["r"])
-                if number in rows:
-                    hidden_rows.append(str(number))
-            element.clear()
-    if hidden_columns:
-        letters = map(_openpyxl().utils.get_column_letter, hidden_columns)
-        raise UnfitError(f"the sheet hides the columns {', '.join(letters)}", "show or delete them")
-    if hidden_rows:
-        numbers = ",".join(hidden_rows)
-        raise UnfitError(
-            f"the sheet hides the rows {numbers}",
-            f"show them, or leave them out by skip_rows=[{numbers}]",
-        )
-
-
-def _typed(cell: Any) -> Any:
-    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing.
-
-    What has the format 0 % is the text that it shows: 85 % and not 0.85.
-    """
-    value = cell.value
-    if value is None:
-        return ""
-    if isinstance(value, (int, float)) and "%" in cell.number_format:
-        return f"{100 * value:.15g} %"
+def _typed(value: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
     if isinstance(value, str):
         return _ESCAPED.sub(lambda match: chr(int(match[1], 16)), value)
     if isinstance(value, (int, float)):
