@@ -6,7 +6,6 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import compare
 from pymoo_psi.cli import _experiments
-from pymoo_psi.paper import reproduce
 
 
 @pytest.fixture(autouse=True)
@@ -28,28 +27,6 @@ def test_the_papers_tables_are_written_and_printed(said, drawn, tmp_path):
     assert table.loc[table["model"] == "rolling", "paper_f1"].tolist() == [1.9829, 2.0454, 2.0454]
     assert list(pd.read_csv(out / "table_6_2.csv").columns) == list(table.columns)
     assert printed.count("1.9829") == (table["paper_f1"] == 1.9829).sum()
-
-
-def test_other_bounds_have_no_printed_values_beside_them(said, drawn, tmp_path):
-    words = [
-        "reproduce",
-        "--points",
-        64,
-        "--model",
-        "rolling",
-        "--lower",
-        "0,0.2",
-        "--upper",
-        "1,4",
-    ]
-    said(*words, "--out", "other")
-    table = pd.read_csv(tmp_path / "other" / "table_6_1.csv")
-    assert table["paper_f1"].isna().all()
-    result = reproduce(64, models=["rolling"], lower=[0, 0.2], upper=[1, 4])
-    assert table["f1"].tolist() == pytest.approx(result.table_6_1()["f1"].tolist())
-    for case in result.cases:
-        assert (case.table.X <= [1, 4]).all()
-    said("reproduce", "--lower", "1", "--out", "other", code=2)
 
 
 def test_a_comparison_is_the_librarys_and_goes_on(run, said, tmp_path):

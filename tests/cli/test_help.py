@@ -139,7 +139,7 @@ ONLY_THERE = {
     "page": {"out"},
     "live": {"host"},
     "report": {"out"},
-    "reproduce": {"out", "format"},
+    "reproduce": {"out"},
 }
 
 

@@ -77,7 +77,6 @@ def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> cli
 _names = partial(_option, multiple=True)
 _file = partial(_option, type=path_in)
 _count = partial(_option, type=_Integer(1))
-_bound = partial(_option, type=_listed(click.FLOAT))
 _flag = partial(_option, metavar=None, is_flag=True)
 
 
@@ -469,14 +468,10 @@ def export() -> None:
 
 @_command(
     "_experiments",
-    _file("out", "DIR", "Folder for tables (CSV) and figures.", default="reproduction"),
+    _file("out", "DIR", "Folder for tables (CSV) and figures (PNG).", default="reproduction"),
     _count("points", "Q", "Test points per case.", default=4096),
     _names("mu", "MU", "Friction coefficient; may be repeated [0.2, 0.4, 0.6].", type=float),
     _choice("model", "full|rolling", "Model of the motion [both]."),
-    _bound("lower", "A,V", "Lower bounds of tan alpha and v_P [those of the paper]."),
-    _bound("upper", "A,V", "Upper bounds of tan alpha and v_P [those of the paper]."),
-    _choice("format", "png|pdf|svg", "Format of the figures.", default="png"),
-    _option("width", "MM", "Width of the figures in mm.", type=float),
     _JOBS,
 )
 def reproduce() -> None:
@@ -485,7 +480,6 @@ def reproduce() -> None:
     Examples:
       pymoo-psi reproduce
       pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03
-      pymoo-psi reproduce --format pdf --width 90 --lower 0,0.1 --upper 1,4
     """
 
 

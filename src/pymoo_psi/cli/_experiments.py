@@ -98,12 +98,10 @@ def run_reproduce(options: Options) -> int:
             options.points,
             mu=mu,
             models=models,
-            lower=options.lower,
-            upper=options.upper,
             n_jobs=options.jobs,
             on_case=show_case,
         )
-        draw = partial(_draw_paper, result, options)
+        draw = partial(_draw_paper, result, out)
         # Figures take most of the time, so that a second process is worth its start.
         for _, model in in_parallel(draw, models, options.jobs):
             show(next(steps) / n_steps, f"figures of the {model} model")
@@ -131,12 +129,8 @@ def _folder_of(out: Path, model: str) -> Path:
     return out
 
 
-def _draw_paper(result: Reproduction, options: Options, model: ModelName) -> str:
+def _draw_paper(result: Reproduction, out: Path, model: ModelName) -> str:
     """Write the figures of a model, and return its name."""
-    folder = results_folder(_folder_of(options.out, model))
-    dpi = 200
-    if options.width is not None:  # the figures are for a journal
-        dpi = 300
-    figures = paper_figures(result, model=model)
-    save_figures(figures, folder, dpi, f".{options.format}", width=options.width)
+    folder = results_folder(_folder_of(out, model))
+    save_figures(paper_figures(result, model=model), folder, 200, ".png")
     return model

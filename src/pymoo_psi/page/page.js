@@ -908,13 +908,12 @@ const page = (() => {
     const words = ({limits}) => entriesOf(limits).map(([name, limit]) => limit.every((end) => typeof end === "string") ? `${name}: ${limit.join(", ")}`
       : limit.flatMap((end, k) => end === null ? [] : [Logic.limitText(data.by.get(name), k, end)]).join(", ")).join("; ") || "–"
     const numbers = (key) => (one) => entriesOf(one[key]).map(([name, value]) => `${name} ${countText(value)}`).join(", ") || "–"
-    const moved = ({name}) => positions.filter((one) => one.name === name).map((one) => `${dated(one.date)} ${one.chosen ?? "none"}`).join(" → ")
     renew("position-table", ...(held.length ? [make("thead", make("tr", head("col", "Position"), held.map((one) =>
       head("col", make("b", one.name), make("div.tools",
         button("Show", () => change({...Logic.limitsOf(one.limits), chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
         button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))),
     make("tbody", row("Choice", (one) => make("b", one.chosen ?? "none")), data.objectives.map((column) => row(column.label, gives(column))),
-      row("Limits", words), row("Weights", numbers("weights")), row("Aspirations", numbers("aspiration")), row("Reason", (one) => one.reason || "–"), row("Moved", moved),
+      row("Limits", words), row("Weights", numbers("weights")), row("Aspirations", numbers("aspiration")), row("Reason", (one) => one.reason || "–"),
       row("Agrees", (one) => make("input", {type: "checkbox", "aria-label": `${one.name} agrees`})))] : []))
     const key = JSON.stringify([chosen, held])
     if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })

@@ -24,7 +24,6 @@ import pandas as pd
 from pymoo_psi._validation import (
     Array,
     Rows,
-    Values,
     job_count,
     known_name,
 )
@@ -124,7 +123,6 @@ class Reproduction:
 
     n_points: int
     cases: tuple[Case, ...]
-    has_its_bounds: bool = True
 
     def table_6_1(self) -> pd.DataFrame:
         """Return the Salukvadze optima, each with the printed one of the same μ.
@@ -142,13 +140,8 @@ class Reproduction:
         """
         optima = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         # The printed optimum is there for comparison, even if it is another test point.
-        printed = self._printed_table("6.1").drop(columns="test_point")
+        printed = published_table("6.1").drop(columns="test_point")
         return optima.merge(printed, on="mu", how="left")
-
-    def _printed_table(self, number: Literal["6.1", "6.2"]) -> pd.DataFrame:
-        """Return a printed table, without rows if the bounds are others."""
-        printed = published_table(number)
-        return printed if self.has_its_bounds else printed[:0]
 
     def table_6_2(self) -> pd.DataFrame:
         """Return the designs whose rank of efficiency is 5, with f4 below the optimum's.
@@ -171,26 +164,17 @@ class Reproduction:
             limit = f4[case.ranking.salukvadze].min()
             fifth = case.ranking.subset(5)
             tables.append(case.rows(fifth[f4[fifth] < limit]))
-        printed = self._printed_table("6.2")
+        printed = published_table("6.2")
         return pd.concat(tables).merge(printed, on=["mu", "test_point"], how="left")
 
 
-def solve_case(
-    mu: float,
-    model: ModelName,
-    n_points: int,
-    *,
-    lower: Sequence[float] | None = None,
-    upper: Sequence[float] | None = None,
-) -> Case:
+def solve_case(mu: float, model: ModelName, n_points: int) -> Case:
     """Investigate the chute for one μ under one model and rank its Pareto set.
 
     Args:
         mu: Friction coefficient.
         model: ``"full"`` or ``"rolling"``.
         n_points: Test points.
-        lower: Lower bounds of tan α and v_P, the paper's unless given.
-        upper: Upper bounds, the paper's unless given.
 
     Raises:
         ArgumentValueError: A number is out of range, or there is no such model.
@@ -199,10 +183,7 @@ def solve_case(
         >>> solve_case(0.2, "full", 64)
         Case(full model, mu = 0.2: 64 Pareto optimal of 64 test points, the best [18])
     """
-    bounds: Values = {"upper": upper}
-    if lower is not None:
-        bounds["lower"] = lower
-    table = investigate(VectorizedSphereChute(mu, model=model, **bounds), n_points)
+    table = investigate(VectorizedSphereChute(mu, model=model), n_points)
     # The paper measures distances in the criteria's own units, which are dimensionless.
     ranking = table.under(normalize=False).ranking()
     return Case(model, mu, table, table.take(table.pareto()), ranking)
@@ -213,8 +194,6 @@ def reproduce(
     *,
     mu: Sequence[float] = PAPER_MU,
     models: Sequence[ModelName] = MODELS,
-    lower: Sequence[float] | None = None,
-    upper: Sequence[float] | None = None,
     n_jobs: int = 1,
     on_case: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
@@ -224,9 +203,6 @@ def reproduce(
         n_points: Test points per case; the paper has 4096.
         mu: Friction coefficients.
         models: ``"full"``, ``"rolling"`` or both.
-        lower: Lower bounds of tan α and v_P, the paper's unless given.
-        upper: Upper bounds, the paper's unless given. Tables of other bounds have no printed values
-            beside them.
         n_jobs: Number of processes, -1 for one per core.
         on_case: Called with each case as soon as it is ready, to show progress.
 
@@ -248,14 +224,14 @@ def reproduce(
 
     def solved(pair: tuple[ModelName, float]) -> Case:
         model, value = pair
-        return solve_case(value, model, n_points, lower=lower, upper=upper)
+        return solve_case(value, model, n_points)
 
     cases = {}
     for number, case in in_parallel(solved, pairs, n_jobs):
         on_case(case)
         cases[number] = case
     every_case = tuple(cases[number] for number in range(len(pairs)))
-    return Reproduction(n_points, every_case, has_its_bounds=lower is None and upper is None)
+    return Reproduction(n_points, every_case)
 
 
 # The numbers behind figures 2 and 8
