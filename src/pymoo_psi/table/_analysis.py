@@ -353,15 +353,14 @@ def _half_width(y: Array, fit: Array, p: int, free: int) -> float:
     return half
 
 
-def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
+def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     """Return the tests that sample the bounds evenly, and remarks on them.
 
     Sensitivities and convergence use these tests only, because designs chosen by an algorithm show
-    where it searched. If the sampling is unknown, the values of the designs decide.
+    where it searched. If the sampling is unknown, all tests are returned, and a remark says so.
 
     Args:
         table: Tests of any origin.
-        ordered: Whether the first tests must be an even sample, too.
 
     Returns:
         The tests, in their order, and sentences on which they are and how many failed.
@@ -372,8 +371,8 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
     Example:
         >>> from pymoo_psi import lp_tau
         >>> table, sentences = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
-        >>> len(table), sentences
-        (64, ('It is unknown how designs were sampled; they lie evenly within their range.',))
+        >>> print(len(table), *sentences)
+        64 It is unknown how designs were sampled: ...
     """
     instance("table", table, TestTable)
     sentences = []
@@ -396,10 +395,9 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
                 "proposed the others."
             )
     elif not sampling:
-        if not _lies_evenly(table, ordered):
-            raise _uneven("tests of unknown sampling that crowd, or whose variables depend")
         sentences.append(
-            "It is unknown how designs were sampled; they lie evenly within their range."
+            "It is unknown how designs were sampled: sensitivities and convergence hold only if "
+            "they are spread evenly over the bounds, and in no order of their values."
         )
     # A requirement has rejected a design that is infeasible without objectives.
     lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
@@ -430,37 +428,6 @@ def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
     part = table.take(table.extra[RUN] == int(run))
     layout = replace(table.layout, lower=lower, upper=upper)
     return run, replace(part, layout=layout, problem={"sampling": points.get("sampling")})
-
-
-def _lies_evenly(table: TestTable, ordered: bool) -> bool:
-    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong.
-
-    The values of each variable must be uniform, or their logarithms, and no two columns depend.
-    """
-    from scipy import stats
-
-    p_values = [1.0]
-    ranked_columns = []
-    if ordered:
-        ranked_columns.append(np.arange(len(table)))
-    for column in table.X.T:
-        values, ranks = value_ranks(column)
-        if len(values) < 2:
-            continue
-        ranked_columns.append(stats.rankdata(ranks))
-        if len(values) <= len(column) / 5 or isinstance(values[0], str):
-            p_values.append(stats.chisquare(np.bincount(ranks)).pvalue)
-            continue
-        scales = [column.astype(np.float64)]
-        if values[0] > 0:
-            scales.append(np.log(scales[0]))
-        shares = [(x - x.min()) / np.ptp(x) for x in scales]
-        p_values.append(max(stats.kstest(x, "uniform").pvalue for x in shares))
-    if len(ranked_columns) > 1 and len(table) > 2:
-        correlations = np.asarray(np.corrcoef(ranked_columns))
-        pairs = correlations[np.triu_indices(len(ranked_columns), 1)]
-        p_values += (2 * stats.norm.sf(np.abs(pairs) * np.sqrt(len(table) - 1))).tolist()
-    return min(p_values) * len(p_values) > 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -573,8 +540,8 @@ def convergence(table: TestTable) -> Convergence:
         table: The tests of an investigation.
 
     Raises:
-        ArgumentValueError: There is no feasible design, there are fewer than eight tests, or the
-            first tests do not sample the bounds evenly, see :func:`even_part`.
+        ArgumentValueError: There is no feasible design, there are fewer than eight tests, or an
+            algorithm has chosen them, see :func:`even_part`.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -582,7 +549,7 @@ def convergence(table: TestTable) -> Convergence:
         >>> convergence(table).pareto
         array([ 6, 12, 18, 36])
     """
-    table, _ = even_part(table, ordered=True)
+    table, _ = even_part(table)
     if len(table) < _FIRST:
         received = Received(counted(len(table), "test"))
         raise invalid("the table", f"of {_FIRST} tests or more", received, "test more points")
