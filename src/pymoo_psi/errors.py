@@ -107,7 +107,7 @@ class StudyVersionError(StudyError):
         ...         read_table(path)
         ...     except StudyVersionError as error:
         ...         print(error)
-        study ...chute.db has format 99, but this version of pymoo-psi reads format 6...
+        study ...chute.db has format 99, but this version of pymoo-psi reads format 1...
     """
 
 

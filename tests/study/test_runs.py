@@ -19,7 +19,6 @@ from pymoo_psi.problems import NamedProblem
 from pymoo_psi.study import Study
 from pymoo_psi.table import Layout, even_part, read_table, sensitivities
 from tests.refusals import refused
-from tests.study.studies import HEAD, begun, block, edit, read
 
 ROOT = Path(__file__).parents[2]
 
@@ -133,21 +132,6 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
     assert len(model.evaluated) == 15  # the corner of both is one design
     twice = TestTable.combined({"a": table, "b": table})
     refused("runs and test points .* different ones", twice.to_study, tmp_path / "twice.db")
-
-
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "UPDATE runs SET points = replace(points, '0.0', '0.1')",
-        "UPDATE runs SET last = 9",
-        "UPDATE tests SET run = 2 WHERE test = 3",
-        "UPDATE tests SET test_point = 5 WHERE test = 3",
-    ],
-)
-def test_runs_with_another_value_are_reported(study_file, statement):
-    begun(study_file, HEAD).append(block(1, 8))
-    edit(study_file, statement)
-    refused("changed", read, study_file)
 
 
 def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study):

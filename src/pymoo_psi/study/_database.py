@@ -20,14 +20,12 @@ import numpy as np
 from pymoo_psi._kinds import DTYPES, Kind, design_key
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import (
-    AnyArray,
     Columns,
     Head,
     Integers,
     Mask,
     Received,
     Values,
-    counted,
     invalid,
 )
 from pymoo_psi.errors import StudyVersionError
@@ -46,39 +44,29 @@ from pymoo_psi.study._facts import (
     require_other_names,
     with_outputs,
 )
-from pymoo_psi.study._integrity import (
-    intact,
-    of_others,
-    reported,
-    row_checksums,
-    text_checksum,
-    unreadable,
-)
+from pymoo_psi.study._integrity import intact, of_others, reported, require_no_trigger, unreadable
 
 LAST = 2**63 - 1  # the largest number of a test
 
 _APPLICATION = 0x50534931
-_VERSION = 6
-_TESTS = """
-CREATE TABLE tests
-    (test INTEGER PRIMARY KEY, run INTEGER, test_point INTEGER, status TEXT, reason TEXT,
-    origin TEXT, seconds REAL, row_checksum INTEGER)"""
+_VERSION = 1
 _SCHEMA = f"""
 PRAGMA application_id = {_APPLICATION};
 PRAGMA user_version = {_VERSION};
-CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT, checksum INTEGER);
-CREATE TABLE runs
-    (run INTEGER PRIMARY KEY, points TEXT, record TEXT, last INTEGER, checksum INTEGER);
+CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT);
+CREATE TABLE runs (run INTEGER PRIMARY KEY, points TEXT, record TEXT, last INTEGER);
 CREATE TABLE adopted
     (run INTEGER, test_point INTEGER, test INTEGER, PRIMARY KEY (run, test_point),
     UNIQUE (run, test)) WITHOUT ROWID;
 CREATE TABLE proposals
-    (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT, checksum INTEGER,
+    (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT,
     PRIMARY KEY (run, test_point)) WITHOUT ROWID;
 CREATE TABLE history (time TEXT, test INTEGER, content TEXT);
-{_TESTS}"""
+CREATE TABLE tests
+    (test INTEGER PRIMARY KEY, run INTEGER, test_point INTEGER, status TEXT, reason TEXT,
+    origin TEXT, seconds REAL);
+"""
 _TABLES = ("study", "runs", "adopted", "proposals", "history", "tests")
-_FIXED = (*NOT_VALUES, "row_checksum")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
@@ -102,11 +90,6 @@ _STATUS = [
     _Column("status", "status", Kind.CHOICE),
     _Column("reason", "coalesce(reason, '')", Kind.CHOICE),
 ]
-_PROVENANCE = [
-    _Column("origin", "origin", Kind.CHOICE),
-    _Column("seconds", "seconds", Kind.REAL),
-]
-_CHECKSUM = _Column("row_checksum", "row_checksum", Kind.INTEGER)
 
 
 class Proposal(NamedTuple):
@@ -147,46 +130,27 @@ def new_database(db: sqlite3.Connection, path: str, facts: Facts) -> Database:
 
 
 def opened(db: sqlite3.Connection, path: str) -> Database:
-    """Return a study after making sure that the file is one, and nothing else."""
+    """Return a study after making sure that the file is one; it may hold further tables."""
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application == _APPLICATION and version != _VERSION:
         raise StudyVersionError(
             f"study {path} has format {version}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; continue it with the version that made it, or export it as CSV with that "
-            "one"
+            f"{_VERSION}; use the version that made it, or export it as CSV with that one"
         )
-    # Other items, such as triggers, are refused: SQLite would run them by itself.
-    query = (
-        "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!' "
-        "AND (name, type) <> ('designs', 'index')"
-    )
-    items = dict(db.execute(query))
-    tables = dict.fromkeys(_TABLES, "table")
-    if application != _APPLICATION and items:
-        raise of_others(path, [*items])
-    if application != _APPLICATION or items != tables:
-        others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
-        raise unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
-    rows = _checked_rows(db, "study")
-    rows_of_runs = _checked_rows(db, "runs ORDER BY run")
+    tables = [name for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+    if application != _APPLICATION and tables:
+        raise of_others(path, tables)
+    missing = [name for name in _TABLES if name not in tables]
+    if missing:
+        raise unreadable(path, f"it lacks the table {missing[0]}")
+    require_no_trigger(db, path)
+    rows = db.execute("SELECT name, value FROM study").fetchall()
+    rows_of_runs = db.execute("SELECT run, points, record, last FROM runs ORDER BY run").fetchall()
     facts = Facts(**{name: json.loads(text) for name, text in rows})
     for number, identity, record, last in rows_of_runs:
         facts.runs.append(StudyRun(number, json.loads(identity), json.loads(record), last))
     return Database(db, path, facts, {*rows, *rows_of_runs})
-
-
-def _checked_rows(
-    db: sqlite3.Connection, source: str, arguments: Sequence[int] = ()
-) -> list[tuple[Any, ...]]:
-    """Return rows of a table after a comparison of their checksums."""
-    rows = []
-    for *row, checksum in db.execute(f"SELECT * FROM {source}", arguments):
-        if text_checksum(tuple(row)) != checksum:
-            table = source.partition(" ")[0]
-            raise ValueError(f"a row of the table {table} was changed: {row[0]}")
-        rows.append(tuple(row))
-    return rows
 
 
 class Database:
@@ -218,12 +182,10 @@ class Database:
             self._write("study", name, _text(value))
 
     def _write(self, table: str, *row: Any) -> None:
-        """Write a row with its checksum, unless it is stored, in the place of one with its key."""
-        if row in self._saved:
-            return
-        marks = "?, " * len(row)
-        statement = f"INSERT OR REPLACE INTO {table} VALUES ({marks}?)"
-        self.db.execute(statement, (*row, text_checksum(row)))
+        """Write a row, unless it is stored, in the place of one with its key."""
+        if row not in self._saved:
+            marks = ", ".join("?" * len(row))
+            self.db.execute(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", row)
 
     # Runs
 
@@ -273,12 +235,14 @@ class Database:
 
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
-        source = "proposals WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
+        query = (
+            "SELECT test_point, round, origin, content FROM proposals "
+            "WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
+        )
         proposals = []
-        with intact(self._path):
-            rows = _checked_rows(self.db, source, (run, first, last))
-            for _, test_point, proposed_in, origin, content in rows:
-                proposals.append(Proposal(test_point, proposed_in, origin, json.loads(content)))
+        with intact(self.db, self._path):
+            for point, number, origin, content in self.db.execute(query, (run, first, last)):
+                proposals.append(Proposal(point, number, origin, json.loads(content)))
         return proposals
 
     def propose(self, run: int, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
@@ -325,18 +289,28 @@ class Database:
         head = with_outputs(head, present)
         if head == stored:
             return
-        columns: Columns = {}
-        if renaming:
-            provenance = _read(self.db, _PROVENANCE, "tests ORDER BY test")
-            columns = renaming.of_columns(self.tests() | _by_name(_PROVENANCE, provenance))
-            self.db.execute("DROP TABLE tests")
-            self.db.execute(_TESTS)
-            present = []
         self.facts.head = head
         self.facts.is_complete = False
+        self._rename_columns(_columns_of_values(stored), present)
         self._add_columns(present)
-        if renaming:
+        if renaming.turned:
+            columns = self.tests()
+            for name in renaming.turned:
+                columns[name] = -columns[name]
             self.insert(columns)
+
+    def _rename_columns(self, stored: Sequence[_Column], names: Sequence[str]) -> None:
+        """Give stored columns the names of columns of the head; views and indices follow."""
+        new_columns = {column.name: column.sql for column in _columns_of_values(self.facts.head)}
+        renamed: list[tuple[str, str, str]] = []
+        for column, name in zip(stored, names, strict=True):
+            if column.sql != new_columns[name]:
+                renamed.append((column.sql, new_columns[name], f'"pymoo-psi {len(renamed)}"'))
+        # By way of names that no column has, as two columns may change theirs for one another.
+        for old, _, between in renamed:
+            self.db.execute(f"ALTER TABLE tests RENAME COLUMN {old} TO {between}")
+        for _, new, between in renamed:
+            self.db.execute(f"ALTER TABLE tests RENAME COLUMN {between} TO {new}")
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
@@ -486,16 +460,11 @@ class Database:
     def insert(self, columns: Columns) -> None:
         """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""
         n = len(columns["test"])
-        values = {}
-        for name, _, kind in _columns_of_values(self.facts.head):
-            # NaN where these tests lack an output.
-            values[name] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
         cells = {name: columns[name] for name in NOT_VALUES if name in columns}
         cells["reason"] = np.where(columns["reason"] == "", np.array(None), columns["reason"])
-        checked = {name: columns[name] for name in (*NUMBERS, "status", "reason")}
-        cells["row_checksum"] = row_checksums(checked | values)
-        for name, sql, _ in _columns_of_values(self.facts.head):
-            cells[sql] = values[name]
+        for name, sql, kind in _columns_of_values(self.facts.head):
+            # NaN where these tests lack an output.
+            cells[sql] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
         marks = ", ".join("?" * len(cells))
         changes = ", ".join(f"{name} = excluded.{name}" for name in cells)
         statement = (
@@ -510,7 +479,7 @@ class Database:
         """Return the tests with numbers from ``first`` to ``last``, in the order of their numbers.
 
         Raises:
-            StudyCorruptError: A row has another checksum.
+            StudyCorruptError: A cell cannot be read.
         """
         ends = min(first, LAST), min(last, LAST)
         return self._selected("tests WHERE test BETWEEN ? AND ? ORDER BY test", ends)
@@ -528,16 +497,18 @@ class Database:
         return tests
 
     def _selected(self, source: str, arguments: Sequence[int] = ()) -> Columns:
-        """Return tests of a source in SQL, after a comparison of their checksums."""
-        columns = [*_NUMBERS, *_with_status(_columns_of_values(self.facts.head))]
-        with intact(self._path):
-            checksums, *cells = _read(self.db, [_CHECKSUM, *columns], source, arguments)
-            tests = _by_name(columns, cells)
-            changed = tests["test"][checksums != row_checksums(tests)]
-        if len(changed):
-            problem = f"{counted(len(changed), 'test')} changed, the first {changed[0]}"
-            raise unreadable(self._path, problem)
-        return tests
+        """Return tests of a source in SQL."""
+        columns = [*_NUMBERS]
+        for column in _columns_of_values(self.facts.head):
+            # With the table: SQLite takes a quoted name that is no column for a text.
+            columns.append(column._replace(sql=f"tests.{column.sql}"))
+        columns += _STATUS
+        query = ", ".join(column.sql for column in columns)
+        dtype = np.dtype([(column.name, DTYPES[column.kind]) for column in columns])
+        with intact(self.db, self._path):
+            rows = self.db.execute(f"SELECT {query} FROM {source}", arguments)
+            cells = np.fromiter(rows, dtype)
+        return {name: np.ascontiguousarray(cells[name]) for name in dtype.names or ()}
 
     def test_numbers(self) -> Integers:
         """Return the numbers of the tests."""
@@ -586,7 +557,7 @@ def _columns_of_values(head: Head) -> list[_Column]:
     """Return the columns of a head, as the table of tests has them, quoted for SQL."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
     columns = []
-    taken = {*_FIXED}
+    taken = {*NOT_VALUES}
     for name in columns_of_head(head):
         column = name
         while column.lower() in taken:  # SQL takes "a" and "A" for one name
@@ -595,33 +566,6 @@ def _columns_of_values(head: Head) -> list[_Column]:
         quoted = column.replace('"', '""')
         columns.append(_Column(name, f'"{quoted}"', kinds.get(name, Kind.REAL)))
     return columns
-
-
-def _with_status(values: Sequence[_Column]) -> list[_Column]:
-    """Return columns of values as they are read, and those of the status."""
-    # With the table: SQLite takes a quoted name that is no column for a text.
-    columns = [column._replace(sql=f"tests.{column.sql}") for column in values]
-    return [*columns, *_STATUS]
-
-
-def _by_name(columns: Sequence[_Column], cells: Sequence[AnyArray]) -> Columns:
-    return dict(zip([column.name for column in columns], cells, strict=True))
-
-
-def _read(
-    db: sqlite3.Connection,
-    columns: Sequence[_Column],
-    source: str,
-    arguments: Sequence[int] = (),
-) -> list[AnyArray]:
-    """Return the cells of each column."""
-    query = ", ".join(column.sql for column in columns)
-    rows = db.execute(f"SELECT {query} FROM {source}", arguments)
-    # Columns of a study may have any names, also equal ones here.
-    places = [str(place) for place in range(len(columns))]
-    kinds = [DTYPES[column.kind] for column in columns]
-    cells = np.fromiter(rows, np.dtype([*zip(places, kinds, strict=True)]))
-    return [np.ascontiguousarray(cells[place]) for place in places]
 
 
 def _text(value: Any) -> str:

@@ -44,15 +44,8 @@ LASTING = ("search", "more")
 _MOST_FURTHER = 1_000_000  # tests of a request, whose points a run keeps in memory
 ACTIONS = (*LASTING, "pause", "continue", "stop")
 
-# Entries of a problem's identity that belonged to the model in version 0.3.
-_OF_RUNS = ("sampling", "functions", "inequality constraints", "equality constraints")
-# Paths that are compared only where both have them: versions differ in them, or outputs were added.
-_IN_BOTH = (
-    "problem.variables.",
-    "problem.choices.",
-    "problem.objectives.",
-    "problem.parameters.outputs.",
-)
+# Outputs are compared only where both have them, as some may have been added.
+_OUTPUTS = "problem.parameters.outputs."
 _TEMPLATE = "problem.parameters.template."
 SUFFIX = ".db"  # the suffix of the studies in a folder
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
@@ -197,7 +190,7 @@ def _differences(stored: Mapping[str, str], model: Mapping[str, str], where: str
     differences = []
     for name in {**stored, **model}:
         in_both = name in stored and name in model
-        if f"{name}.".startswith(_IN_BOTH) and not in_both:
+        if name.startswith(_OUTPUTS) and not in_both:
             continue
         fact = stored.get(name, "absent")
         other = model.get(name, "absent")
@@ -215,9 +208,7 @@ def _model(head: Head) -> dict[str, str]:
 
     The name of the problem comes first, as it says most.
     """
-    problem = dict(head.get("problem") or {})
-    for name in _OF_RUNS:
-        problem.pop(name, None)
+    problem = head.get("problem") or {}
     # The scale belongs to a run, not to the model.
     kinds = [kind.replace("log", "real") for kind in head["kinds"]]
     return flat({"problem": problem, "variables": head["variables"], "kinds": kinds})
@@ -353,7 +344,8 @@ class Renaming:
 
     Attributes:
         new_names: The new names of stored columns by those that they have.
-        turned: Stored objectives that are maximised now, or no longer: their values change sign.
+        turned: Objectives, by their new names, that are maximised now, or no longer: their values
+            change sign.
     """
 
     new_names: Mapping[str, str]
@@ -372,8 +364,7 @@ class Renaming:
         new_names = dict(pairs)
         maximized = {new_names.get(name, name) for name in stored.get("maximize", ())}
         changed = maximized ^ {*head.get("maximize", ())}
-        turned = [name for name in stored["objectives"] if new_names.get(name, name) in changed]
-        return cls({old: new for old, new in pairs if old != new}, turned)
+        return cls({old: new for old, new in pairs if old != new}, changed)
 
     def __bool__(self) -> bool:
         """Whether anything changes."""
@@ -383,7 +374,8 @@ class Renaming:
         """Return stored columns under the new names, and in the new directions."""
         renamed = {}
         for name, cells in columns.items():
+            name = self.new_names.get(name, name)
             if name in self.turned:
                 cells = -cells
-            renamed[self.new_names.get(name, name)] = cells
+            renamed[name] = cells
         return renamed

@@ -1,4 +1,4 @@
-"""What keeps a study intact: errors that name the damage, checksums of rows, a lock for a run."""
+"""What keeps a study intact: errors that name the damage, and a lock for each run."""
 
 from __future__ import annotations
 
@@ -8,15 +8,10 @@ import sqlite3
 import sys
 import threading
 import time
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import IO, Any, TypeAlias
+from typing import IO, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pymoo_psi._validation import AnyArray, Integers, Mask
 from pymoo_psi.errors import PsiError, StudyAccessError, StudyCorruptError, StudyLockedError
 
 if sys.platform == "win32":
@@ -34,12 +29,6 @@ _FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3
 # By process and lock file: the lock among the threads, and which locks the process holds.
 _THREAD_LOCKS: dict[tuple[int, str], Any] = {}
 _HELD: set[tuple[int, str]] = set()
-
-# The finalizer of splitmix64 (Steele, Lea and Flood, OOPSLA 2014): a bijection, so that a cell
-# with another value has another word.
-_STEPS = ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB), (31, 1))
-
-_Words: TypeAlias = NDArray[np.uint64]
 
 # Errors
 
@@ -64,14 +53,29 @@ def reported(path: str, *system: type[OSError]) -> Iterator[None]:
 
 
 @contextmanager
-def intact(path: str) -> Iterator[None]:
-    """Turn errors of a body that only reads content into those of a damaged study."""
+def intact(db: sqlite3.Connection, path: str) -> Iterator[None]:
+    """Turn errors of a body that only reads content into those of a damaged study.
+
+    They say what SQLite's own check finds in the file, or else what could not be read.
+    """
     try:
         yield
     except PsiError:
         raise
     except (LookupError, TypeError, ValueError) as error:
-        raise unreadable(path, str(error)) from error
+        (found,) = db.execute("PRAGMA integrity_check(1)").fetchone()
+        problem = str(error) if found == "ok" else found
+        raise unreadable(path, problem) from error
+
+
+def require_no_trigger(db: sqlite3.Connection, path: str) -> None:
+    """Refuse a study with a trigger, which SQLite would run when a test is written."""
+    query = "SELECT name FROM sqlite_master WHERE type = 'trigger'"
+    for (name,) in db.execute(query):
+        raise StudyCorruptError(
+            f"study {path} has the trigger {name}, which would change what a run stores; it was "
+            f'left as it is: remove the trigger (DROP TRIGGER "{name}")'
+        )
 
 
 def unreadable(path: str, problem: str) -> StudyCorruptError:
@@ -110,56 +114,6 @@ def of_others(path: str, tables: Sequence[str]) -> StudyCorruptError:
         f"export it as CSV by "
         f"{export.replace('FILE', path)}"
     )
-
-
-# Checksums, by which a changed cell is noticed
-
-
-def row_checksums(columns: Mapping[str, AnyArray]) -> Integers:
-    """Return ``(n,)`` checksums of n rows; a change of one cell changes the checksum of its row.
-
-    They are sums over the columns, to which NaN and empty texts add nothing. So rows keep their
-    checksums when a column is added in which they have no values.
-
-    Args:
-        columns: Arrays of n numbers or texts by name.
-    """
-    total = np.zeros(len(next(iter(columns.values()))), dtype=np.uint64)
-    for name, cells in columns.items():
-        salt = np.uint64(zlib.crc32(name.encode()) << 32)
-        words = _mixed(_words(cells) ^ salt)
-        words[_is_empty(cells)] = 0
-        total += words
-    return total.view(np.int64)
-
-
-def _words(cells: AnyArray) -> _Words:
-    """Return the bits of numbers; checksums of texts."""
-    if cells.dtype.kind == "f":
-        return np.ascontiguousarray(cells).view(np.uint64)
-    if cells.dtype.kind in "biu":
-        return cells.astype(np.int64).view(np.uint64)
-    texts = cells.tolist()
-    checksum_by_text = {text: zlib.crc32(text.encode(errors="surrogatepass")) for text in {*texts}}
-    return np.array([checksum_by_text[text] for text in texts], dtype=np.uint64)
-
-
-def _is_empty(cells: AnyArray) -> Mask:
-    """``(n,)`` which cells are NaN or empty texts."""
-    if cells.dtype.kind == "f":
-        return np.asarray(np.isnan(cells))
-    return np.asarray(cells == "")
-
-
-def _mixed(words: _Words) -> _Words:
-    for shift, factor in _STEPS:
-        words = (words ^ (words >> np.uint64(shift))) * np.uint64(factor)
-    return words
-
-
-def text_checksum(cells: tuple[Any, ...]) -> int:
-    """Return the checksum of a row of texts and numbers."""
-    return zlib.crc32(repr(cells).encode())
 
 
 # Locks

@@ -5,15 +5,17 @@
   failed; ``origin``, where its design comes from; ``seconds``, the time of its evaluation (the mean
   of designs that were evaluated together); then variables, objectives, constraints and outputs
   under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables are 0
-  and 1, choices are texts. ``row_checksum`` is that of what a row holds but origin and seconds: a
-  cell that was changed, by whatever, is noticed when it is read.
+  and 1, choices are texts.
 - ``runs`` says for each run what determines its points, when, where and by which versions it was
   begun, and the last point that it was asked for; ``adopted`` has the points of a run whose
   designs other runs had tested.
 - ``proposals`` has designs that an algorithm or people are going to test.
 - ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
-- ``study`` has the facts about the whole file: names, and values as JSON; and their checksum. One
-  of them is what people ask of a run while it works, and what the run answered.
+- ``study`` has the facts about the whole file: names, and values as JSON. One of them is what
+  people ask of a run while it works, and what the run answered.
+
+Other programs may add views, indices and tables. Triggers are refused, as SQLite would run them
+whenever a test is written.
 
 Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
 turn -0.0 into 0.0.
@@ -288,7 +290,7 @@ class Study:
                 db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
                 db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
                 db.execute(begin)
-                with intact(self.path):
+                with intact(db, self.path):
                     database = opened(db, self.path)
                 if self._id not in (None, database.facts.id):
                     raise StudyMismatchError(
