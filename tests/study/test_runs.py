@@ -15,7 +15,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, TestTable, investigate
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
-from pymoo_psi.problems import NamedProblem
+from pymoo_psi.problems._named import NamedProblem
 from pymoo_psi.study import Study
 from pymoo_psi.table import Layout, even_part, read_table, sensitivities
 from tests.refusals import refused
