@@ -108,6 +108,6 @@ def test_a_backend_of_joblib_that_cannot_be_used_is_refused():
     runner = JoblibRunner()
     with (
         joblib.parallel_config(OddBackend()),
-        pytest.raises(ArgumentValueError, match="joblib's own, dask or ray, got OddBackend"),
+        pytest.raises(ArgumentValueError, match="joblib's own, or dask, got OddBackend"),
     ):
         runner(lambda x: {"F": x}, [1.0])

@@ -11,7 +11,6 @@ engine's own worker goes on.
 from __future__ import annotations
 
 import asyncio
-import importlib
 import os
 import platform
 import secrets
@@ -491,36 +490,3 @@ class DaskExecutor(Executor):
         future.add_done_callback(cancel)
         self.client.loop.add_callback(pass_on)
         return future
-
-
-class RayExecutor(Executor):
-    """An executor on the workers of Ray, to which this process is connected."""
-
-    def __init__(self) -> None:
-        self._ray = importlib.import_module("ray")
-        self._evaluate = self._ray.remote(evaluate)
-
-    @property
-    def num_workers(self) -> int:
-        """The number of cores of the cluster."""
-        return int(self._ray.cluster_resources().get("CPU", 0))
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Any:
-        """Return the future of a call."""
-        return self._evaluate.remote(*args, **kwargs).future()
-
-
-def executor_of_backend(backend: Any) -> Any:
-    """Return an executor on the workers of a backend of joblib.
-
-    Raises:
-        ArgumentValueError: It is neither Dask's nor Ray's.
-    """
-    if hasattr(backend, "client"):
-        return DaskExecutor(backend.client)
-    if type(backend).__name__ == "RayBackend":
-        return RayExecutor()
-    name = type(backend).__name__
-    rule = "one of joblib's own, dask or ray"
-    remedy = "use ExecutorRunner(executor) for another engine"
-    raise invalid("the backend of joblib.parallel_config", rule, Received(name), remedy)

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from pymoo_psi._modules import require_unchanged
-from pymoo_psi._validation import boolean, invalid, job_count, positive_number
+from pymoo_psi._validation import Received, boolean, invalid, job_count, positive_number
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     Cost,
@@ -154,8 +154,7 @@ class JoblibRunner(Runner):
     the designs and do not depend on this.
 
     On a cluster use an :class:`~pymoo_psi.ExecutorRunner`, or give each machine a ``share`` of the
-    points. Inside ``joblib.parallel_config`` with the backend "dask" or "ray" the workers are those
-    of the cluster.
+    points. Inside ``joblib.parallel_config("dask")`` the workers are those of the cluster.
 
     If a worker process dies or runs out of time, at most one design fails; another worker evaluates
     the rest. A design whose process died is tried once more before it counts as failed. PSI and
@@ -262,15 +261,18 @@ class JoblibRunner(Runner):
         from joblib.parallel import get_active_backend
 
         backend, _ = get_active_backend()
-        is_of_dask = hasattr(backend, "client")
-        if type(backend).__module__.startswith("joblib.") and not is_of_dask:
-            return None
+        if not hasattr(backend, "client"):
+            if type(backend).__module__.startswith("joblib."):
+                return None
+            name = type(backend).__name__
+            rule = "one of joblib's own, or dask"
+            remedy = "use ExecutorRunner(executor) for another engine"
+            raise invalid("the backend of joblib.parallel_config", rule, Received(name), remedy)
         if self._on_backend is None or self._on_backend[0] is not backend:
-            from pymoo_psi.parallel._engine import ExecutorRunner, executor_of_backend
+            from pymoo_psi.parallel._engine import ExecutorRunner
 
             workers = None if self.n_jobs == -1 else active_workers(self.n_jobs)
-            executor = executor_of_backend(backend)
-            runner = ExecutorRunner(executor, workers=workers, timeout=self.timeout)
+            runner = ExecutorRunner(backend.client, workers=workers, timeout=self.timeout)
             self._on_backend = backend, runner
         return self._on_backend[1]
 
