@@ -104,32 +104,30 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
     cost = table.X[:, :3].astype(float) @ [3, 2, 1]
     assert table.column("cost") == pytest.approx(cost, rel=1e-15)
     repeated.loc[2, "strength [MPa]"] = 229
-    told(repeated, "--withdraw", "3")
-    assert stored()[0] == {1: 210, 2: 220, 3: 229, 5: 250, 6: 231.5}
+    assert "a file without those of tests 3, 6" in told(repeated.iloc[2:3], code=2)
+    assert "Test 3 corrected: strength = 229 instead of 230." in told(repeated)
+    assert stored() == ({1: 210, 2: 220, 3: 229, 5: 250, 6: 231.5}, 1)
 
 
-def test_results_are_corrected_and_withdrawn_only_on_request_with_a_history(alloy, said, told):
-    frame = filled(asked("next.csv"))
+def test_a_result_that_is_told_again_corrects_the_former_one_with_a_history(alloy, said, told):
+    frame = filled(asked("next.csv"), [0, 1])
     told(frame)
-    wrong = frame.copy()
-    wrong.loc[1, "strength [MPa]"] = 500
-    message = told(wrong, code=2)
-    assert "row 2 (line 3)" in message
-    assert "strength = 500 where it has 220" in message
-    assert stored() == ({1: 210, 2: 220, 3: 230, 4: 240}, 0)
-    told(wrong, "--withdraw", "2")
-    assert stored() == ({1: 210, 2: 500, 3: 230, 4: 240}, 1)
+    other = frame.iloc[[1]].copy()
+    other["strength [MPa]"] = 500
+    assert "Test 2 corrected: strength = 500 instead of 220." in told(other)
+    assert stored() == ({1: 210, 2: 500}, 1)
     with closing(sqlite3.connect("lab.db")) as db:
         ((content,),) = db.execute("SELECT content FROM history").fetchall()
     assert json.loads(content)["cells"]["strength"] == 220
-    said("tell", "--study", "lab.db", "--withdraw", "3,4")
+    other[["strength [MPa]", "where", "failure"]] = [np.nan, np.nan, "cracked"]
+    assert "reason = cracked instead of none" in told(other)
+    assert read_table("lab.db").reasons == {2: "cracked"}
     printed = said("tell", "--study", "lab.db", "--cancel", "4")
     assert printed.endswith("Pending tests: 3.\n")
-    assert stored() == ({1: 210, 2: 500}, 4)
-    told(frame.tail(1), code=2)
+    told(filled(frame).tail(1), code=2)
     said("tell", "--study", "lab.db", "--cancel", "1", code=2)
-    told(frame.iloc[2:3])
-    assert stored()[0] == {1: 210, 2: 500, 3: 230}
+    told(frame)
+    assert stored() == ({1: 210, 2: 220}, 4)
 
 
 def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy, told):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -277,7 +277,6 @@ def tell_tests(
     source: Any,
     study: FilePath,
     *,
-    withdraw: Collection[int] = (),
     cancel: Collection[int] = (),
     decimal: str | None = None,
     sheet: str | None = None,
@@ -286,32 +285,26 @@ def tell_tests(
 
     The number of a row identifies its test; several rows of one test are repeats. Rows without
     results stay pending. If a variable differs in 15 digits from the proposed value, its new value
-    is what was tested. Results that the study has already change nothing.
+    is what was tested. Results that the study has already change nothing; other ones correct them.
 
     Args:
         source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
         study: The study.
-        withdraw: Tests whose results are withdrawn before others are added. A proposed test is then
-            pending again; a repeat is not, as nobody has asked for it.
         cancel: Pending tests that will not be made.
         decimal: The decimal mark of a text, if it is not clear.
         sheet: The sheet of a workbook, if it has several.
 
     Returns:
-        Sentences on what was added, and what is pending. The table ``history`` of the study keeps
-        what was withdrawn or cancelled.
+        Sentences on what was added or corrected, and what is pending. The table ``history`` of the
+        study keeps what was replaced or cancelled.
 
     Raises:
-        ArgumentValueError: A row cannot be read, or belongs to no proposed test; or the study has
-            other results.
+        ArgumentValueError: A row cannot be read, belongs to no proposed test, or may correct any of
+            several results.
         StudyError: The study is damaged or cannot be written.
     """
     sentences: list[str] = []
     with Study(study).changes() as database:
-        tests = [*map(str, _Laboratory(database).tests.index)]
-        for test in withdraw:
-            known_name("a test to withdraw", str(test), tests)
-            database.discard("tests", {TEST: test}, test, "withdrawn")
         laboratory = _Laboratory(database)
         for test in cancel:
             known_name("cancel", str(test), [*map(str, laboratory.pending)])
@@ -323,7 +316,7 @@ def tell_tests(
             units = laboratory.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
             results = [*_results_in(cells, columns, laboratory, sentences)]
-            new = _new_results(laboratory, results)
+            new = _new_results(database, laboratory, results, sentences)
             if new:
                 sentences += _keep(database, laboratory, new)
             n_known = len(results) - len(new)
@@ -440,44 +433,52 @@ def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> An
     return cell
 
 
-def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_Result]:
-    """Return the results that the study does not have.
+def _new_results(
+    database: Database, laboratory: _Laboratory, results: Sequence[_Result], remarks: list[str]
+) -> list[_Result]:
+    """Return the results that the study does not have, after it has discarded those they correct.
 
-    A row is known if a stored test of its design has the same results; each counts once.
+    A row is known if a stored test of its design has the same results; each counts once. Other rows
+    correct the stored tests of their design that have no row, and are repeats if there are none.
 
     Raises:
-        ArgumentValueError: A row differs from the study, which has another row for its test.
+        ArgumentValueError: A test has more results that may be corrected than there are rows.
     """
     names = [*laboratory.head["variables"], *laboratory.results, "reason"]
-    stored: dict[int, list[list[str]]] = defaultdict(list)  # results, by the original test
+    stored: dict[int, dict[int, list[str]]] = defaultdict(dict)  # by the original and own number
     for test, assignment in laboratory.assignments.items():
         if test in laboratory.tests.index:
             texts = list(map(_text, laboratory.tests.loc[test, names]))
-            stored[assignment.original].append(texts)
-    new = []
+            stored[assignment.original][test] = texts
+    new: list[_Result] = []
+    rows: dict[int, list[int]] = defaultdict(list)  # those of new results, by the original
     for result in results:
-        rows = stored[result.assignment.test]
-        texts = [_text(result.values[name]) for name in names]
-        if texts in rows:
-            rows.remove(texts)
-        else:
-            new.append(result)
-    for result in new:
         test = result.assignment.test
-        if not stored[test]:
-            continue
-        differences = []
-        for name, other in zip(names, stored[test][0], strict=True):
-            text = _text(result.values[name])
-            if text != other:
-                differences.append(f"{name} = {text} where it has {other}")
-        raise invalid(
-            result.place,
-            f"as the study has test {test}",
-            Received("; ".join(differences)),
-            f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
-            "beside it; nothing was taken",
-        )
+        texts = [_text(result.values[name]) for name in names]
+        known = [other for other in stored[test] if stored[test][other] == texts]
+        if known:
+            del stored[test][known[0]]
+        else:
+            rows[test].append(len(new))
+            new.append(result)
+    for test, rows_of_test in rows.items():
+        others = stored[test]
+        if len(others) > len(rows_of_test):
+            rule = f"given with all other results of test {test}"
+            received = Received(f"a file without those of tests {', '.join(map(str, others))}")
+            remedy = "add a row for each of them; nothing was taken"
+            raise invalid(new[rows_of_test[0]].place, rule, received, remedy)
+        for row, other in zip(rows_of_test, others, strict=False):
+            changes = []
+            for name, former in zip(names, others[other], strict=True):
+                text = _text(new[row].values[name])
+                if text != former:
+                    changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
+            remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
+            database.discard("tests", {TEST: other}, other, "corrected")
+            assignment = laboratory.assignments[other]
+            laboratory.pending[other] = assignment
+            new[row] = replace(new[row], assignment=assignment)
     return new
 
 

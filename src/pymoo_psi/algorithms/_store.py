@@ -237,7 +237,7 @@ class StudyStore(Store):
         return tests.take(~self._is_retried(tests, columns, "test"))
 
     def state(self) -> object:
-        """Return what differs when tests were added, changed or withdrawn."""
+        """Return what differs when tests were added or changed."""
         with self.study.reading() as database:
             return database.n_tests(), database.facts.n_changes
 

@@ -296,7 +296,6 @@ def ask() -> None:
     "_solve",
     click.Argument(["file"], type=path_in, required=False),
     _file("study", "FILE.db", "Study that keeps the tests.", required=True),
-    _option("withdraw", "N,N,…", "Withdraw the results of tests.", type=_COUNTS),
     _option("cancel", "N,N,…", "Cancel pending tests.", type=_COUNTS),
     _option("decimal", '"."|","', "Decimal mark [detected]."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
@@ -305,8 +304,8 @@ def tell() -> None:
     """Add the results of tests that people made to their study.
 
     FILE is the file from ask with results filled in. Rows without results stay pending. Several
-    rows of one test are repeats. If a variable was changed, its new value is what was tested. The
-    same file may be added again; it changes nothing.
+    rows of one test are repeats. If a variable was changed, its new value is what was tested.
+    Results that the study has change nothing; others correct them.
 
     Examples:
       pymoo-psi ask bnh --study lab.db --out next.csv

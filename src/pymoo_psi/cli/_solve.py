@@ -458,7 +458,7 @@ def run_ask(options: Options) -> int:
 
 
 def run_tell(options: Options) -> int:
-    """Take results into a study, or withdraw and cancel tests.
+    """Take results into a study, and cancel tests.
 
     Returns:
         0.
@@ -466,7 +466,6 @@ def run_tell(options: Options) -> int:
     sentences = tell_tests(
         options.file,
         options.study,
-        withdraw=options.withdraw or (),
         cancel=options.cancel or (),
         decimal=options.decimal,
         sheet=options.sheet,

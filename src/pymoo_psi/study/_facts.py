@@ -80,7 +80,7 @@ class Facts:
         head: The columns and the formulation of the last run; see :meth:`Study.begin`.
         share: For a share of an investigation: its part and the number of parts.
         is_complete: Whether stored tests have all values that can be computed from others.
-        n_changes: How often stored tests got other values, or were withdrawn.
+        n_changes: How often stored tests got other values.
         id: A random name.
         begun: When the file was made.
         process: The machine and the number of the last process that added tests.

@@ -10,7 +10,7 @@
   begun, and the last point that it was asked for; ``adopted`` has the points of a run whose
   designs other runs had tested.
 - ``proposals`` has designs that an algorithm or people are going to test.
-- ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
+- ``history`` has tests as they were before they were corrected, and when that was.
 - ``study`` has the facts about the whole file: names, and values as JSON. One of them is what
   people ask of a run while it works, and what the run answered.
 
