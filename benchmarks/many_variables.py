@@ -10,6 +10,9 @@ variables are free in their whole range, the others are fixed at the best design
 
 from __future__ import annotations
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import numpy as np
 from pymoo.core.problem import Problem
 
@@ -54,7 +57,12 @@ class Cantilever(Problem):
 
 def in_turn(problem: Problem, budget: int) -> TestTable:
     """Spend a quarter of a budget on all variables, the rest on eight at a time, in turn."""
-    table = investigate(problem, budget // 4)
+    with TemporaryDirectory() as folder:
+        return _in_turn(problem, budget, Path(folder, "tests.db"))
+
+
+def _in_turn(problem: Problem, budget: int, study: Path) -> TestTable:
+    table = investigate(problem, budget // 4, study=study)
     # For each variable, the largest share that it explains of any objective or constraint.
     indices = sensitivities(table)["first_order"]
     order = indices.groupby(level="variable").max().sort_values(ascending=False).index
@@ -66,8 +74,8 @@ def in_turn(problem: Problem, budget: int) -> TestTable:
         fixed = dict(zip(table.layout.variables, table.X[best].tolist(), strict=True))
         for name in free:
             del fixed[name]
-        tests = investigate(Restricted(problem, fixed), points)
-        table = TestTable.combined({"before": table, f"round {k + 1}": tests})
+        # A study answers with the tests of all its runs.
+        table = investigate(Restricted(problem, fixed), points, study=study)
     return table
 
 

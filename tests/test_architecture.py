@@ -176,36 +176,6 @@ def test_only_under_and_runs_take_limits():
     assert takes == {"TestTable.under"}
 
 
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda table: table.pareto({"f1": 1}),
-        lambda table: table.ranking(normalize=False),
-        lambda table: table.explain(1, {"f1": 1}),
-        lambda table: pymoo_psi.table.histogram(table, "x1", limits={"f1": 1}),
-        lambda table: pymoo_psi.decision_report(table, {"f1": 1}),
-    ],
-)
-def test_who_asks_as_in_version_0_3_is_refused(ask):
-    table = pymoo_psi.TestTable.of([1, 2], [[0.1], [0.5]], [[1, 2], [2, 1]])
-    with pytest.raises(TypeError):
-        ask(table)
-
-
-@pytest.mark.parametrize(
-    ("owner", "old", "new"),
-    [
-        (pymoo_psi.TestTable, "ranked", "feasible_ranking"),
-        (pymoo_psi.TestTable, "read_csv", "read_table"),
-        (pymoo_psi.TestTable, "chosen", "table.formulation.chosen"),
-        (pymoo_psi.table.Layout, "ranges", "table.formulation.ranges"),
-    ],
-)
-def test_an_old_name_says_the_new_one(owner, old, new):
-    with pytest.raises(AttributeError, match=f"^{old} is gone since 0.4; use {new}"):
-        getattr(owner, old)
-
-
 def documented(module):
     """The public classes and functions of a module, and methods of results."""
     for name in module.__all__:

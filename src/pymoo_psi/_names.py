@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import lazy_loader
 
@@ -29,18 +29,3 @@ def attach_names(
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     public, _, _ = stub.partition(_SHARED)
     return getattribute, directory, re.findall(r"import \w+ as (\w+)", public)
-
-
-class Renamed:
-    """An attribute or method of another name; whoever asks for the old one is told the new one."""
-
-    def __init__(self, instead: str) -> None:
-        self._instead = instead
-
-    def __set_name__(self, owner: type[Any], name: str) -> None:
-        """Learn the old name."""
-        self._name = name
-
-    def __get__(self, instance: object, owner: type[Any]) -> NoReturn:
-        """Raise the error of a missing attribute."""
-        raise AttributeError(f"{self._name} is gone since 0.4; use {self._instead}")

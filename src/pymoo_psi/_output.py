@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _ENDS = 65_536  # bytes at each end of a file, in which its names of columns are
-# A ranking is known by its columns (in 0.3 "rank" without more), all else by a mark.
+# A ranking is known by its columns, all else by a mark.
 _OURS = re.compile(
-    rb'mu3"?,"?(efficiency_)?rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi'
+    rb'mu3"?,"?efficiency_rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi'
 )
 
 ROWS = 10  # shown in a notebook; to_frame() gives all rows

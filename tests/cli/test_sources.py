@@ -241,10 +241,9 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, said, tmp_path):
     assert "test point 7, the chosen design, violates the limits" in joined(report)
     assert "in stock" not in report
     for more, message in (
-        ({"units": {"mass": "t"}}, "kg"), ({"page": {"state": 3}}, "page.state must be a mapping"),
+        ({"units": {"mass": "t"}}, "kg"), ({"version": 2}, "its version must be 1"),
         ({"ranges": {"mass": [0, 9]}}, "of every objective"),
-        ({"page": {"state": {"categories": [1]}}}, "columns to lists"),
-        ({"page": {"state": {"categories": {"other": ["1"]}}}}, "other"),
+        ({"limits": {"other": ["1"]}}, "other"),
     ):  # fmt: skip
         assert message in said("rank", *decision(**more), code=2)
         assert message in said("page", *decision(**more), code=2)

@@ -1,5 +1,6 @@
 """Several runs in one study: a design is tested once, whichever run asks for it first."""
 
+import dataclasses
 import subprocess
 import sys
 from pathlib import Path
@@ -130,7 +131,7 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
         assert read_table(tmp_path / name).equals(table), name
     assert investigate(model, 8, study=tmp_path / "copy.db").X.tolist() == table.X[:8].tolist()
     assert len(model.evaluated) == 15  # the corner of both is one design
-    twice = TestTable.combined({"a": table, "b": table})
+    twice = table.extended(dataclasses.replace(table, numbers=table.numbers + 16))
     refused("runs and test points .* different ones", twice.to_study, tmp_path / "twice.db")
 
 

@@ -266,7 +266,7 @@ def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, me
 DECISION = {
     "objectives": ["mass", "r"],
     "maximize": ["gain"],
-    "limits": {"mass": [None, 30], "width": [0.2, 0.4], "x": 5},
+    "limits": {"mass": [None, 30], "width": [0.2, 0.4], "x": 5, "mode": ["good"]},
     "omitted": ["g1"],
     "computed": {"r": "mass / stress"},
     "units": {"mass": "kg"},
@@ -274,7 +274,7 @@ DECISION = {
     "ranges": {"mass": [1, 2]},
     "chosen": "test point 7",
     "reason": "light",
-    "page": {"title": "T", "values": {"mass": 3.0}, "state": {"categories": {"mode": ["good"]}}},
+    "page": {"title": "T", "values": {"mass": 3.0}, "state": {"pins": ["A"]}},
 }
 
 

@@ -75,8 +75,7 @@ def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
     layout = Layout.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
     new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, layout=layout)
     old = TestTable.of([1, 2], [[0.1], [0.2]], [[1], [2]], layout=Layout.of(1, ["mass"]))
-    combined = TestTable.combined({"old": old, "new": new})
-    for table in (old.extended(new), new.extended(old), old.merge(new), new.merge(old), combined):
+    for table in (old.extended(new), new.extended(old), old.merge(new), new.merge(old)):
         assert (table.layout.maximize, table.layout.units) == (("gain",), {"gain": "W"})
         judged = table.under(Formulation(objectives=["mass", "gain"]))
         assert judged.take(judged.pareto()).column("gain").tolist() == [6]
@@ -84,4 +83,4 @@ def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
     other = replace(new, numbers=[5, 6], layout=replace(layout, maximize=()))
     refused("direction of gain max against min", old.extended, new, other, error=ArgumentValueError)
     other = replace(new, layout=replace(layout, units={"gain": "kW"}))
-    refused("unit of gain W against kW", TestTable.combined, {"a": old, "b": new, "c": other})
+    refused("unit of gain W against kW", old.merge(new).merge, other)

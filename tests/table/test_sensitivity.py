@@ -147,8 +147,6 @@ def test_what_an_algorithm_has_chosen_is_no_even_sample(study_file):
     for asked in (table, table.under(Formulation(objectives=["f2"]))):
         for ask in (sensitivities, convergence):
             refused("that an algorithm has chosen", ask, asked)
-    two = TestTable.combined({"a": investigate(get_problem("bnh"), 64), "b": table})
-    refused("those of a and b", sensitivities, two)
 
 
 def test_a_run_whose_tests_are_all_those_of_another_is_no_sample(study_file):

@@ -152,7 +152,7 @@ TESTS = "must be a table of tests, of to_csv or 'pymoo-psi export': .*"
 @pytest.mark.parametrize(
     ("file", "damage", "message"),
     [
-        ("table.csv-metadata.json", head(pymoo_psi_test_table=5), TESTS + "its format is 5, not 4"),
+        ("table.csv-metadata.json", head(pymoo_psi_test_table=5), TESTS + "its format is 5, not 1"),
         ("table.csv-metadata.json", head(lower=["a", 5]), TESTS + "could not convert string to float: 'a'"),
         ("table.csv-metadata.json", lambda text: text[:-30], "table.csv-metadata.json is damaged; remove that"),
         ("table.csv-metadata.json", replaced('"pymoo-psi:rows": 3', '"pymoo-psi:rows": 4'), "it has 3 rows, and 4 by table.csv-metadata.json; restore both, or remove the latter"),

@@ -446,22 +446,19 @@ def compare() -> None:
 
 @_command(
     "_documents",
-    click.Argument(["sources"], nargs=-1, required=True, metavar="[NAME=]SOURCE…"),
+    click.Argument(["sources"], nargs=-1, required=True, metavar="SOURCE…"),
     _file("out", "FILE", "File to write (.csv, .xlsx, .db); a study must be new.", required=True),
     *_READING,
 )
 def export() -> None:
-    """Export tests from one or several sources as one table or study.
+    """Export tests as one table or study.
 
-    Sources are studies, folders of shares and tables with tests of one problem. Sources with
-    different bounds or samplings need names; each is then an experiment of that name.
+    SOURCE is a study, a folder of shares or a table. Several sources are parts of one run.
 
     Examples:
       pymoo-psi solve bnh --points 64 --study parts --share 1/2
       pymoo-psi solve bnh --points 64 --study parts --share 2/2
       pymoo-psi export parts --out whole.db
-      pymoo-psi solve bnh --points 64 --study part.db --box "x1=0:2"
-      pymoo-psi export whole=whole.db part=part.db --out both.csv
     """
 
 

@@ -12,7 +12,6 @@ import shlex
 import sys
 import threading
 import webbrowser
-from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
@@ -411,22 +410,23 @@ _ANALYSES = {
 
 
 def run_export(options: Options) -> int:
-    """Write the tests of one or several sources as one table or study.
+    """Write the tests of one source, or of several of one run, as one table or study.
 
-    Several are merged by numbers of test points, as tests of one problem. If one is given as
-    ``name=path``, they are experiments with different bounds or samplings, each under its name.
+    Several are merged by the numbers of their test points.
     """
-    files = _files_of(options.sources)
+    files = [path_in(source) for source in options.sources]
     out = options.out
-    require_output(out, suffixes_for("tests"), *files.values())
+    require_output(out, suffixes_for("tests"), *files)
     formulation = formulation_of(options)
     options.average_by = options.average_by or False  # every test of a study, no means
-    tables = {name: opened(path, options, formulation) for name, path in files.items()}
-    named = {*files} != {*options.sources}
-    table = _joined(tables, named)
+    tables = [opened(path, options, formulation) for path in files]
+    try:
+        table = reduce(TestTable.merge, tables)
+    except PsiError as error:
+        raise ArgumentValueError(f"{' and '.join(options.sources)}: {error}") from error
     file_format = format_of(out, "tests")
     file_format.save_tests(out, table)
-    for name, source in tables.items():
+    for name, source in zip(options.sources, tables, strict=True):
         for remark in source.remarks:
             if len(tables) > 1:
                 remark = f"{name}: {remark}"
@@ -436,36 +436,3 @@ def run_export(options: Options) -> int:
     size = counted(len(table), table.layout.words.row)
     say(f"{size} ({table.status_counts()}) written to {out}")
     return 0
-
-
-def _files_of(sources: Names) -> dict[str, Path]:
-    """Return the files of sources by name, which is the file itself unless given as ``name=path``.
-
-    Raises:
-        ArgumentValueError: A name is missing or occurs twice.
-    """
-    files: dict[str, Path] = {}
-    for source in sources:
-        name = source
-        file = source
-        if "=" in source and not Path(source).exists():  # the name of a file may contain "="
-            name, file = source.split("=", 1)
-        if not (name and file) or name in files:
-            raise invalid("SOURCE", "of different names, as in name=path", Received(source))
-        files[name] = path_in(file)
-    return files
-
-
-def _joined(tables: Mapping[str, TestTable], named: bool) -> TestTable:
-    """Return the tests of all tables: of named ones as experiments, else by number.
-
-    Raises:
-        ArgumentValueError: They do not fit together.
-    """
-    try:
-        if named:
-            return TestTable.combined(tables)
-        return reduce(TestTable.merge, tables.values())
-    except PsiError as error:
-        remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
-        raise ArgumentValueError(f"{' and '.join(tables)}: {error}; {remedy}") from error

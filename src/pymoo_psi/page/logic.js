@@ -1040,7 +1040,7 @@ function decision(data, state, ranking, date) {
     reason,
     positions,
     decided,
-    version: 2,
+    version: 1,
     page: {
       title: data.title,
       date,

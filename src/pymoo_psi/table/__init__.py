@@ -11,7 +11,7 @@ Example:
     any further number of a model is kept as a column.
 
     >>> from pymoo.core.problem import Problem
-    >>> from pymoo_psi import Restricted, TestTable, investigate
+    >>> from pymoo_psi import Restricted, investigate
     >>> from pymoo_psi.table import constraint_costs
     >>> class Beam(Problem):
     ...     names = {"x1": "width", "x2": "height", "f1": "mass", "f2": "stiffness",
@@ -37,12 +37,11 @@ Example:
     mass<=45         49     48
     stress<=60      161    138
 
-    Test more points where designs are feasible, join the tests of both experiments in one table,
-    and make the stress an objective:
+    Test more points where designs are feasible, and make the stress an objective; a study given to
+    both investigations would hold the tests of both:
 
-    >>> part = Restricted(Beam(), limited.refined_bounds(margin=0.1))
-    >>> both = TestTable.combined({"whole": table, "part": investigate(part, 256)})
-    >>> heavy = both.under(
+    >>> part = investigate(Restricted(Beam(), limited.refined_bounds(margin=0.1)), 256)
+    >>> heavy = part.under(
     ...     objectives=["mass", "stiffness", "stress"], limits=limited.formulation.limits)
     >>> heavy
     TestTable(512 tests: 106 ok, 406 infeasible, 0 failed; 2 variables, 3 objectives, 1 constraint)

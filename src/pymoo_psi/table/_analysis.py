@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, percent
+from pymoo_psi.pareto import UtopianFrame, hypervolume, percent
 from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, has_runs, value_ranks
 from pymoo_psi.table._table import TestTable
 
@@ -380,8 +380,6 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         run, table = _largest_sample(table)
         sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
     sampling = str((table.problem or {}).get("sampling") or "")
-    if len(table.experiments) > 1:
-        raise _uneven(f"those of {listed(table.experiments)}")
     if _BY_ALGORITHM in sampling:
         raise _uneven("those that an algorithm has chosen")
     if PROPOSAL_ROUND in table.layout.outputs:

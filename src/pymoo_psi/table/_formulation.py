@@ -51,7 +51,7 @@ from pymoo_psi.table._layout import RESERVED, Layout, column_names, real_column,
 if TYPE_CHECKING:
     import pandas as pd
 
-_VERSION = 2  # the version of the file; files of version 1 had no positions
+_VERSION = 1  # of the file
 
 Limit: TypeAlias = float | str | Sequence[float | None] | Names
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
@@ -194,12 +194,6 @@ class Formulation(Shown):
 
     def _check_limits(self) -> None:
         limits = limits_of(self.limits)
-        if "state" in self.page:  # former pages had limits on texts there
-            state = dict(mapping("page.state", self.page["state"], "settings to values"))
-            categories = state.pop("categories", {})
-            texts = mapping("page.state.categories", categories, "columns to lists")
-            limits = limits_of({**texts, **limits})
-            self._set("page", {**self.page, "state": state})
         column_names("limits", tuple(limits))
         self._set("limits", limits)
 
@@ -345,7 +339,8 @@ class Formulation(Shown):
             ...     Formulation.read_json(os.path.join(folder, "formulation.json")) == formulation
             {
              "maximize": ["gain"],
-             "limits": {"mass": [null, 30]}
+             "limits": {"mass": [null, 30]},
+             "version": 1
             }
             <BLANKLINE>
             True
@@ -355,8 +350,7 @@ class Formulation(Shown):
         for name, value in self._stated().items():
             text = json.dumps(value, ensure_ascii=False, allow_nan=False)
             lines.append(f'"{name}": {text}')
-        if self.positions or self.decided:
-            lines.append(f'"version": {_VERSION}')
+        lines.append(f'"version": {_VERSION}')
         content = ",\n ".join(lines)
         with whole_file(path) as file:
             file.write_text(f"{{\n {content}\n}}\n", encoding="utf-8")
@@ -400,11 +394,9 @@ class Formulation(Shown):
             )
             if not isinstance(entries, dict):
                 raise invalid("it", "an object of JSON", entries)
-            version = entries.pop("version", 1)
-            if version not in range(1, _VERSION + 1):
-                raise invalid(
-                    "its version", f"1 to {_VERSION}", version, "a newer pymoo-psi reads it"
-                )
+            version = entries.pop("version", _VERSION)  # a file written by hand needs none
+            if version != _VERSION:
+                raise invalid("its version", f"{_VERSION}", version)
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
             return cls(**entries)

@@ -59,7 +59,7 @@ MARK = "pymoo_psi_test_table"  # an entry in the head of a file of tests
 DESIGNS_MARK = "pymoo_psi_designs"
 HEAD_REMEDY = "remove that description, and say --objectives and --maximize"
 
-_FORMAT = 4  # the version of the head
+_FORMAT = 1  # the version of the head
 # Entries that are in a head only if there are any.
 _OPTIONAL = ("outputs", "maximize", "units", "label", "extra", "problem")
 
@@ -473,8 +473,7 @@ def tests_of_cells(where: object, cells: Cells) -> StoredTests:
         head = dict(cells.head)
         version = head.pop(MARK)
         if version != _FORMAT:
-            remedy = "pymoo-psi 0.3 reads 2 and 3"
-            raise ValueError(f"its format is {version!r:.20}, not {_FORMAT}; {remedy}")
+            raise ValueError(f"its format is {version!r:.20}, not {_FORMAT}")
         # By name, not by place: people rearrange columns and add their own, which are not read.
         names = names_of([*cells.columns], head.get("units", {}))
         cells_by_name = dict(zip(names, cells.columns.values(), strict=True))

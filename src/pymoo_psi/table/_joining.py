@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from pymoo_psi.table._layout import (
     joined_designs,
     joined_layout,
 )
-from pymoo_psi.table._tests import extra_columns
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
@@ -114,40 +113,6 @@ def merged(table: TestTable, other: TestTable) -> TestTable:
     return joined
 
 
-def combined(experiments: Mapping[str, TestTable]) -> TestTable:
-    """Return the tests of several experiments as evaluated; see :meth:`TestTable.combined`."""
-    tables = [*experiments.values()]
-    require_one_formulation(tables)
-    tested = [table.tested for table in tables]
-    bounds = {}
-    if len({table.layout.variables for table in tested}) == 1:
-        # NaN, where there is no bound, is passed on.
-        bounds["lower"] = np.min([table.layout.lower for table in tested], axis=0)
-        bounds["upper"] = np.max([table.layout.upper for table in tested], axis=0)
-    blocks = []
-    last = 0
-    for name, table in zip(experiments, tested, strict=True):
-        origin = {"experiment": [name] * len(table), "number": table.numbers.tolist()}
-        block = table._with(
-            layout=replace(table.layout, **bounds),
-            numbers=table.numbers + last,
-            extra=extra_columns({**table.extra, **origin}, table.layout, len(table)),
-            reasons={number + last: text for number, text in table.reasons.items()},
-            problem=facts_of(table.problem, "problem", "parameters", "key"),
-        )
-        blocks.append(block)
-        last = int(block.numbers.max(initial=last))
-    whole = stacked(blocks)
-    require_one_result(whole)
-    return whole
-
-
-def facts_of(problem: Any, *names: str) -> Values | None:
-    """Return some facts of a problem's identity, of the model or of the points of a run."""
-    facts = {name: fact for name, fact in (problem or {}).items() if name in names}
-    return facts or None
-
-
 def require_one_formulation(tables: Sequence[TestTable]) -> None:
     """Refuse to join tables under different formulations."""
     formulations = []
@@ -186,11 +151,11 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
         earlier = column[first[repeats]]
         later = column[repeats]
         differing = unequal(earlier, later, _ROUNDING)
-        if name in layout.outputs or name in table.extra:  # not every experiment has it
+        if name in layout.outputs or name in table.extra:  # not every table has it
             differing &= ~(blank(earlier) | blank(later))
         if differing.any():
             i = differing.argmax()
-            names = [_full_name(table, row) for row in (first[repeats[i]], repeats[i])]
+            names = [table.take([row]).names[0] for row in (first[repeats[i]], repeats[i])]
             tests = names[0]
             if names[1] != tests:
                 tests = f"{' and '.join(names)}, the same design"
@@ -200,13 +165,6 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
                 Received(f"{earlier[i]} and {later[i]} as {name} of {tests}"),
                 "do not join runs of different problems, bounds or versions",
             )
-
-
-def _full_name(table: TestTable, row: Any) -> str:
-    """Return the name of a test, with its experiment if it has one."""
-    if not table.experiments:
-        return table.take([row]).names[0]
-    return f"test point {table.extra['number'][row]} of {table.extra['experiment'][row]}"
 
 
 def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import DTYPES, design_key, plain
 from pymoo_psi._kinds import Kind as Kind  # public here
-from pymoo_psi._names import Renamed
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     AnyArray,
@@ -45,10 +44,9 @@ from pymoo_psi.pareto import EQ_TOLERANCE
 # Columns that a model cannot have: the number of a test, and what a frame says of it.
 RESULTS = ("status", "violated", "reason", "pareto")
 RESERVED = ("test_point", *RESULTS)
-ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 # Extra columns of tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
-NUMBERS = {*ORIGIN, RUN, POINT, "row"}  # extra columns that tell tests apart, not designs
+NUMBERS = {RUN, POINT, "row"}  # extra columns that tell tests apart, not designs
 PROPOSAL_ROUND = "proposal_round"
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _TYPES = {Kind.REAL: float, Kind.INTEGER: int, Kind.BINARY: bool, Kind.CHOICE: str}
@@ -106,8 +104,6 @@ class Layout:
     maximize: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     label: str | None = None
-
-    ranges = Renamed("table.formulation.ranges")
 
     def __post_init__(self) -> None:
         """Check that the names are distinct, and directions, units, kinds and bounds fit."""

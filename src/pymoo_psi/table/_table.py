@@ -11,7 +11,6 @@ asked: another formulation, sets of designs, rankings, repeated tests, joining, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from itertools import compress
@@ -20,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._names import Renamed
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Array,
@@ -35,7 +33,6 @@ from pymoo_psi._validation import (
     instance,
     invalid,
     known_name,
-    wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (
@@ -58,9 +55,7 @@ from pymoo_psi.table._formulation import (
 )
 from pymoo_psi.table._head import blocks_of, columns_of
 from pymoo_psi.table._joining import (
-    combined,
     difference,
-    facts_of,
     merged,
     require_one_formulation,
     stacked,
@@ -181,8 +176,10 @@ class TestTable(Tests, Shown):
             arrays[name][rows] = np.where(np.isfinite(values), values, value)
         variables = [self.layout.variables.index(name) for name in layout.variables]
         arrays["X"] = design_matrix("X", self.X[:, variables])
-        problem = facts_of(self.problem, "sampling", "runs")
-        return {"layout": layout, "problem": problem, **arrays}
+        # The points of the run stay known, the model with these objectives is another.
+        facts = dict(self.problem or {})
+        points = {name: facts[name] for name in ("sampling", "runs") if name in facts}
+        return {"layout": layout, "problem": points or None, **arrays}
 
     def _require_ranges(self) -> None:
         """Refuse fixed ranges by which an objective would not count, though designs differ."""
@@ -549,9 +546,6 @@ class TestTable(Tests, Shown):
     def _confidence(self) -> pd.DataFrame:
         return confidence(self)
 
-    ranked = Renamed("feasible_ranking(), whose attribute rows are the rows of the table")
-    chosen = Renamed("table.formulation.chosen")
-
     # Tables put together
 
     def extended(self, *blocks: TestTable) -> TestTable:
@@ -603,41 +597,6 @@ class TestTable(Tests, Shown):
         """
         instance("other", other, TestTable)
         return self._asked_as_before(merged(self, other))
-
-    @classmethod
-    def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
-        """Return the tests of several experiments on one problem, with any bounds and sequences.
-
-        Test points are numbered consecutively across experiments; the extra columns ``experiment``
-        and ``number`` state the origin of each. The bounds enclose those of all experiments, and
-        are unknown if one has none. An output that an experiment lacks is NaN for its tests.
-
-        Args:
-            experiments: The tables by a name for each.
-
-        Raises:
-            ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance or
-                problem, or in the results of a design.
-            ArgumentTypeError: The experiments are not a mapping with at least one table.
-
-        Example:
-            >>> coarse = TestTable.of([1, 2], [[0.0], [0.5]], [[3.0], [1.0]])
-            >>> refined = TestTable.of([1, 2], [[0.4], [0.6]], [[0.9], [2.0]])
-            >>> table = TestTable.combined({"coarse": coarse, "refined": refined})
-            >>> print(table.to_frame()[["experiment", "number", "f1", "pareto"]])
-                       experiment number   f1  pareto
-            test_point
-            1              coarse      1  3.0   False
-            2              coarse      2  1.0   False
-            3             refined      1  0.9    True
-            4             refined      2  2.0   False
-        """
-        if not isinstance(experiments, Mapping) or not experiments:
-            raise wrong_type(
-                "experiments", "tables by name, such as {'coarse': a, 'refined': b}", experiments
-            )
-        tables = [instance(repr(name), table, TestTable) for name, table in experiments.items()]
-        return tables[0]._asked_as_before(combined(experiments))
 
     def equals(self, other: object) -> bool:
         """Whether another table is equal in every value and attribute; NaN is equal to NaN.
@@ -785,6 +744,3 @@ class TestTable(Tests, Shown):
             200
         """
         STUDY.save_tests(path, self)
-
-    read_csv = Renamed("read_table(path)")
-    read_study = Renamed("read_table(path)")

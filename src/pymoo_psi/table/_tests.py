@@ -34,7 +34,6 @@ from pymoo_psi.pareto import row_of_design, violated_constraints
 from pymoo_psi.table._formulation import Allowed, Formulation, limits_of, limits_on
 from pymoo_psi.table._layout import (
     NUMBERS,
-    ORIGIN,
     Layout,
     blank,
     column_kinds,
@@ -506,19 +505,6 @@ class Tests:
         texts = [cells[rows] for name, cells in self.extra.items() if name not in NUMBERS]
         first = first_rows(self.X[rows], self.F[rows], texts)
         return np.asarray(first < np.arange(len(rows)))
-
-    @property
-    def experiments(self) -> tuple[str, ...]:
-        """Names of the experiments that :meth:`combined` has joined; empty for other tests.
-
-        Example:
-            >>> table = TestTable.of([1], [[0.0]], [[3.0]])
-            >>> TestTable.combined({"old": table, "new": table}).experiments
-            ('old', 'new')
-        """
-        if not {*ORIGIN} <= {*self.extra}:
-            return ()
-        return tuple(dict.fromkeys(self.extra["experiment"].tolist()))
 
     def column(self, name: str) -> AnyArray:
         """``(n,)`` values of a variable, objective, constraint, output or extra column.
