@@ -17,7 +17,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from benchmarks.machine import describe_machine, sized
-from pymoo_psi import Restricted, TestTable, investigate, nsga3
+from pymoo_psi import Restricted, TestTable, investigate, nsga3, read_table
 from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.table import sensitivities
 
@@ -74,8 +74,8 @@ def _in_turn(problem: Problem, budget: int, study: Path) -> TestTable:
         fixed = dict(zip(table.layout.variables, table.X[best].tolist(), strict=True))
         for name in free:
             del fixed[name]
-        # A study answers with the tests of all its runs.
-        table = investigate(Restricted(problem, fixed), points, study=study)
+        investigate(Restricted(problem, fixed), points, study=study)
+        table = read_table(study)  # of all runs
     return table
 
 

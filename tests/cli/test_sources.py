@@ -276,15 +276,6 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
     pd.testing.assert_frame_equal(written, expected, check_dtype=False)
     for name in ("convergence.csv", "sensitivities.png"):
         assert Path("analysis", name).exists()
-    solve = ["solve", "models:Beam", "--points", 32, "--study", "part.db", "--box", "wall=2:4"]
-    said(*solve)
-    Path("wall=2:4").mkdir()
-    Path("part.db").rename("wall=2:4/part.db")
-    said("export", "a=beam.db", "b=wall=2:4/part.db", "--out", "both.csv")
-    both = Path("both.csv").read_bytes()
-    said("export", "a=beam.db", "wall=2:4/part.db", "--out", "both.csv")
-    assert both.replace(b",b,", b",wall=2:4/part.db,") == Path("both.csv").read_bytes()
-    assert "Sensitivities not available: the tests must be an even" in said("analyze", "both.csv")
     # Proposals are where the best designs were expected.
     sought = ["--algorithm", "surrogate", "--points", 48, "--study", "sought.db"]
     said("solve", "bnh", *sought)
