@@ -1,6 +1,7 @@
 """Random histories of tests from elsewhere, asking, telling and solving, beside a dictionary."""
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -8,6 +9,7 @@ import pytest
 
 from pymoo_psi import ProgramProblem, Restricted, investigate, lp_tau, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
+from pymoo_psi.problems import ProgramRun
 
 N_HISTORIES = 30  # of each kind of model
 N_STEPS = 6
@@ -31,12 +33,12 @@ class Model(ProgramProblem):
     def fingerprint(self):
         return {}
 
-    def values(self, design):
+    def run(self, design):
         f = 1 + design["a"] + design["b"] ** 2
         g = 2 - design["a"]
         if self.noisy:
             f += np.random.default_rng(design["seed"]).random()
-        return {"f": f, "g": g, "ratio": f / g}
+        return ProgramRun(Path(), outputs={"f": f, "g": g, "ratio": f / g})
 
 
 class History:
@@ -138,7 +140,7 @@ class History:
                 assert repeat - len(known) <= len(new) <= repeat
                 known += new
             elif not known:
-                outputs = problem.values(dict(zip("ab", design, strict=True)))
+                outputs = problem.run(dict(zip("ab", design, strict=True))).outputs
                 known.append((outputs["f"], outputs["g"]))
 
     def stored(self):

@@ -13,10 +13,17 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, TestTable, investigate
+from pymoo_psi import (
+    PSI,
+    ProgramProblem,
+    Recorded,
+    Restricted,
+    SurrogatePSI,
+    TestTable,
+    investigate,
+)
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
-from pymoo_psi.problems._named import NamedProblem
 from pymoo_psi.study import Study
 from pymoo_psi.table import Layout, even_part, read_table, sensitivities
 from tests.refusals import refused
@@ -141,21 +148,24 @@ def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, 
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
 
 
-class Weighed(NamedProblem):
+class Weighed(ProgramProblem):
     """A model with an output that its first version had not."""
 
     def __init__(self, has_mass):
-        limits = {"mass": "<= 3"} if has_mass else None
-        super().__init__({"width": (1.0, 2.0)}, ["a", "b"], limits=limits, units={}, name="weighed")
-        self.has_mass = has_mass
+        pattern = {"file": "stdout.txt", "pattern": "(.+)"}
+        outputs = {"a": pattern, "b": {"expression": "-width"}}
+        limits = {}
+        if has_mass:
+            outputs["mass"] = {"file": "stdout.txt", "pattern": "(.+)"}
+            limits = {"mass": "<= 1.5"}
+        program = {"command": "echo {width}"}
+        objectives = {"minimize": ["a", "b"]}
+        super().__init__({"width": [1, 2]}, program, outputs, objectives, limits)
         self.n_evaluated = 0
 
-    def values(self, design):
+    def run(self, values, **kwargs):
         self.n_evaluated += 1
-        outputs = {"a": design["width"], "b": -design["width"]}
-        if self.has_mass:
-            outputs["mass"] = 2 * design["width"]
-        return outputs
+        return super().run(values, **kwargs)
 
     def fingerprint(self):
         return {}
@@ -177,11 +187,11 @@ def test_tests_that_lack_an_output_with_a_limit_are_made_again_on_request_only(s
     )
     assert model.n_evaluated == 0
     again = Recorded(model, study, retry="incomplete")
-    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["G"]), 2 * X - 3)
+    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["G"]), X - 1.5)
     assert model.n_evaluated == 2
     table = investigate(model, 4, study=study, retry="incomplete")
     assert model.n_evaluated == 4
-    np.testing.assert_array_equal(table["mass"], 2 * table["width"])
+    np.testing.assert_array_equal(table["mass"], table["width"])
 
 
 @pytest.mark.parametrize("name", ["test", "run", "origin", "seconds"])

@@ -26,11 +26,8 @@ from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs
 from ._evaluation import streams as streams
 from ._evaluation import untolerant as untolerant
-from ._named import Setting as Setting
-from ._named import known_limits as known_limits
-from ._program import Output as Output
-from ._program import Program as Program
 from ._program import ProgramRun as ProgramRun
+from ._program import known_limits as known_limits
 from ._pymoo import NO_OUTPUTS as NO_OUTPUTS
 from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
@@ -41,6 +38,9 @@ from ._requirements import requirement_texts as requirement_texts
 from ._requirements import requirements_of as requirements_of
 from ._requirements import with_requirements as with_requirements
 from ._requirements import without_requirements as without_requirements
+from ._settings import Output as Output
+from ._settings import Program as Program
+from ._settings import Setting as Setting
 from ._wrapped import known_expressions as known_expressions
 from ._wrapped import layers as layers
 from ._wrapped import require_model as require_model

@@ -1,8 +1,7 @@
 """An external program as a pymoo problem, with values in its input files and numbers as outputs.
 
-The sections of its file are values of :class:`Setting`, :class:`Output`, :class:`Program` and
-``Directions``. A :class:`ProgramProblem` checks them before any run, has a fingerprint for studies,
-runs the program in a folder for each design, and completes the outputs of stored tests.
+A :class:`ProgramProblem` checks its sections before any run, has a fingerprint for studies, runs
+the program in a folder for each design, and completes the outputs of stored tests.
 """
 
 from __future__ import annotations
@@ -18,301 +17,55 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
-from itertools import chain
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pymoo.core.variable import Choice
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Choice, Real
 
 from pymoo_psi._validation import (
     Entries,
     FilePath,
-    Names,
     Received,
     Rows,
     Values,
     boolean,
-    distinct,
     invalid,
     known_name,
-    positive_number,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
-from pymoo_psi.parallel import run_program
-from pymoo_psi.problems._named import (
-    NamedProblem,
-    require_output_names,
+from pymoo_psi.problems._design_space import numbered
+from pymoo_psi.problems._placeholders import Placeholders
+from pymoo_psi.problems._pymoo import NO_OUTPUTS, OF_A_MODEL, require_known_keywords
+from pymoo_psi.problems._requirements import requirements_of
+from pymoo_psi.problems._settings import (
+    WAYS,
+    Directions,
+    Output,
+    OutputLimit,
+    Program,
+    limits_on_outputs,
     section,
     sections,
+    settings_of,
     units_of,
 )
-from pymoo_psi.problems._placeholders import BRACES, Placeholders
-from pymoo_psi.problems._wrapped import require_model
-from pymoo_psi.table import Expression, cells_of_text
+from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
+from pymoo_psi.table import Expression
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-# How an output can be given.
-_WAYS = "given as file with one of pattern, key and column, or as expression"
 # Python, git and macOS leave these in a template; they are neither copied nor part of the model.
 _LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
-# Fortran writes 1.5D+03.
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
-_NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent has three digits
-_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eEdD][+-]?\d+)?\s*")
-_SWAPPED = str.maketrans(",.", ".,")
 _NAME = re.compile(r"[^\W\d]\w*")
-
-
-class ProgramError(Exception):
-    """A run failed, or an output cannot be read; the message says why."""
-
-
-_UNREADABLE = (ProgramError, OSError, LookupError)  # what reading an output raises
-
-
-@dataclass(frozen=True)
-class Output:
-    """The source of a number: an entry of the section ``[outputs]``.
-
-    Attributes:
-        file: File in the design's folder; ``stdout.txt`` has what the program prints.
-        pattern: Regular expression with one group, which is the number.
-        key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``; if names have dots, a list
-            such as ``["tip.u", "x"]``.
-        column: Column of a table with a header and rows of equal length, whose cells are separated
-            by tabs, semicolons, commas, bars or blanks; see :func:`read_table`.
-        header: Number of the line that names the columns, from 1, if other text is above it.
-        row: Number of the match of the pattern, or of the table's row: from 0, or from -1
-            backwards. By default there must be exactly one.
-        encoding: Encoding of the file, such as ``"cp1252"``. By default UTF-8, or UTF-16 if the
-            file begins with its mark.
-        decimal: The decimal mark of its numbers, ``"."`` or ``","``.
-        expression: Arithmetic of variables and of the outputs above, instead of a file.
-        unit: Its unit.
-
-    If people make the tests, the number comes from their results, without a file.
-
-    Raises:
-        ArgumentValueError: There is not exactly one way to find the number, or the pattern cannot
-            be used.
-    """
-
-    file: str = ""
-    pattern: str = ""
-    key: str | Sequence[str | int] = ""
-    column: str = ""
-    header: int = 1
-    row: int | None = None
-    encoding: str = ""
-    decimal: str = "."
-    expression: str = ""
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        """Check that there is one way to find the number."""
-        ways = [*filter(None, (self.pattern, self.key, self.column, self.expression))]
-        is_measured = not ways and not self.file
-        if not is_measured and (len(ways) != 1 or bool(self.file) == bool(self.expression)):
-            raise invalid("an output", _WAYS, [self.file, *ways])
-        _require_inside("file", self.file)
-        known_name("decimal", self.decimal, (".", ","))
-        if self.pattern:
-            groups: Any = None
-            try:
-                groups = re.compile(self.pattern).groups
-                problem = f"{groups} groups"
-            except re.error as error:
-                problem = str(error)
-            if groups != 1:
-                rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
-                received = Received(f"'{self.pattern}', {problem}")  # as typed: a backslash is one
-                remedy = r"write \( and \) for brackets of the text"
-                raise invalid("the pattern of an output", rule, received, remedy)
-
-    def read(self, folder: Path) -> float:
-        """Return the number that a program has left in a folder.
-
-        Raises:
-            ProgramError: There is none, or not exactly one.
-        """
-        cell = self.cell(folder)
-        number = _NO_LETTER.sub(r"\1e\2", cell)
-        if self.decimal == ",":
-            number = number.translate(_SWAPPED)  # 1.250,5 is refused as 1,250.5 is
-        if not _NUMBER.fullmatch(number):
-            remedy = ""
-            if _WITH_COMMA.fullmatch(cell):
-                remedy = "; write decimal = ',' if it has a decimal comma"
-            raise ProgramError(f"{cell!r:.60} in {self.file} is no plain number{remedy}")
-        return float(number.lower().replace("d", "e"))
-
-    def cell(self, folder: Path) -> str:
-        """Return the text of the number.
-
-        Raises:
-            ProgramError: There is none, or not exactly one.
-        """
-        path = folder / self.file
-        if not path.is_file():
-            raise ProgramError(f"the program left no file {self.file}")
-        content = path.read_bytes()
-        encoding = self.encoding or json.detect_encoding(content)
-        text = content.decode(encoding, "replace").replace("\r\n", "\n")
-        if self.key:
-            texts = [self._value_at_key(text)]
-        elif self.pattern:
-            texts = re.findall(self.pattern, text, re.MULTILINE)
-        else:
-            texts = self._column(text)
-        kind = f"match of '{self.pattern}'" if self.pattern else f"row of {self.column!r}"
-        if self.row is None and len(texts) > 1:
-            remedy = "say which one by row, -1 for the last"
-            raise ProgramError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
-        row = self.row or 0
-        if not -len(texts) <= row < len(texts):
-            number = "" if self.row is None else f" number {row}"
-            if not kind.isascii():
-                number += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
-            raise ProgramError(f"{self.file} has no {kind}{number}")
-        return texts[row].strip()
-
-    def _value_at_key(self, text: str) -> str:
-        """Return the value at the path in JSON."""
-        path = self.key
-        if isinstance(path, str):
-            path = path.split(".")
-        try:
-            value = json.loads(text, object_pairs_hook=distinct)
-            for part in path:
-                value = value[int(part)] if isinstance(value, list) else value[str(part)]
-        except (ValueError, LookupError, TypeError, RecursionError) as error:
-            reason = f"{type(error).__name__}: {error}"
-            problem = f"no {self.key} in {self.file} ({reason:.80})"
-            if isinstance(error, KeyError):
-                problem += "; a name with dots is one part of a list, as key = ['tip.u', 'x']"
-            raise ProgramError(problem) from None
-        return str(value)
-
-    def _column(self, text: str) -> list[str]:
-        """Return the cells of the column."""
-        remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
-        try:
-            columns = cells_of_text(text, range(1, self.header)).columns
-        except ArgumentValueError as error:
-            problem = getattr(error, "problem", error)  # without options of the command
-            raise ProgramError(f"{self.file} is no table: {problem}; {remedy}") from None
-        if self.column not in columns:
-            names = ", ".join(columns)
-            problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
-            raise ProgramError(f"{problem}; {remedy}")
-        cells = chain.from_iterable(columns.values())
-        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells)):
-            # Beside it 1.250 may be a thousand and more.
-            raise ProgramError(f"{self.file} has decimal commas; write decimal = ','")
-        return columns[self.column]
-
-
-def _require_inside(argument: str, file: str) -> None:
-    """Refuse a file that is not in the folder of a run, where no design meets another one."""
-    path = PureWindowsPath(file)  # it knows the separators of all systems
-    if path.anchor or ".." in path.parts:
-        rule = "a relative path inside the folder in which the program runs, without '..'"
-        raise invalid(argument, rule, file)
-
-
-@dataclass(frozen=True)
-class Program:
-    """How a program is run: the section ``[program]``.
-
-    Attributes:
-        command: The program with its arguments, run without a shell; ``{width}`` is replaced by the
-            value.
-        template: Folder that is copied for each design; the command runs in the copy.
-        files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value. Doubled
-            braces stand for those of the text: ``{{width}}`` becomes ``{width}``.
-        marks: How a placeholder is written, if other than ``{name}``: such as ``@name@``.
-        exit_codes: Exit codes that mean success.
-        error: Where a failed program says why, like an output: ``file`` with ``pattern`` or
-            ``key``. The first match begins the reason unless there is a ``row``.
-        timeout: Seconds after which a design fails; None for no limit.
-        keep: Which folders are kept: ``"failed"``, those of failed designs; ``"all"``; ``"none"``.
-        folder: Folder in which the folders of the designs are made.
-    """
-
-    command: str = ""
-    template: str = ""
-    files: Names = ()
-    marks: str = BRACES
-    exit_codes: Sequence[int] = (0,)
-    error: dict[str, Any] = field(default_factory=dict)
-    timeout: int | float | None = None
-    keep: str = "failed"
-    folder: str = "runs"
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        try:
-            words = shlex.split(self.command)
-        except ValueError:  # a quotation mark has no partner
-            words = []
-        if not words or {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
-            rule = "one program with its arguments, quotation marks in pairs, without a shell"
-            raise invalid("command", rule, self.command, 'or write a script, "sh run.sh"')
-        known_name("keep", self.keep, ("failed", "all", "none"))
-        if self.timeout is not None:
-            positive_number("timeout", self.timeout)
-        for file in self.files:
-            _require_inside("files", file)
-
-    def run(self, words: Names, folder: Path) -> None:
-        """Run the command in a folder, then kill it and all processes that it has started.
-
-        Args:
-            words: The command with all values in it.
-            folder: Folder in which it runs and in which its output is written.
-
-        Raises:
-            ProgramError: It takes too long, ends with an exit code that is none of success, or ends
-                before what it has started.
-        """
-        code, left_some = run_program(words, folder, self.timeout)
-        if code is None:
-            raise ProgramError(f"timed out after {self.timeout:g} s")
-        if code not in self.exit_codes:
-            raise ProgramError(f"exit code {code}: {_last_line(folder) or 'no message'}")
-        if left_some:
-            problem = "it ended while processes that it had started went on, so they were killed"
-            raise ProgramError(f"{problem}; let the command wait for them")
-
-
-def _last_line(folder: Path) -> str:
-    """Return the last line that a program has printed, for messages."""
-    text = ""
-    for name in ("stdout.txt", "stderr.txt"):
-        with suppress(OSError):  # a program may remove them
-            text = (folder / name).read_text("utf-8", "replace").strip() or text
-    return text.rpartition("\n")[2][:120]
-
-
-@dataclass(frozen=True)
-class Directions:
-    """The objectives: the section ``[objectives]``.
-
-    Attributes:
-        minimize: Outputs to be minimized.
-        maximize: Outputs to be maximized.
-    """
-
-    minimize: Names = ()
-    maximize: Names = ()
+_UNREADABLE = (OSError, ValueError, LookupError)  # what reading an output raises
 
 
 @dataclass
@@ -336,7 +89,7 @@ class ProgramRun:
     flaws: list[str] = field(default_factory=list)
 
 
-class ProgramProblem(NamedProblem):
+class ProgramProblem(ElementwiseProblem):
     r"""An external program as a problem: a simulator with its input files.
 
     For each design the template folder is copied, values are written into its files, the command
@@ -386,6 +139,8 @@ class ProgramProblem(NamedProblem):
         {'area': 25.0}
     """
 
+    has_named_outputs = True  # in one study, other outputs may become objectives and limits
+
     def __init__(
         self,
         variables: Entries,
@@ -401,29 +156,27 @@ class ProgramProblem(NamedProblem):
         base: FilePath = ".",
         **kwargs: Any,
     ) -> None:
+        require_known_keywords("ProgramProblem", ElementwiseProblem, kwargs, taken=OF_A_MODEL)
         self.base = Path(base).absolute()
         self.key = str(key)
         self.noisy = boolean("noisy", noisy)
-        self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
         self.by_people = program is None
+        self._name = str(name)
+
+        settings = settings_of(variables)
+        self.variables = {name: setting.variable for name, setting in settings.items()}
+        self.log = [name for name, setting in settings.items() if setting.scale == "log"]
+        self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
+        self.units = units_of(settings | self.outputs)
         directions = section("objectives", Directions, objectives)
-        super().__init__(
-            variables,
-            [*directions.minimize, *directions.maximize],
-            directions.maximize,
-            limits,
-            requirements,
-            units=units_of(self.outputs),
-            name=str(name),
-            **kwargs,
-        )
-        for objective in self.objectives:
-            known_name("an objective", objective, self.outputs)
-        for limit in self.limits:
-            remedy = "variables have bounds and requirements"
-            known_name("what is limited", limit.output, self.outputs, remedy)
+        self.objectives = [*directions.minimize, *directions.maximize]
+        self.maximize = [*directions.maximize]
+        self.limits = limits_on_outputs(limits)
+        self.requirements = requirements
+        self._required = requirements_of(requirements, [*self.variables])
         self.known_expressions: dict[str, Expression] = {}
         self._tested: dict[str, Output] = {}  # the outputs that are no expressions
+        self._check_objectives()
         self._check_outputs()
         if program is not None:
             self.program: Program = section("program", Program, program)
@@ -432,6 +185,17 @@ class ProgramProblem(NamedProblem):
             self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
             self._check_files()
             self._check_placeholders()
+
+        limit_texts = [limit.text for limit in self.limits]
+        self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
+        kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
+        if all(isinstance(variable, Real) for variable in self.variables.values()):
+            # pymoo takes such variables as a vector, without names.
+            self.names |= numbered("x", self.variables)
+            bounds = np.array([variable.bounds for variable in self.variables.values()])
+            super().__init__(n_var=len(bounds), xl=bounds[:, 0], xu=bounds[:, 1], **kwargs)
+        else:
+            super().__init__(vars=self.variables, **kwargs)
 
     @classmethod
     def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
@@ -466,11 +230,23 @@ class ProgramProblem(NamedProblem):
 
     # What is checked before any run
 
+    def _check_objectives(self) -> None:
+        """Refuse objectives and limits that are no outputs."""
+        if not self.objectives or len(set(self.objectives)) < len(self.objectives):
+            raise invalid("objectives", "outputs named once, one or more", self.objectives)
+        for objective in self.objectives:
+            known_name("an objective", objective, self.outputs)
+        for limit in self.limits:
+            remedy = "variables have bounds and requirements"
+            known_name("what is limited", limit.output, self.outputs, remedy)
+
     def _check_outputs(self) -> None:
         """Divide the outputs into expressions and others; refuse those that cannot be found."""
-        require_output_names(self.outputs)
         names = [*self.variables]  # names that an expression may use
         for name, output in self.outputs.items():
+            if name in NO_OUTPUTS:
+                rule = "named unlike the entries that pymoo has for a design"
+                raise invalid("an output", rule, name, "rename it, such as 'force' instead of 'F'")
             if name in self.variables:
                 raise invalid("the name of an output", "unlike those of variables", name)
             if output.expression:
@@ -479,7 +255,7 @@ class ProgramProblem(NamedProblem):
                     known_name(f"a name in the expression of {name}", operand, names)
                 self.known_expressions[name] = expression
             elif self.by_people == bool(output.file):
-                rule = f"{_WAYS}; without [program], as expression or without a way"
+                rule = f"{WAYS}; without [program], as expression or without a way"
                 received = Received(output.file or "no file")
                 raise invalid(f"outputs: {name}: an output", rule, received)
             else:
@@ -572,6 +348,10 @@ class ProgramProblem(NamedProblem):
 
     # A run
 
+    def name(self) -> str:
+        """Return the name of the problem."""
+        return self._name
+
     @property
     def _template(self) -> Path:
         return Path(self.base, self.program.template)
@@ -597,7 +377,7 @@ class ProgramProblem(NamedProblem):
             self._fill_template(run, values)
             self.program.run(run.words, run.folder)
             self._read(run, values)
-        except (ProgramError, OSError, ValueError) as error:  # the template may have changed
+        except (RuntimeError, OSError, ValueError) as error:  # the template may have changed
             run.flaws.append(str(error))
         if run.flaws and self._listing.file:
             with suppress(*_UNREADABLE):
@@ -655,23 +435,38 @@ class ProgramProblem(NamedProblem):
                 else:
                     value = output.read(run.folder)
                 if not math.isfinite(value):
-                    raise ProgramError(f"it is {value}")
+                    raise ValueError(f"it is {value}")
             except _UNREADABLE as error:
                 run.flaws.append(f"output {name}: {error}")
                 continue
             run.outputs[name] = value
             columns[name] = np.array([value])
 
-    def values(self, design: Entries) -> Entries:
-        """Return the outputs of a design; see :class:`NamedProblem`."""
+    def _evaluate(self, x: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         require_model(self)
+        design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
+        columns = {name: np.array([value]) for name, value in design.items()}
+        for requirement in self._required:
+            if requirement.violation(columns)[0] > 0:
+                remedy = "give the algorithm Required(problem)"
+                reason = f"it violates the requirement {requirement.name}; {remedy}"
+                raise EvaluationError(x, reason)
+        if "seed" in kwargs:
+            design["seed"] = kwargs["seed"]
         run = self.run(design)
         if run.flaws:
             reason = run.flaws[0]
             if run.folder.exists():
                 reason += f"; see {run.folder}"
-            raise EvaluationError(dict(design), reason)
-        return run.outputs
+            raise EvaluationError(design, reason)
+        out["G"] = [limit.violation(run.outputs[limit.output]) for limit in self.limits]
+        out["F"] = []
+        for name in self.objectives:
+            value = run.outputs.pop(name)
+            if name in self.maximize:
+                value = -value
+            out["F"].append(value)
+        out.update(run.outputs)
 
     # Outputs of stored tests
 
@@ -738,6 +533,16 @@ class ProgramProblem(NamedProblem):
             with suppress(*_UNREADABLE):
                 values[name] = output.read(folder)
         return values
+
+
+def known_limits(problem: Any) -> Sequence[OutputLimit]:
+    """Return the limits on outputs that are the first constraints of a problem.
+
+    A table shows them as limits, which can be changed without a test.
+    """
+    while changes_designs_only(problem) or within_same_columns(problem) is not problem:
+        problem = problem.wrapped
+    return problem.limits if isinstance(problem, ProgramProblem) else []
 
 
 def text_of(path: Path) -> str:

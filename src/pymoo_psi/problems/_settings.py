@@ -1,0 +1,400 @@
+"""The sections of a program's file: variables, the program, outputs, objectives and limits."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, fields
+from itertools import chain
+from pathlib import Path, PureWindowsPath
+from typing import Any
+
+import msgspec
+import numpy as np
+from pymoo.core.variable import Choice, Integer, Real
+
+from pymoo_psi._validation import (
+    Entries,
+    Names,
+    Received,
+    Values,
+    distinct,
+    finite_number,
+    invalid,
+    known_name,
+    mapping,
+    positive_number,
+)
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.parallel import run_program
+from pymoo_psi.problems._placeholders import BRACES
+from pymoo_psi.table import cells_of_text, sides_of_text
+
+# A message of msgspec; null stands for what is not given.
+_MISFIT = re.compile(r"Expected `(.+?)(?: \| null)?`, got `(.+)` - at `\$\.(.+)`")
+# How an output can be given.
+WAYS = "given as file with one of pattern, key and column, or as expression"
+# Fortran writes 1.5D+03.
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
+_NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent has three digits
+_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eEdD][+-]?\d+)?\s*")
+_SWAPPED = str.maketrans(",.", ".,")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A variable: an entry of the section ``[variables]``.
+
+    Attributes:
+        bounds: Lower and upper bound.
+        choices: The options of a choice, instead of bounds.
+        kind: ``"real"`` or ``"integer"``.
+        scale: ``"linear"`` or ``"log"``.
+        unit: Its unit.
+    """
+
+    bounds: Sequence[int | float] = ()
+    choices: Sequence[str | bool | int | float] = ()
+    kind: str = "real"
+    scale: str = "linear"
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        known_name("scale", self.scale, ("linear", "log"))
+        known_name("kind", self.kind, ("real", "integer"))
+        n_bounds = 0 if self.choices else 2
+        if len(self.bounds) != n_bounds:
+            raise invalid("a variable", "given by bounds = [lower, upper] or choices", self.bounds)
+        if self.choices:
+            if len({*map(str, self.choices)}) < len(self.choices):
+                raise invalid("choices", "options of which no two are the same", self.choices)
+            return
+        low, high = (finite_number("bounds", end) for end in self.bounds)
+        if low > high or (self.scale == "log" and low <= 0):
+            raise invalid(
+                "bounds", "in increasing order, on a logarithmic scale above 0", self.bounds
+            )
+
+    @property
+    def variable(self) -> Any:
+        """The variable in pymoo."""
+        if self.choices:
+            return Choice(options=list(self.choices))
+        kind = Real if self.kind == "real" else Integer
+        return kind(bounds=tuple(map(float, self.bounds)))
+
+
+@dataclass(frozen=True)
+class Output:
+    """The source of a number: an entry of the section ``[outputs]``.
+
+    Attributes:
+        file: File in the design's folder; ``stdout.txt`` has what the program prints.
+        pattern: Regular expression with one group, which is the number.
+        key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``; if names have dots, a list
+            such as ``["tip.u", "x"]``.
+        column: Column of a table with a header and rows of equal length, whose cells are separated
+            by tabs, semicolons, commas, bars or blanks; see :func:`read_table`.
+        header: Number of the line that names the columns, from 1, if other text is above it.
+        row: Number of the match of the pattern, or of the table's row: from 0, or from -1
+            backwards. By default there must be exactly one.
+        encoding: Encoding of the file, such as ``"cp1252"``. By default UTF-8, or UTF-16 if the
+            file begins with its mark.
+        decimal: The decimal mark of its numbers, ``"."`` or ``","``.
+        expression: Arithmetic of variables and of the outputs above, instead of a file.
+        unit: Its unit.
+
+    If people make the tests, the number comes from their results, without a file.
+
+    Raises:
+        ArgumentValueError: There is not exactly one way to find the number, or the pattern cannot
+            be used.
+    """
+
+    file: str = ""
+    pattern: str = ""
+    key: str | Sequence[str | int] = ""
+    column: str = ""
+    header: int = 1
+    row: int | None = None
+    encoding: str = ""
+    decimal: str = "."
+    expression: str = ""
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that there is one way to find the number."""
+        ways = [*filter(None, (self.pattern, self.key, self.column, self.expression))]
+        is_measured = not ways and not self.file
+        if not is_measured and (len(ways) != 1 or bool(self.file) == bool(self.expression)):
+            raise invalid("an output", WAYS, [self.file, *ways])
+        _require_inside("file", self.file)
+        known_name("decimal", self.decimal, (".", ","))
+        if self.pattern:
+            groups: Any = None
+            try:
+                groups = re.compile(self.pattern).groups
+                problem = f"{groups} groups"
+            except re.error as error:
+                problem = str(error)
+            if groups != 1:
+                rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
+                received = Received(f"'{self.pattern}', {problem}")  # as typed: a backslash is one
+                remedy = r"write \( and \) for brackets of the text"
+                raise invalid("the pattern of an output", rule, received, remedy)
+
+    def read(self, folder: Path) -> float:
+        """Return the number that a program has left in a folder.
+
+        Raises:
+            ValueError: There is none, or not exactly one.
+        """
+        cell = self.cell(folder)
+        number = _NO_LETTER.sub(r"\1e\2", cell)
+        if self.decimal == ",":
+            number = number.translate(_SWAPPED)  # 1.250,5 is refused as 1,250.5 is
+        if not _NUMBER.fullmatch(number):
+            remedy = ""
+            if _WITH_COMMA.fullmatch(cell):
+                remedy = "; write decimal = ',' if it has a decimal comma"
+            raise ValueError(f"{cell!r:.60} in {self.file} is no plain number{remedy}")
+        return float(number.lower().replace("d", "e"))
+
+    def cell(self, folder: Path) -> str:
+        """Return the text of the number.
+
+        Raises:
+            ValueError: There is none, or not exactly one.
+        """
+        path = folder / self.file
+        if not path.is_file():
+            raise ValueError(f"the program left no file {self.file}")
+        content = path.read_bytes()
+        encoding = self.encoding or json.detect_encoding(content)
+        text = content.decode(encoding, "replace").replace("\r\n", "\n")
+        if self.key:
+            texts = [self._value_at_key(text)]
+        elif self.pattern:
+            texts = re.findall(self.pattern, text, re.MULTILINE)
+        else:
+            texts = self._column(text)
+        kind = f"match of '{self.pattern}'" if self.pattern else f"row of {self.column!r}"
+        if self.row is None and len(texts) > 1:
+            remedy = "say which one by row, -1 for the last"
+            raise ValueError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
+        row = self.row or 0
+        if not -len(texts) <= row < len(texts):
+            number = "" if self.row is None else f" number {row}"
+            if not kind.isascii():
+                number += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
+            raise ValueError(f"{self.file} has no {kind}{number}")
+        return texts[row].strip()
+
+    def _value_at_key(self, text: str) -> str:
+        """Return the value at the path in JSON."""
+        path = self.key
+        if isinstance(path, str):
+            path = path.split(".")
+        try:
+            value = json.loads(text, object_pairs_hook=distinct)
+            for part in path:
+                value = value[int(part)] if isinstance(value, list) else value[str(part)]
+        except (ValueError, LookupError, TypeError, RecursionError) as error:
+            reason = f"{type(error).__name__}: {error}"
+            problem = f"no {self.key} in {self.file} ({reason:.80})"
+            if isinstance(error, KeyError):
+                problem += "; a name with dots is one part of a list, as key = ['tip.u', 'x']"
+            raise ValueError(problem) from None
+        return str(value)
+
+    def _column(self, text: str) -> list[str]:
+        """Return the cells of the column."""
+        remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
+        try:
+            columns = cells_of_text(text, range(1, self.header)).columns
+        except ArgumentValueError as error:
+            problem = getattr(error, "problem", error)  # without options of the command
+            raise ValueError(f"{self.file} is no table: {problem}; {remedy}") from None
+        if self.column not in columns:
+            names = ", ".join(columns)
+            problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
+            raise ValueError(f"{problem}; {remedy}")
+        cells = chain.from_iterable(columns.values())
+        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells)):
+            # Beside it 1.250 may be a thousand and more.
+            raise ValueError(f"{self.file} has decimal commas; write decimal = ','")
+        return columns[self.column]
+
+
+def _require_inside(argument: str, file: str) -> None:
+    """Refuse a file that is not in the folder of a run, where no design meets another one."""
+    path = PureWindowsPath(file)  # it knows the separators of all systems
+    if path.anchor or ".." in path.parts:
+        rule = "a relative path inside the folder in which the program runs, without '..'"
+        raise invalid(argument, rule, file)
+
+
+@dataclass(frozen=True)
+class Program:
+    """How a program is run: the section ``[program]``.
+
+    Attributes:
+        command: The program with its arguments, run without a shell; ``{width}`` is replaced by the
+            value.
+        template: Folder that is copied for each design; the command runs in the copy.
+        files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value. Doubled
+            braces stand for those of the text: ``{{width}}`` becomes ``{width}``.
+        marks: How a placeholder is written, if other than ``{name}``: such as ``@name@``.
+        exit_codes: Exit codes that mean success.
+        error: Where a failed program says why, like an output: ``file`` with ``pattern`` or
+            ``key``. The first match begins the reason unless there is a ``row``.
+        timeout: Seconds after which a design fails; None for no limit.
+        keep: Which folders are kept: ``"failed"``, those of failed designs; ``"all"``; ``"none"``.
+        folder: Folder in which the folders of the designs are made.
+    """
+
+    command: str = ""
+    template: str = ""
+    files: Names = ()
+    marks: str = BRACES
+    exit_codes: Sequence[int] = (0,)
+    error: dict[str, Any] = field(default_factory=dict)
+    timeout: int | float | None = None
+    keep: str = "failed"
+    folder: str = "runs"
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        try:
+            words = shlex.split(self.command)
+        except ValueError:  # a quotation mark has no partner
+            words = []
+        if not words or {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
+            rule = "one program with its arguments, quotation marks in pairs, without a shell"
+            raise invalid("command", rule, self.command, 'or write a script, "sh run.sh"')
+        known_name("keep", self.keep, ("failed", "all", "none"))
+        if self.timeout is not None:
+            positive_number("timeout", self.timeout)
+        for file in self.files:
+            _require_inside("files", file)
+
+    def run(self, words: Names, folder: Path) -> None:
+        """Run the command in a folder, then kill it and all processes that it has started.
+
+        Args:
+            words: The command with all values in it.
+            folder: Folder in which it runs and in which its output is written.
+
+        Raises:
+            RuntimeError: It takes too long, ends with an exit code that is none of success, or ends
+                before what it has started.
+        """
+        code, left_some = run_program(words, folder, self.timeout)
+        if code is None:
+            raise RuntimeError(f"timed out after {self.timeout:g} s")
+        if code not in self.exit_codes:
+            raise RuntimeError(f"exit code {code}: {_last_line(folder) or 'no message'}")
+        if left_some:
+            problem = "it ended while processes that it had started went on, so they were killed"
+            raise RuntimeError(f"{problem}; let the command wait for them")
+
+
+def _last_line(folder: Path) -> str:
+    """Return the last line that a program has printed, for messages."""
+    text = ""
+    for name in ("stdout.txt", "stderr.txt"):
+        with suppress(OSError):  # a program may remove them
+            text = (folder / name).read_text("utf-8", "replace").strip() or text
+    return text.rpartition("\n")[2][:120]
+
+
+@dataclass(frozen=True)
+class Directions:
+    """The objectives: the section ``[objectives]``.
+
+    Attributes:
+        minimize: Outputs to be minimized.
+        maximize: Outputs to be maximized.
+    """
+
+    minimize: Names = ()
+    maximize: Names = ()
+
+
+@dataclass(frozen=True)
+class OutputLimit:
+    """A limit on an output: a constraint.
+
+    Attributes:
+        output: Name of the output.
+        sign: ``"<="`` or ``">="``.
+        value: The limit.
+    """
+
+    output: str
+    sign: str
+    value: float
+
+    @property
+    def text(self) -> str:
+        """The name of its constraint, with all digits of the limit."""
+        number = repr(self.value).removesuffix(".0")
+        return f"{self.output}{self.sign}{number}"
+
+    def violation(self, output: Any) -> Any:
+        """Return the amounts by which values of the output violate it, <= 0 where they meet it."""
+        excess = output - self.value
+        return excess if self.sign == "<=" else -excess
+
+
+def settings_of(variables: Any) -> dict[str, Setting]:
+    """Return the settings of variables, of which some may be given by their bounds alone."""
+    entries = {}
+    for name, entry in mapping("variables", variables, "names to settings").items():
+        entries[name] = {"bounds": entry} if isinstance(entry, (tuple, list)) else entry
+    if not entries:
+        raise invalid("variables", "one or more", variables)
+    return sections("variables", Setting, entries)
+
+
+def limits_on_outputs(texts: Any) -> list[OutputLimit]:
+    """Return the limits of texts by output; a text may have two."""
+    limits: list[OutputLimit] = []
+    if texts is None:
+        return limits
+    for output, text in mapping("limits", texts, "outputs to texts, as '<= 250'").items():
+        for sign, value in sides_of_text(f"the limit on {output}", text).items():
+            limits.append(OutputLimit(output, sign, value))
+    return limits
+
+
+def units_of(entries: Entries) -> dict[str, str]:
+    """Return the units of variables or outputs that have one, by name."""
+    return {name: entry.unit for name, entry in entries.items() if entry.unit}
+
+
+def sections(where: str, kind: type[Any], entries: Any) -> Values:
+    """Return named entries of a file as values of a class."""
+    entries = mapping(where, entries, "names to settings")
+    return {name: section(f"{where}: {name}", kind, entry) for name, entry in entries.items()}
+
+
+def section(where: str, kind: type[Any], entry: Any) -> Any:
+    """Return a section of a file as a value of its class, whose annotations are its schema."""
+    settings = [setting.name for setting in fields(kind)]
+    for word in mapping(where, entry, "settings to values"):
+        known_name(f"a setting of {where}", word, settings)
+    # NumPy's numbers and arrays, and ranges, become Python's numbers and lists.
+    plain = msgspec.to_builtins(entry, enc_hook=lambda value: np.asarray(value).tolist())
+    try:
+        return msgspec.convert(plain, kind)
+    except msgspec.ValidationError as error:
+        problem = error.__cause__  # an error of the class itself
+        if problem is None:
+            message = str(error).replace("array", "list")
+            problem = ArgumentTypeError(_MISFIT.sub(r"\3 must be of type \1, got \2", message))
+        raise type(problem)(f"{where}: {problem}") from None
