@@ -22,7 +22,7 @@ from pymoo_psi import (
     read_table,
 )
 from pymoo_psi.algorithms import PointAlgorithm, Points, RunOptions, Source, run_of_sequence
-from pymoo_psi.algorithms._options import AlgorithmKeywords, InvestigateKeywords, PSIKeywords
+from pymoo_psi.algorithms._options import AlgorithmKeywords, PointKeywords
 from pymoo_psi.study import Study
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
@@ -134,13 +134,12 @@ def test_options_are_in_the_signature_with_their_defaults(owner):
 
 
 def test_keywords_are_those_of_the_options_and_of_pymoo():
-    assert {*InvestigateKeywords.__annotations__} == {
+    of_runs = {*PointKeywords.__annotations__}
+    assert of_runs | {"share", "block_size", "repeat"} == {
         f.name for f in dataclasses.fields(RunOptions)
     }
-    pymoos = inspect.signature(Algorithm.__init__).parameters
-    assert {*AlgorithmKeywords.__annotations__} <= {*pymoos}
-    missing = {*pymoos} - {*PSIKeywords.__annotations__} - {"self", "kwargs"}
-    assert missing == set()
+    pymoos = {*inspect.signature(Algorithm.__init__).parameters} - {"self", "kwargs"}
+    assert {*AlgorithmKeywords.__annotations__} == of_runs | pymoos
 
 
 @pytest.fixture

@@ -74,10 +74,9 @@ parallel workers or in blocks. A store (``_store``) reads tests from a study and
 (``PointAlgorithm``), each with its source; :func:`investigate` and :class:`Recorded` use runs
 directly.
 
-Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
-:class:`RunOptions`; :func:`sections` through a design, from surrogates of the tests;
-:func:`nsga3`; :class:`Recorded`; the samplings :class:`LPTauSampling`,
-:class:`QMCSampling` and their base :class:`UniformSampling`.
+Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate`;
+:func:`sections` through a design, from surrogates of the tests; :func:`nsga3`; :class:`Recorded`;
+the samplings :class:`LPTauSampling`, :class:`QMCSampling` and their base :class:`UniformSampling`.
 """
 
 from pymoo_psi._names import attach_names

@@ -1,7 +1,6 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
 from ._nsga3 import nsga3 as nsga3
-from ._options import RunOptions as RunOptions
 from ._psi import PSI as PSI
 from ._psi import investigate as investigate
 from ._recorded import Recorded as Recorded
@@ -24,6 +23,7 @@ from ._nsga3 import operators as operators
 from ._nsga3 import population_size as population_size
 from ._nsga3 import reference_directions as reference_directions
 from ._nsga3 import run_within_budget as run_within_budget
+from ._options import RunOptions as RunOptions
 from ._psi import PointAlgorithm as PointAlgorithm
 from ._run import Run as Run
 from ._run import by_number as by_number

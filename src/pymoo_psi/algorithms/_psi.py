@@ -34,8 +34,8 @@ from pymoo_psi._validation import (
 from pymoo_psi.algorithms._executor import BlockFilter, Pieces
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import (
-    InvestigateKeywords,
-    PSIKeywords,
+    AlgorithmKeywords,
+    PointKeywords,
     RunOptions,
     run_options,
     takes,
@@ -413,8 +413,59 @@ class PSI(PointAlgorithm):
 
     Args:
         n_points: How many points to test.
-        **options: The options of a run, see :class:`RunOptions`, and those of pymoo's algorithms:
-            ``termination``, ``callback``, ``output``, ``save_history``, …
+        share: ``(k, n)`` tests only the k-th of n parts of the points. The n parts together equal
+            the run without ``share``; each part covers all bounds.
+        block_size: Points per iteration; display, callback and termination are called after each
+            iteration. By default there are at most 32 iterations of at least 64 points.
+        first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
+            and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
+        sampling: Where the points come from: ``"lptau"`` by default, and for more than 51 variables
+            the Sobol' points of SciPy, ``QMCSampling("sobol", scramble=False)``; or, as on the
+            command line, ``"sobol"``, ``"halton"`` or ``"lhs"``, whose random points follow the
+            seed; or another :class:`~pymoo_psi.UniformSampling`, such as
+            :class:`~pymoo_psi.QMCSampling` or a sequence of your own.
+        seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
+        limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
+            see :class:`TestTable`. A design that exceeds a limit, or has no value for it, counts as
+            infeasible. The table keeps the design, so that other limits can be tried afterwards. A
+            limit on an unknown column is an error.
+        formulation: Used instead of ``limits`` to change objectives, directions, limits, computed
+            columns and constraints. The study keeps the original values; the table shows them under
+            the formulation.
+        study: Name of a study file. Tests are stored about every second, so that a kill costs the
+            results of the last one, and also when an interrupt, SIGTERM or a failure ends the run.
+            The table has the tests of this run, the file those of all runs. The same call continues
+            an interrupted study, and a larger ``n_points`` extends it; no stored design is
+            evaluated again. With a ``share`` it is the name of a folder with a file for each share,
+            which :func:`~pymoo_psi.read_table` reads as one study.
+        study_key: A version or constants of the model; a study rejects a changed key. The study
+            itself compares name, variables, choices and number of objectives, and the numbers and
+            texts that the problem was made with (arguments of its class that it keeps as
+            attributes of the same name, but no paths), or what its method ``fingerprint()``
+            returns. It does not know attributes of the class or the code of the model. Other
+            bounds, samplings or requirements start another run in the same study.
+        more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
+            points untested, the call tests only these.
+        study_wait: Seconds to wait for other processes that are writing the study.
+        retry: ``"failed"`` evaluates failed tests again; ``"incomplete"`` evaluates tests that lack
+            a newer objective or a newer output with a limit.
+        names: Names for variables, objectives and constraints, by their default names: ``{"x1":
+            "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots and limits
+            use them. By default those of the problem's attribute ``names``.
+        maximize: The objectives to maximize, by these names. pymoo minimizes, so ``out["F"]`` holds
+            their negatives; columns in tables have the original values. By default the problem's
+            attribute ``maximize``; a list that omits one of these is an error, and an empty list
+            minimizes all.
+        units: Units of columns by these names, also of further outputs. By default those of the
+            problem's attribute ``units``.
+        log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
+            distances, in the logarithm. By default those of the problem's attribute ``log``.
+        requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or ``{"mix": "a + b +
+            c = 1"}``, or functions; see :class:`Required`. The model never runs for a design that
+            violates one: it counts as infeasible. By default those of the problem's attribute
+            ``requirements``.
+        **options: The options of pymoo's algorithms: ``termination``, ``callback``, ``output``,
+            ``save_history``, …
 
     Raises:
         ArgumentValueError: A count is out of range; at the start of a run: the problem has no
@@ -432,22 +483,30 @@ class PSI(PointAlgorithm):
         array([1, 2, 3, 5, 6, 7])
     """
 
-    @takes(PSIKeywords)
-    def __init__(self, n_points: int, **options: Unpack[PSIKeywords]) -> None:
-        run, keywords = run_options("PSI", options, PSIKeywords)
+    @takes(AlgorithmKeywords)
+    def __init__(
+        self,
+        n_points: int,
+        *,
+        share: tuple[int, int] | None = None,
+        block_size: int | None = None,
+        **options: Unpack[AlgorithmKeywords],
+    ) -> None:
+        run, of_pymoo = run_options(
+            "PSI", options, AlgorithmKeywords, share=share, block_size=block_size
+        )
         integer("n_points", n_points, minimum=1)
-        block_size = run.block_size
         if block_size is None:
             # 32 lines of a display; blocks of less than 64 designs would take their time
             block_size = max(64, -(-n_points // (32 * run.part.of)))
-        super().__init__(n_points, run, block_size, **keywords)
+        super().__init__(n_points, run, block_size, **of_pymoo)
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         return run_of_sequence(self.problem, self.n_points, options)
 
 
-@takes(InvestigateKeywords)
+@takes(PointKeywords)
 def investigate(
     problem: Any,
     n_points: int,
@@ -456,7 +515,10 @@ def investigate(
     n_jobs: int = 1,
     runner: Runner | None = None,
     progress: bool = False,
-    **options: Unpack[InvestigateKeywords],
+    repeat: int = 1,
+    share: tuple[int, int] | None = None,
+    block_size: int | None = None,
+    **options: Unpack[PointKeywords],
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -478,7 +540,11 @@ def investigate(
             filters ranges of points.
         progress: Show a progress bar in a terminal or a notebook; elsewhere print one line per
             minute to standard error.
-        **options: The options of a run; see :class:`RunOptions`.
+        repeat: Number of tests for each design if the problem is ``noisy``; designs are compared by
+            their means. A larger number continues a study.
+        share: ``(k, n)`` tests only the k-th of n parts of the points; see :class:`PSI`.
+        block_size: The most points that are evaluated together.
+        **options: The options of a run; see :class:`PSI`.
 
     Returns:
         The table of the tests kept, by number.
@@ -496,7 +562,8 @@ def investigate(
         >>> bool(table.pareto().all())
         True
     """
-    settings, _ = run_options("investigate", options, InvestigateKeywords)
+    further = {"repeat": repeat, "share": share, "block_size": block_size}
+    settings, _ = run_options("investigate", options, PointKeywords, **further)
     require_problem(problem)
     runner = _runner_of_pieces(problem, n_jobs, runner)
     known_name("keep", keep, ("all", "feasible", "pareto"))

@@ -61,7 +61,7 @@ class Recorded(WithTable, WrappedProblem):
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
         study: Name of the study file, which is created if it does not exist. One process at a time
             writes; others wait for the end of its batch and then use its tests.
-        **options: Options of the study; see :class:`RunOptions`. With ``retry``, a failed test is
+        **options: Options of the study; see :class:`PSI`. With ``retry``, a failed test is
             evaluated again when an algorithm asks for its design.
 
     Attributes:

@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, boolean, integer
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
+from pymoo_psi.algorithms._options import AlgorithmKeywords, RunOptions, run_options, takes
 from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._proposals import best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
@@ -124,7 +124,7 @@ class SurrogatePSI(PointAlgorithm):
         [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0]
     """
 
-    @takes(SearchKeywords)
+    @takes(AlgorithmKeywords)
     def __init__(
         self,
         n_evaluations: int,
@@ -132,9 +132,9 @@ class SurrogatePSI(PointAlgorithm):
         n_points: int | None = None,
         batch: int | None = None,
         asynchronous: bool | None = None,
-        **options: Unpack[SearchKeywords],
+        **options: Unpack[AlgorithmKeywords],
     ) -> None:
-        run, keywords = run_options("SurrogatePSI", options, SearchKeywords)
+        run, keywords = run_options("SurrogatePSI", options, AlgorithmKeywords)
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:
             integer("batch", batch, minimum=1)
