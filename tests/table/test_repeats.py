@@ -146,27 +146,6 @@ def test_the_page_shades_designs_by_their_chances():
         ]
 
 
-@pytest.mark.parametrize(
-    ("gap", "noise", "count", "is_open"),
-    [(0.02, 0.05, 4, True), (0.4, 0.05, 4, False), (0.0, 0.5, 100, False)],
-    ids=["open", "settled", "too close"],
-)
-def test_it_is_said_which_further_tests_would_settle_the_choice(
-    gap, noise, count, is_open, tmp_path, said
-):
-    """The middle designs are a compromise each, one of them better by a gap in both objectives."""
-    means = {"A": (0, 1), "B": (0.3, 0.3), "C": (0.3 + gap, 0.3 + gap), "D": (1, 0)}
-    generator = np.random.default_rng(5)
-    F = np.repeat(np.array([*means.values()]), count, axis=0)
-    frame = pd.DataFrame(F + noise * generator.standard_normal(F.shape), columns=["f1", "f2"])
-    file = tmp_path / "tests.csv"
-    frame.assign(id=np.repeat([*means], count)).to_csv(file, index=False)
-    printed = said("rank", file, "--objectives", "f1,f2", "--average-by", "id")
-    printed = " ".join(printed.split())
-    assert ("more tests of each would settle" in printed) == is_open
-    assert not is_open or "Which of B and C is better" in printed or "of C and B" in printed
-
-
 def known(F, *errors):
     """A table of objectives whose standard errors are known."""
     F = np.asarray(F)

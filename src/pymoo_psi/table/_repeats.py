@@ -24,7 +24,6 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.pareto import (
-    listed,
     nondominated,
     percent,
     sentence,
@@ -54,7 +53,6 @@ NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
 _VARIABLES = "variables"
-_SURE = 0.9  # the probability from which on no further tests are proposed
 _FEWEST = 5  # designs with noise from which on variances are moderated, not pooled
 _SAMPLES = 1000
 _MANY = 2000  # designs above which there are fewer samples
@@ -368,54 +366,21 @@ def certainty_sentences(table: TestTable, row: int) -> list[str]:
         table: The designs.
         row: Row of the design in the ranking of the feasible designs.
     """
-    texts = [weights_sentence(table.feasible_ranking(), row)]
+    sentences = []
+    weights = weights_sentence(table.feasible_ranking(), row)
+    if weights:
+        sentences.append(weights)
     if has_errors(table):
-        texts.append(_confidence_sentence(table, row))
-    return [*filter(None, texts)]
-
-
-def _confidence_sentence(table: TestTable, row: int) -> str:
-    """Say how probable it is that a design is the best, and which tests would decide it."""
-    frame = table.confidence()
-    chances = frame.iloc[row]
-    text = sentence(
-        "confidence",
-        design=str(chances.name),
-        best=percent(chances["best"]),
-        near=percent(chances["near_best"]),
-        pareto=percent(chances["pareto"]),
-    )
-    if N_TESTS not in table.layout.outputs or chances["near_best"] >= _SURE:
-        return text
-    likeliest = frame["best"].nlargest(2)
-    share = likeliest.iloc[0] / likeliest.sum()
-    n_more = tests_to_settle(share, table.column(N_TESTS)[table.eligible()].mean())
-    if n_more == 0:
-        return text
-    designs = listed(likeliest.index.tolist())
-    return f"{text} {sentence('settle', n=n_more, designs=designs)}"
-
-
-def tests_to_settle(share: float, n_tests: float) -> int:
-    """Return how many more tests of two designs say which is better with a probability of 90 %.
-
-    Args:
-        share: The probability that the first one is better, from 0.5.
-        n_tests: How many tests each of them has.
-
-    Returns:
-        A power of 2 up to 64; 0 if none are needed, or these are not enough.
-    """
-    from scipy.special import ndtr, ndtri
-
-    quantiles = ndtri((np.arange(_SAMPLES) + 0.5) / _SAMPLES)
-    for n_more in (0, 1, 2, 4, 8, 16, 32, 64):
-        # Further tests leave this part of the variance of the difference.
-        left = n_tests / (n_tests + n_more)
-        expected = ndtri(share) + np.sqrt(1 - left) * quantiles
-        if ndtr(np.abs(expected) / np.sqrt(left)).mean() >= _SURE:
-            return n_more
-    return 0
+        chances = table.confidence().iloc[row]
+        text = sentence(
+            "confidence",
+            design=str(chances.name),
+            best=percent(chances["best"]),
+            near=percent(chances["near_best"]),
+            pareto=percent(chances["pareto"]),
+        )
+        sentences.append(text)
+    return sentences
 
 
 def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
