@@ -512,7 +512,6 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     cells = fresh.page.locator("#position-table tbody tr").all_inner_texts()
     assert any(text.startswith("mass [kg]") and "gives up" in text for text in cells)
     choices = {one["name"]: one["chosen"] for one in state["positions"]}
-    former = state["positions"][1]["chosen"]
     fresh.until("D.resting")
     said = fresh.text("#separation")
     assert f"Ben ({choices['Ben']}) against Ann ({choices['Ann']}): " in said

@@ -147,13 +147,10 @@ def cautions(
         design 1, which differs by 60 % of the range in f2.
     """
     checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
-    return (
-        *checks.of_values(),
-        *checks.decades(),
-        *checks.redundant(),
-        *checks.of_optimum(),
-        *checks.of_weights(),
-    )
+    found = [*checks.of_values()]
+    if not checks.ranking.frame.is_fixed:  # else the ranges are the user's own
+        found += [*checks.decades(), *checks.redundant()]
+    return (*found, *checks.of_optimum(), *checks.of_weights())
 
 
 def _caution(kind: str, **values: object) -> Caution:
@@ -195,21 +192,17 @@ class _Checks:
 
     def names_of(self, designs: Rows) -> str:
         """Return the names of a few Pareto-optimal designs, and how many more there are."""
-        names = []
-        for i in designs[:_NAMED]:
-            names.append(self.name_of(i))
-        n_more = len(designs) - _NAMED
-        if n_more > 0:
-            names.append(f"{n_more} more")
+        names = list(map(self.name_of, designs[:_NAMED]))
+        if len(designs) > _NAMED:
+            names.append(f"{len(designs) - _NAMED} more")
         return listed(names)
 
     def of_values(self) -> Iterator[Caution]:
         """Yield the cautions about single values, whatever their place in the ranking."""
         objectives = self.ranking.objectives
-        for j, name in enumerate(objectives.names):
-            column = objectives.values[:, j]
+        for j, column in enumerate(objectives.values.T):
             if objectives.sign[j] < 0 and column.max() <= 0 > column.min():
-                yield _caution("sign", objective=name)
+                yield _caution("sign", objective=self.names[j])
             yield from self.unlike_values(j, column)
 
     def unlike_values(self, j: int, column: Array) -> Iterator[Caution]:
@@ -227,14 +220,11 @@ class _Checks:
             return
         every = np.unique(column)
         n_low = _n_unlike(-pool[::-1], -every[::-1])
-        n_high = _n_unlike(pool, every)
         if pool[0] == -1.0 < 0 < pool[1]:  # a code among positive values
             n_low = 1
         low = pool[n_low]
-        high = pool[-1 - n_high]
-        below = front[front < low].max(initial=-np.inf)
-        above = front[front > high].min(initial=np.inf)
-        is_unlike = (column <= below) | (column >= above)
+        high = pool[-1 - _n_unlike(pool, every)]
+        is_unlike = (column < low) | (column > high)
         designs = np.flatnonzero(is_unlike[self.rows])
         if not len(designs):
             return
@@ -255,21 +245,22 @@ class _Checks:
         second = nondominated(self.ranking.objectives.minimized[dominated])
         return np.concatenate([self.rows, dominated[second]])
 
+    def again(self, F: Array) -> EfficiencyRanking:
+        """Return the ranking of other values, measured in the same way."""
+        return rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
+
     def decades(self) -> Iterator[Caution]:
         """Yield cautions about objectives whose logarithms would propose another design."""
-        if self.ranking.frame.is_fixed:
-            return  # the ranges are the user's own
         objectives = self.ranking.objectives
         for j, name in enumerate(self.names):
             values = objectives.values[self.rows, j]
-            if values.min() <= 0 or self.unlike[:, j].any():
-                continue
             crowd = np.mean(values <= values.min() + 0.1 * np.ptp(values))
-            if crowd < CROWD or values.max() < DECADES * np.median(values):
+            is_crowded = crowd >= CROWD and values.max() >= DECADES * np.median(values)
+            if not is_crowded or values.min() <= 0 or self.unlike[:, j].any():
                 continue
             F = self.values.copy()
             F[:, j] = np.log10(values) * objectives.sign[j]
-            ranking = rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
+            ranking = self.again(F)
             if np.isin(ranking.salukvadze, self.optima).any():
                 continue
             column = name
@@ -287,23 +278,19 @@ class _Checks:
 
     def redundant(self) -> Iterator[Caution]:
         """Yield the caution about objectives that nearly repeat others."""
-        twins = []
-        originals = []
-        for j in np.flatnonzero(self.varying):
-            differences = np.sqrt(np.mean((self.d - self.d[:, [j]]) ** 2, axis=0))
-            first = np.flatnonzero(differences <= SAME)[0]
-            if first < j:
-                twins.append(j)
-                originals.append(first)
-        if self.ranking.frame.is_fixed or not twins:
+        first = []  # for each objective the first one that nearly equals it
+        for column in self.d.T:
+            differences = np.sqrt(np.mean((self.d.T - column) ** 2, axis=1))
+            first.append((differences <= SAME).argmax())
+        twins = np.flatnonzero(self.varying & (first < np.arange(len(first))))
+        if not len(twins):
             return
-        F = np.delete(self.values, twins, axis=1)
-        optima = rank_of_efficiency(F, normalize=self.ranking.frame.normalize).salukvadze
+        optima = self.again(np.delete(self.values, twins, axis=1)).salukvadze
         if not np.isin(optima, self.optima).any():
             yield _caution(
                 "redundant",
                 twins=listed([*self.names[twins]]),
-                originals=listed([*self.names[originals]]),
+                originals=listed(self.names[np.array(first)[twins]]),
                 other=self.name_of(optima[0]),
             )
 
@@ -360,25 +347,22 @@ class _Checks:
             yield _caution("extreme", objectives=listed(self.names[is_worst]))
 
     def moved(self) -> Iterator[Caution]:
-        """Yield the caution about the design without which the optimum moves most."""
+        """Yield the caution about the designs without which the optimum moves most."""
         if self.ranking.frame.is_fixed:
             return  # points of the user's own stay where they are
-        values = self.values
-        extremes = {*values.argmin(axis=0), *values.argmax(axis=0)}
+        extremes = {*self.values.argmin(axis=0), *self.values.argmax(axis=0)}
         near_front = self.near_front()
         moves = []
         for i in sorted(extremes - {*self.optima}):
             moves.append(self.without(np.array([i]), near_front[near_front != self.rows[i]]))
-        # One of several hides what another one does.
+        # One of several unlike designs hides what another one does.
         is_unlike = np.asarray(self.unlike.any(axis=1))
         is_unlike[self.rows[self.optima]] = False
-        unlike = np.flatnonzero(is_unlike[self.rows])
-        if len(unlike):
-            moves.append(self.without(unlike, np.flatnonzero(~is_unlike)))
-        if not moves:
-            return
-        distance, caution = max(moves, key=lambda move: move[0])
-        if distance > ELSEWHERE:
+        if is_unlike[self.rows].any():
+            designs = np.flatnonzero(is_unlike[self.rows])
+            moves.append(self.without(designs, np.flatnonzero(~is_unlike)))
+        distance, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
+        if caution and distance > ELSEWHERE:
             yield caution
 
     def without(self, designs: Rows, rows: Rows) -> tuple[float, Caution]:
@@ -389,7 +373,7 @@ class _Checks:
             rows: The other rows that may be Pareto optimal without them.
         """
         F = self.ranking.objectives.minimized[rows]
-        others = rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
+        others = self.again(F)
         optima = others.salukvadze
         # The least way from an optimum before to one after.
         steps = np.abs(F[optima, None] - self.values[self.optima]) / others.lengths
