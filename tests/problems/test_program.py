@@ -208,13 +208,10 @@ def test_a_column_of_a_table_is_never_taken_for_its_neighbour(tmp_path, table, c
             output.read(tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("text", "flaw"), [('{"a": 1, "a": 2}', "a name occurs twice"), ("[" * 9999, "no a in out")]
-)
-def test_json_of_two_meanings_or_none_fails_the_design(tmp_path, text, flaw):
+def test_json_of_two_meanings_fails_the_design(tmp_path):
     outputs = {"m": {"file": "out", "key": "a"}}
-    problem = shell(tmp_path, "cp given out", outputs, {"given": text})
-    assert flaw in problem.run({"x": 0.5}).flaws[0]
+    problem = shell(tmp_path, "cp given out", outputs, {"given": '{"a": 1, "a": 2}'})
+    assert "a name occurs twice" in problem.run({"x": 0.5}).flaws[0]
 
 
 def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
@@ -473,8 +470,8 @@ def test_another_exit_code_may_mean_success(tmp_path):
         ([('stress = "<= 60"', 'stress = "60"')], None, "the limit on stress must be such as"),
         ([("pattern =", 'key = "a", pattern =')], None, "one of pattern, key and column"),
         ([("[limits]", "[limits")], None, "beam.toml"),
-        ([('["beam.inp"]', '"beam.inp"')], None, "program: files must be of type list"),
-        ([('["load"]', '"load"')], None, "objectives: maximize must be of type list"),
+        ([('["beam.inp"]', '"beam.inp"')], None, "program: Expected `array`"),
+        ([('["load"]', '"load"')], None, "objectives: Expected `array`"),
         ([("[2, 4]", "[4, 2]")], None, "width: bounds must be in increasing order"),
         ([("[1, 9]", '[0, 9], scale = "log"')], None, "above 0"),
         ([('"tip.u.0"', '"tip.(\\S+)"')], None, "between '…'"),

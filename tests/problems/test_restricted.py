@@ -136,7 +136,7 @@ def test_another_algorithm_stays_in_the_part(make, box, tolerant):
     problem = FailureTolerant(part) if tolerant else part
     options = MIXED if make is Beam else {"sampling": LPTauSampling()}
     result = minimize(problem, NSGA2(pop_size=10, **options), ("n_gen", 3), seed=1)
-    designs = part.completed(result.X)
+    designs = part.original(result.X)
     np.testing.assert_array_equal(whole.evaluate(designs, return_as_dictionary=True)["F"], result.F)
     for design in designs:
         values = design if make is Beam else dict(zip(("x1", "x2"), design, strict=True))

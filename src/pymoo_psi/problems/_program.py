@@ -219,8 +219,7 @@ class ProgramProblem(ElementwiseProblem):
             for word in sections:
                 known_name("a section", word, (*needed, *further))
             return cls(**needed | sections, base=path.parent, **kwargs)
-        # tomllib's own is a ValueError; brackets may be nested too deeply for it.
-        except (ValueError, ArgumentTypeError, RecursionError) as error:
+        except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
             message = f"{path}: {error}"
             if "Unescaped" in str(error):
                 message += "; between '…' it stays as it is"

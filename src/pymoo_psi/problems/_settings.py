@@ -28,13 +28,11 @@ from pymoo_psi._validation import (
     mapping,
     positive_number,
 )
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._placeholders import BRACES
 from pymoo_psi.table import cells_of_text, sides_of_text
 
-# A message of msgspec; null stands for what is not given.
-_MISFIT = re.compile(r"Expected `(.+?)(?: \| null)?`, got `(.+)` - at `\$\.(.+)`")
 # How an output can be given.
 WAYS = "given as file with one of pattern, key and column, or as expression"
 # Fortran writes 1.5D+03.
@@ -203,7 +201,7 @@ class Output:
             value = json.loads(text, object_pairs_hook=distinct)
             for part in path:
                 value = value[int(part)] if isinstance(value, list) else value[str(part)]
-        except (ValueError, LookupError, TypeError, RecursionError) as error:
+        except (ValueError, LookupError, TypeError) as error:
             reason = f"{type(error).__name__}: {error}"
             problem = f"no {self.key} in {self.file} ({reason:.80})"
             if isinstance(error, KeyError):
@@ -393,8 +391,5 @@ def section(where: str, kind: type[Any], entry: Any) -> Any:
     try:
         return msgspec.convert(plain, kind)
     except msgspec.ValidationError as error:
-        problem = error.__cause__  # an error of the class itself
-        if problem is None:
-            message = str(error).replace("array", "list")
-            problem = ArgumentTypeError(_MISFIT.sub(r"\3 must be of type \1, got \2", message))
-        raise type(problem)(f"{where}: {problem}") from None
+        problem = error.__cause__ or error  # an error of the class itself
+        raise ArgumentValueError(f"{where}: {problem}") from None

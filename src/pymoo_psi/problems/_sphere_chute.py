@@ -20,8 +20,40 @@ from pymoo_psi.chute import MODELS, ChuteParameters, ModelName, criteria, motion
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
 
-class _ChuteProblem(Problem):
-    """The parameters and bounds of both classes."""
+class VectorizedSphereChute(Problem):
+    """The sphere in the chute-conveyor: two variables, four objectives, one constraint.
+
+    Variables: u1 = tan α, the slope; u2 = v_P, the speed of the moving plane. Objectives, all
+    minimised and dimensionless: f1 the time, f2 the energy balance ``|W − D|``, f3 = u1, f4 = u2
+    (Eqs. 3.1–3.4). Constraint: 1 − (η reached), which is <= 0 when the sphere reaches the exit
+    and above 0 when it stalls before; a stalled design has f1 = f2 = inf.
+
+    This class evaluates many designs at once; :class:`SphereChute` gives the same values for one
+    design at a time.
+
+    Args:
+        mu: Friction coefficient μ > 0.
+        c: Initial speed of the centre > 0; 0.3193 is 1 m/s for L = 1 m.
+        r: Radius over L, > 0.
+        omega0: Initial spins (ω_X0, ω_Y0, ω_Z0).
+        model: ``"full"``, the paper's model MM, or ``"rolling"``, from which its printed tables
+            follow.
+        lower: Lower bounds of (u1, u2), not negative.
+        upper: Upper bounds; ``None`` is (3.5 μ, 6), as the sphere can roll up to u1 = 3.5 μ (2.12).
+        **kwargs: pymoo's own, such as ``elementwise_runner`` or ``callback``.
+
+    Raises:
+        ArgumentValueError: A parameter is not positive or finite, bounds cannot be used, or the
+            model is unknown.
+        ArgumentTypeError: A parameter is not a number, or a keyword is unknown.
+
+    Example:
+        >>> import numpy as np
+        >>> problem = VectorizedSphereChute(0.4, model="rolling")
+        >>> F, G = problem.evaluate(np.array([[0.2635, 0.1072], [0.3, 0.2]]))
+        >>> F.shape, float(G.max())
+        ((2, 4), 0.0)
+    """
 
     def __init__(
         self,
@@ -72,49 +104,13 @@ class _ChuteProblem(Problem):
         out["G"] = 1.0 - solved.reached[..., None]
 
 
-class SphereChute(_ChuteProblem, ElementwiseProblem):
-    """The sphere in the chute-conveyor: two variables, four objectives, one constraint.
-
-    Variables: u1 = tan α, the slope; u2 = v_P, the speed of the moving plane. Objectives, all
-    minimised and dimensionless: f1 the time, f2 the energy balance ``|W − D|``, f3 = u1, f4 = u2
-    (Eqs. 3.1–3.4). Constraint: 1 − (η reached), which is <= 0 when the sphere reaches the exit
-    and above 0 when it stalls before; a stalled design has f1 = f2 = inf.
-
-    This class evaluates one design at a time, like a simulation that knows no arrays;
-    :class:`VectorizedSphereChute` gives the same values for many designs at once.
-
-    Args:
-        mu: Friction coefficient μ > 0.
-        c: Initial speed of the centre > 0; 0.3193 is 1 m/s for L = 1 m.
-        r: Radius over L, > 0.
-        omega0: Initial spins (ω_X0, ω_Y0, ω_Z0).
-        model: ``"full"``, the paper's model MM, or ``"rolling"``, from which its printed tables
-            follow.
-        lower: Lower bounds of (u1, u2), not negative.
-        upper: Upper bounds; ``None`` is (3.5 μ, 6), as the sphere can roll up to u1 = 3.5 μ (2.12).
-        **kwargs: pymoo's own, such as ``elementwise_runner`` or ``callback``.
-
-    Raises:
-        ArgumentValueError: A parameter is not positive or finite, bounds cannot be used, or the
-            model is unknown.
-        ArgumentTypeError: A parameter is not a number, or a keyword is unknown.
+class SphereChute(VectorizedSphereChute, ElementwiseProblem):
+    """:class:`VectorizedSphereChute` one design at a time, like a simulation without arrays.
 
     Example:
         >>> import numpy as np
         >>> SphereChute(0.4, model="rolling").evaluate(np.array([0.2635, 0.1072]))[0].round(4)
         array([2.0459, 0.0476, 0.2635, 0.1072])
-    """
-
-
-class VectorizedSphereChute(_ChuteProblem):
-    """:class:`SphereChute` for many designs at once: the same arguments and the same values.
-
-    Example:
-        >>> import numpy as np
-        >>> problem = VectorizedSphereChute(0.4, model="rolling")
-        >>> F, G = problem.evaluate(np.array([[0.2635, 0.1072], [0.3, 0.2]]))
-        >>> F.shape, float(G.max())
-        ((2, 4), 0.0)
     """
 
 

@@ -118,7 +118,7 @@ class Restricted(Transformed):
     A variable whose bounds are equal in the problem itself is fixed, too.
 
     Objectives and constraints of a design are bit-identical to those of the whole problem. An
-    algorithm searches the free variables only, and ``res.X`` contains only these; :meth:`completed`
+    algorithm searches the free variables only, and ``res.X`` contains only these; :meth:`original`
     adds the fixed ones. In the table of PSI and ``investigate`` every variable keeps its column and
     name, so that one table can hold tests of several parts and of the whole. A fixed variable uses
     no dimension of the test points.
@@ -193,17 +193,6 @@ class Restricted(Transformed):
         if not space.free.variables:
             raise invalid("box", "one that leaves a variable free", Received("all of them fixed"))
         super().__init__(problem, space)
-
-    def completed(self, X: Any) -> Any:
-        """Return designs, or one, with the fixed variables in their columns.
-
-        Example:
-            >>> from pymoo_psi import SphereChute
-            >>> Restricted(SphereChute(), {"x1": 0.5}).completed([[3.0], [4.0]])
-            array([[0.5, 3. ],
-                   [0.5, 4. ]])
-        """
-        return self.original(X)
 
 
 def _parts_by_title(box: Any, titles: Names) -> Values:

@@ -26,7 +26,6 @@ Integers = NDArray[np.uint64]
 MAX_DIMENSIONS = 51  # as many as direction numbers of LPτ are published for
 
 _BITS = 52  # a coordinate is a multiple of 2^-52: exact in a float64
-_LAST_NUMBER = 1 << _BITS  # the bits of n select direction numbers, of which there are 52
 
 
 def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
@@ -66,8 +65,6 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
         )
     start = first - 1
     stop = start + n_points
-    if stop > _LAST_NUMBER:
-        raise invalid("first + n_points - 1", f"at most 2**{_BITS}", stop)
     directions = _directions()[:n_dim]
     low_bits = (n_points - 1).bit_length()
     low = _table(directions, low_bits)
