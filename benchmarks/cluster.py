@@ -48,6 +48,12 @@ from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, ExecutorRunner, PsiError, SurrogatePSI, investigate, read_table
 
 N = sized(240, 24)
+MEAN = sized(0.2, 0.05)  # seconds of a design
+SLOW_MEAN = sized(1.0, 0.05)  # of a design that SurrogatePSI proposes
+ROUNDS = sized(3, 1)
+WORKERS = sized(8, 3)  # of which some are killed
+KILLED = sized(3, 1)
+ENDS = sized((signal.SIGKILL, signal.SIGKILL, signal.SIGINT), (signal.SIGKILL,))  # of drivers
 
 
 class Asleep(ElementwiseProblem):
@@ -142,17 +148,17 @@ def new_study() -> str:
 def shares(n_workers: int) -> None:
     """Print shares of the workers' time."""
     serial = investigate(Asleep(), N)
-    taken = Asleep(0.2).seconds(serial.X).sum() / n_workers
+    taken = Asleep(MEAN).seconds(serial.X).sum() / n_workers
     with cluster(n_workers) as (_, client):
         runner = ExecutorRunner(client)
-        problem = Asleep(0.2, elementwise_runner=runner)
+        problem = Asleep(MEAN, elementwise_runner=runner)
         designs = list(serial.X)
-        client.gather(client.map(alone, [Asleep(0.2)] * 2 * n_workers, designs[: 2 * n_workers]))
+        client.gather(client.map(alone, [Asleep(MEAN)] * 2 * n_workers, designs[: 2 * n_workers]))
         investigate(problem, 4 * n_workers)  # which starts the processes of the workers
         best = Counter()
-        for _ in range(3):
+        for _ in range(ROUNDS):
             began = time.perf_counter()
-            for future in as_completed(client.map(alone, [Asleep(0.2)] * N, designs, pure=False)):
+            for future in as_completed(client.map(alone, [Asleep(MEAN)] * N, designs, pure=False)):
                 future.result()
             best["dask"] = max(best["dask"], taken / (time.perf_counter() - began))
             began = time.perf_counter()
@@ -165,7 +171,7 @@ def shares(n_workers: int) -> None:
             flush=True,
         )
         log = new_study() + ".log"
-        problem = Timed(1.0, log, elementwise_runner=runner)
+        problem = Timed(SLOW_MEAN, log, elementwise_runner=runner)
         n_tests = 20 * n_workers
         minimize(problem, SurrogatePSI(n_tests, study=new_study()))
         # after the start, before the end, where workers run out of designs
@@ -175,18 +181,19 @@ def shares(n_workers: int) -> None:
         used = sum(max(0.0, min(end, last) - max(begin, first)) for begin, end in lines)
         share = used / (last - first) / n_workers
         print(
-            f"{n_workers} workers: SurrogatePSI, {n_tests} designs of 1 s: {share:.2f}", flush=True
+            f"{n_workers} workers: SurrogatePSI, {n_tests} designs of {SLOW_MEAN:g} s: {share:.2f}",
+            flush=True,
         )
 
 
 DRIVER = """
 import sys
 from distributed import Client
-from benchmarks.cluster import Asleep
+from benchmarks.cluster import MEAN, Asleep
 from pymoo_psi import ExecutorRunner, investigate
 file, study, log, n = sys.argv[1:]
 runner = ExecutorRunner(Client(scheduler_file=file))
-investigate(Asleep(0.2, log, elementwise_runner=runner), int(n), study=study, study_wait=600)
+investigate(Asleep(MEAN, log, elementwise_runner=runner), int(n), study=study, study_wait=600)
 """
 
 
@@ -204,35 +211,39 @@ def repeated(log: str) -> int:
 def kills() -> None:
     """Kill workers and drivers; the tables must be those of a serial run."""
     serial = investigate(Asleep(), N)
-    with cluster(8) as (processes, client):
+    with cluster(WORKERS) as (processes, client):
         runner = ExecutorRunner(client)
         log = f"{processes.folder}/log"
         study = new_study()
 
         def disturb() -> None:
-            for process in processes.all[1:4]:
+            for process in processes.all[1 : KILLED + 1]:
                 time.sleep(1)
                 process.kill()
-            for _ in range(3):
+            for _ in range(KILLED):
                 processes.join()
 
         thread = threading.Thread(target=disturb)
         thread.start()
-        problem = Asleep(0.2, log, elementwise_runner=runner)
+        problem = Asleep(MEAN, log, elementwise_runner=runner)
         table = minimize(problem, PSI(N, study=study)).algorithm.table
         thread.join()
         assert table.equals(serial), "not the table of a serial run"
-        print(f"3 of 8 workers killed, 3 joined: {repeated(log)} evaluations repeated", flush=True)
+        print(
+            f"{KILLED} of {WORKERS} workers killed, {KILLED} joined: "
+            f"{repeated(log)} evaluations repeated",
+            flush=True,
+        )
 
         log, study = f"{processes.folder}/log2", new_study()
-        for seconds, how in ((6, signal.SIGKILL), (6, signal.SIGKILL), (6, signal.SIGINT)):
+        for how in ENDS:
             run = driver(processes, study, log)
-            time.sleep(seconds)
+            time.sleep(6)
             run.send_signal(how)
             run.wait()
         assert driver(processes, study, log).wait() == 0
         assert read_table(study).equals(serial), "not the table of a serial run"
-        print(f"driver killed twice, interrupted: {repeated(log)} evaluations repeated", flush=True)
+        print(f"{len(ENDS)} drivers ended: {repeated(log)} evaluations repeated", flush=True)
 
         log, study = f"{processes.folder}/log3", new_study()
         drivers = [driver(processes, study, log) for _ in range(2)]

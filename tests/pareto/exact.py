@@ -41,6 +41,12 @@ def as_float(value):
         return float("inf") if value > 0 else float("-inf")
 
 
+def assert_exact(ranking, exact):
+    """Require that a ranking is the exact one."""
+    for name in ("pareto", "rank", "place", "salukvadze"):
+        assert getattr(ranking, name).tolist() == getattr(exact, name), name
+
+
 class Oracle:
     def __init__(self):
         self.decided = True

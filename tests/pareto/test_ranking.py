@@ -11,28 +11,6 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated, ranking_of
 from tests.refusals import refused
 
-generic = st.tuples(st.integers(2, 60), st.integers(2, 8), st.integers(0, 2**32 - 1)).map(
-    lambda t: np.random.default_rng(t[2]).random(t[:2])
-)
-
-
-@given(F=generic, normalize=st.booleans())
-def test_criteria_are_the_sides_of_a_right_triangle(F, normalize):
-    mu1, mu2, mu3 = rank_of_efficiency(F, normalize=normalize).criteria.T
-    np.testing.assert_allclose(mu1**2, mu2**2 + mu3**2, rtol=1e-12)
-
-
-def test_a_sphere_is_not_ranked_by_rounding_noise():
-    """At equal distance from U, P12 is the point nearest to UN and P13 those with least μ3."""
-    angle = np.linspace(0, np.pi / 2, 401)
-    F = np.column_stack([np.cos(angle), np.sin(angle)])
-    F[[0, -1]] = [[1, 0], [0, 1]]
-    ranking = rank_of_efficiency(F)
-    assert ranking.rank[200] == 4
-    assert ranking.rank[[0, -1]].tolist() == [5, 5]
-    assert (np.delete(ranking.rank, [0, 200, 400]) == 3).all()
-    assert len(ranking.salukvadze) == 401  # every point is as near to U as any other
-
 
 def test_a_ranking_knows_which_rows_it_ranks():
     F = [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]]
