@@ -32,6 +32,7 @@ TABLE = output(HERE / "comparison.csv")
 BUDGETS = sized((256, 1024, 4096, 16384), (64,))
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
 SEEDS = sized(11, 2)
+NAMES = sized([*PROBLEMS], ["chute-rolling-0.4", "bnh", "zdt1"])
 SIGNIFICANCE = 0.05
 BEGIN = "<!-- comparison: written by python -m benchmarks.comparison -->"
 END = "<!-- end -->"
@@ -40,8 +41,8 @@ END = "<!-- end -->"
 def whole_benchmark(folder: Path, jobs: int) -> None:
     """Run everything; write references, pictures, the CSV file and the table of the README."""
     comparisons: dict[str, Comparison] = {}
-    for name, make in PROBLEMS.items():
-        problem = make()
+    for name in NAMES:
+        problem = PROBLEMS[name]()
         comparison = compare(
             problem,
             n_evaluations=BUDGETS,
@@ -94,10 +95,10 @@ def summaries(comparisons: dict[str, Comparison]) -> pd.DataFrame:
 def wins(comparisons: dict[str, Comparison]) -> list[str]:
     """Return a table: how often an algorithm is significantly better or worse than NSGA-III."""
     groups: dict[str, list[str]] = {"chute": [], "2 to 4 variables": [], "6 to 30 variables": []}
-    for name, make in PROBLEMS.items():
+    for name in NAMES:
         if name.startswith("chute"):
             groups["chute"].append(name)
-        elif make().n_var <= 4:
+        elif PROBLEMS[name]().n_var <= 4:
             groups["2 to 4 variables"].append(name)
         else:
             groups["6 to 30 variables"].append(name)
@@ -133,7 +134,7 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
     """Draw the hypervolume of every problem on one page."""
     figure = Figure(figsize=(11, 11.5), layout="constrained")
     panels = np.ravel(figure.subplots(4, 4))
-    for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
+    for axes, (name, comparison) in zip(panels, comparisons.items(), strict=False):
         plot_indicator(comparison, "hypervolume", axes)
         axes.set_title(f"{name}, {PROBLEMS[name]().n_var} variables", fontsize=9)
         axes.tick_params(labelsize=7)

@@ -37,6 +37,7 @@ from tests.page.test_page_logic import in_node
 from tests.plots.drawn import texts
 from tests.refusals import refused
 from tests.report.test_report import Reader
+from tests.table.asked import kept_by_hand
 
 SEEDS = st.integers(0, 2**32 - 1)
 # What speaks of limits, in the outputs of the commands and in the report.
@@ -107,7 +108,7 @@ class Example:
         if rng.random() < 0.25:
             table = fixed(table)
         self.limited = table.under(limits=self.limits)
-        self.left = table.take(self.kept(tests))
+        self.left = table.take(kept_by_hand(n, tests.column, self.limits))
         self.is_empty = not self.left.eligible().any()
 
     def drawn(self, rng, tests):
@@ -121,19 +122,6 @@ class Example:
             if rng.random() < 0.25 and {*allowed} & {*tests.column(name)}:
                 limits[name] = allowed
         return limits
-
-    def kept(self, tests):
-        """Return which rows a reader of the table would keep by hand."""
-        mask = np.ones(len(tests), dtype=bool)
-        for name, limit in self.limits.items():
-            for row, value in enumerate(tests.column(name)):
-                if isinstance(limit, list):
-                    mask[row] &= value in limit
-                else:
-                    low, high = limit
-                    mask[row] &= np.isfinite(value) and value <= high
-                    mask[row] &= low is None or value >= low
-        return mask
 
 
 def fixed(table):

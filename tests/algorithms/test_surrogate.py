@@ -85,12 +85,6 @@ def test_one_criterion_and_an_optimum_on_no_test_point():
     assert result.F[0] < 1e-3 < investigate(sphere, 1024).F.min()
 
 
-def test_limits_lead_the_proposals_and_change_no_test():
-    table = run(get_problem("bnh"), 44, limits={"f1": 20}).table
-    assert (table.F[20:, 0] <= 21).mean() > 0.8
-    assert table.under(limits={}).feasible().sum() > table.feasible().sum()
-
-
 @pytest.mark.parametrize("limit", [(None, 20.0), (60.0, None), (5.0, 30.0)])
 def test_a_limit_on_a_maximised_objective_is_that_on_its_negative(limit):
     """Maximised under its name, f1 is -F; the designs are those for the same limit on F."""

@@ -155,20 +155,14 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     require(read_table("model.db"), 1)
 
 
-def test_a_file_that_was_rewritten_unchanged_does_not_count(folder):
-    require(folder.tests(n_jobs=1), 1)
-    folder.write("model.py", MODEL)
-    (folder.path / "plots.py").write_text("COLOUR = 1")
-    require(folder.tests(n_jobs=1), 1)
-
-
-def test_a_module_that_the_model_does_not_import_may_change(folder):
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_a_file_that_is_unchanged_or_that_the_model_does_not_import_does_not_count(folder, n_jobs):
     folder.write("plots.py", "COLOUR = 1")
     importlib.import_module("plots")
-    require(folder.tests(), 1)
+    require(folder.tests(n_jobs=n_jobs), 1)
+    folder.write("model.py", MODEL)
     folder.write("plots.py", "COLOUR = 2")
-    require(folder.tests(), 1)
-    require(folder.tests(n_jobs=1), 1)
+    require(folder.tests(n_jobs=n_jobs), 1)
 
 
 EDITED = """

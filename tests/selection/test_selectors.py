@@ -28,7 +28,6 @@ from tests.refusals import refused
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
     warnings.simplefilter("ignore", DeprecationWarning)
-    from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
     from pymoo.mcdm.pseudo_weights import PseudoWeights
 
 sets = st.one_of(
@@ -96,32 +95,6 @@ def test_rounding_errors_count_as_much_as_the_weight_of_their_objective(unit):
     shares = np.arange(50) / 49 * unit
     line = np.column_stack([shares, unit - shares])  # of one sum
     assert len(CompromiseProgramming(1, normalize=False).do(line)) == 50
-
-
-def selectors(m):
-    return {
-        "Salukvadze": SalukvadzeOptimum(),
-        "rank 5": EfficientSubset(5),
-        "L1": CompromiseProgramming(1),
-        "L2": CompromiseProgramming(2),
-        "Chebyshev": CompromiseProgramming(np.inf, weights=np.arange(1, m + 1)),
-        "pseudo weights": PseudoWeights(np.full(m, 1 / m)),
-        "trade-off": HighTradeoffPoints(),
-    }
-
-
-@pytest.mark.parametrize("name", ["bnh", "dtlz2", "kursawe"])
-def test_pipeline(name):
-    problem = get_problem(name, **({"n_obj": 4, "n_var": 8} if name == "dtlz2" else {}))
-    F = minimize(problem, NSGA2(pop_size=40), ("n_gen", 8), seed=1).F
-    n, m = F.shape
-    comparison = compare_selectors(F, selectors(m))
-    for chosen, selector in zip(comparison.values(), selectors(m).values(), strict=True):
-        with warnings.catch_warnings():
-            alone = selector.do(F)  # one loop serves them all; every row here is Pareto optimal
-        alone = [] if alone is None else np.atleast_1d(alone).tolist()
-        assert chosen.tolist() == alone
-        assert all(0 <= i < n for i in alone)
 
 
 @pytest.mark.parametrize("normalize", [True, False])

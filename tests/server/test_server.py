@@ -156,6 +156,13 @@ def answers(address, path, method="GET", body=None, **headers):
         return connection.getresponse().status
 
 
+def posted(view, body):
+    """Status of the answer to a request of the page itself."""
+    address = urlsplit(view.address)
+    own = f"http://{address.netloc}"
+    return answers(view.address, f"{address.path}steer", "POST", body, Origin=own)
+
+
 def test_requests_of_others_are_refused_and_everything_is_bounded(study_file):
     investigate(get_problem("bnh"), 8, study=study_file)
     before = study_file.read_bytes()
@@ -191,14 +198,14 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(study_file):
             b'{"action": "rm", "name": "Eve"}',
             b'{"action": "stop", "name": " "}',
         ):
-            assert ask(f"{home}steer", "POST", body, Origin=own) == 400
-        assert ask(f"{home}steer", "POST", b"x" * 2**19, Origin=own) == 413
+            assert posted(view, body) == 400
+        assert posted(view, b"x" * 2**19) == 413
         assert (
             ask(f"{home}steer", "POST", iter([b"x"]), Origin=own, Transfer_Encoding="chunked")
             == 413
         )
         assert study_file.read_bytes() == before
-        statuses = [ask(f"{home}steer", "POST", request, Origin=own) for _ in range(30)]
+        statuses = [posted(view, request) for _ in range(30)]
         assert statuses == [200] * 20 + [400] * 10
         # Readers that never read: they hold up neither others nor each other.
         slow = [http.client.HTTPConnection(urlsplit(view.address).netloc) for _ in range(20)]
@@ -210,8 +217,7 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(study_file):
             connection.close()
     assert stat.S_IMODE(os.stat(f"{study_file}-live").st_mode) == 0o600
     with live(study_file) as view:  # without steer
-        own = f"http://{urlsplit(view.address).netloc}"
-        assert answers(view.address, f"{home}steer", "POST", request, Origin=own) == 400
+        assert posted(view, request) == 400
         refused("cannot start", live, study_file, port=urlsplit(view.address).port)
 
 
@@ -282,9 +288,7 @@ def test_more_tests_than_a_run_can_have_are_refused(study_file):
     investigate(problem, 8, study=study_file)
     request = json.dumps({"action": "more", "name": "Eve", "count": 10**30})
     with live(study_file, steer=True) as view:
-        home = urlsplit(view.address)
-        own = f"http://{home.netloc}"
-        assert answers(view.address, f"{home.path}steer", "POST", request, Origin=own) == 400
+        assert posted(view, request) == 400
     with Study(study_file).changes() as study:  # by another program
         study.steer(json.loads(request))
     assert len(investigate(problem, 9, study=study_file)) == 9
