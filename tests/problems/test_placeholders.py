@@ -175,10 +175,10 @@ class RandomFile:
         for number in range(1, rng.randint(2, 9)):
             pieces = [self.piece() for _ in range(rng.randint(0, 4))]
             if seed % 2 and not self.line_refused and rng.random() < 0.5:
-                pieces.insert(rng.randint(0, len(pieces)), self.refused())
+                pieces.insert(rng.randint(0, len(pieces)), (self.refused(), ""))
                 self.line_refused = number
-            lines.append(" ".join(pieces))
-            expected.append(" ".join(map(self.plainly_replaced, pieces)))
+            lines.append(" ".join(text for text, _ in pieces))
+            expected.append(" ".join(text for _, text in pieces))
         end = rng.choice(("\n", "\r\n"))
         self.text, self.expected = end.join(lines), end.join(expected)
 
@@ -186,18 +186,16 @@ class RandomFile:
         return f"{self.before}{text}{self.after}"
 
     def piece(self):
-        """Return a placeholder, doubled marks, or other text."""
+        """Return a placeholder, doubled marks, or other text, and what becomes of it."""
         name = self.rng.choice([*self.design])
-        placeholder = self.marked(name + self.rng.choice(self.formats[name]))
-        doubled = self.marked(self.marked(f"{name}: 6"))
-        others = [placeholder, placeholder, doubled, name, *ORDINARY]
-        if self.marks != "{name}":
-            others += (
-                [f"${{{name}}}", f"{{{name}: 6}}", f'f"{{{name}}}"']
-                if "{" not in self.before
-                else []
-            )
-        return self.rng.choice(others)
+        form = self.rng.choice(self.formats[name])
+        value = format(self.design[name], form[1:])
+        single = self.marked(f"{name}: 6")
+        others = [name, *ORDINARY]
+        if "{" not in self.before:
+            others += [f"${{{name}}}", f"{{{name}: 6}}", f'f"{{{name}}}"']
+        filled = 2 * [(self.marked(name + form), value)] + [(self.marked(single), single)]
+        return self.rng.choice([*filled, *zip(others, others, strict=True)])
 
     def refused(self):
         """Return what could be a placeholder."""
@@ -207,15 +205,6 @@ class RandomFile:
         if self.marks == "{name}":
             texts += [f"${{{real}}}", f'f"{{{real}}}"', f"{{{{{{{real}}}}}}}"]
         return self.rng.choice(texts)
-
-    def plainly_replaced(self, piece):
-        twice = self.marked(self.marked("|")).split("|")
-        if piece.startswith(twice[0]) and piece.endswith(twice[1]):
-            return piece[len(self.before) : -len(self.after)]
-        for name, value in self.design.items():
-            for form in self.formats[name]:
-                piece = piece.replace(self.marked(name + form), format(value, form[1:]))
-        return piece
 
     @property
     def content(self):
