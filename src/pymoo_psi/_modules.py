@@ -27,22 +27,20 @@ _INSTALLED = (os.path.dirname(os.__file__), os.path.dirname(__file__))
 _NOTED: dict[str, bytes] = {}  # the hash of the file of a module as it was imported last
 
 
-class _Finder:
-    """Finds modules as Python does, and notes the versions of those of users."""
-
-    @staticmethod
-    def find_spec(name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
-        """Return what Python's finder of files returns."""
-        spec = PathFinder.find_spec(name, path, target)
-        if spec is not None:
-            _note(name, spec.origin)
-        return spec
-
-
 def watch() -> None:
     """Note the modules that this process has imported, and from now on those that it imports."""
     versions()
-    sys.meta_path.insert(sys.meta_path.index(PathFinder), _Finder)
+    # Python asks a finder for ``find_spec``, which this module has.
+    finders: list[Any] = sys.meta_path
+    finders.insert(finders.index(PathFinder), sys.modules[__name__])
+
+
+def find_spec(name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+    """Find a module as Python does, and note its version."""
+    spec = PathFinder.find_spec(name, path, target)
+    if spec is not None:
+        _note(name, spec.origin)
+    return spec
 
 
 def _note(name: str, file: str | None) -> None:
@@ -76,10 +74,10 @@ def require_unchanged(model: Any) -> None:
         ArgumentValueError: A file has changed.
     """
     current = versions()
-    names = [getattr(model, "__module__", "")]
-    while hasattr(model, "wrapped"):
-        model = model.wrapped
-        names.append(type(model).__module__)
+    names = []
+    while model is not None:
+        names.append(getattr(model, "__module__", ""))
+        model = getattr(model, "wrapped", None)
     for name in names:  # which grows
         file = getattr(sys.modules.get(name), "__file__", None) or ""
         if name not in current or not os.path.isfile(file):

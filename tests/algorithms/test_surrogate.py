@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
@@ -23,9 +23,9 @@ from pymoo_psi import (
     TestTable,
     investigate,
 )
+from pymoo_psi.algorithms import Model, RunOptions
 from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._proposals import propose
-from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
 from pymoo_psi.table import Expression, Layout, read_table
@@ -409,7 +409,8 @@ def test_what_is_known_of_a_design_replaces_its_prediction():
     layout = Layout.of(1, 1, 0, 1, lower=[0], upper=[2])
     table = TestTable.of([1, 2], [[0.0], [2.0]], [[1.0], [2.0]], H=[[-0.5], [0.5]], layout=layout)
     table = table.under(computed={"sum": "f1 + h1"}, objectives=["f1", "h1", "x1", "sum"])
-    task = Task(table, space_of_table(table.tested), None, 2, np.zeros((0, 1)))
+    problem = Problem(n_var=1, n_obj=1, n_eq_constr=1, xl=0, xu=2)
+    task = Task(table, Model(problem, RunOptions()), 2, np.zeros((0, 1)))
     predicted = np.array([[1.5, 0.25, 9.0, 9.0, -0.25]])  # the last one is h1 as tested
     known = task.computed(np.array([[0.5]]), predicted)
     np.testing.assert_array_equal(known, [[1.5, 0.25, 1.0, 1.25, -0.25]])

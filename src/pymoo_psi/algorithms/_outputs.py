@@ -61,9 +61,7 @@ class Task:
 
     Args:
         table: All tests, under the formulation.
-        space: The variables.
-        model: The model of the tests; ``None`` if the table says all that is known of it. Then
-            designs have no requirements but those that the tests have as constraints.
+        model: The model of the tests.
         n_uniform: How many of the tests, the first, are of the sequence or of other runs.
         pending: ``(p, d)`` points that are being tested; the predictions of the surrogates stand
             for their outputs.
@@ -92,17 +90,13 @@ class Task:
     def __init__(
         self,
         table: TestTable,
-        space: DesignSpace,
-        model: Model | None,
+        model: Model,
         n_uniform: int,
         pending: Array,
     ) -> None:
         tested = table.tested
-        problem: Any = None
-        n_ieq_constr = len(tested.layout.inequalities)
-        if model is not None:
-            problem = model.inner
-            n_ieq_constr = model.n_ieq_constr
+        problem = model.inner
+        space = model.space
         variables = tested.layout.variables
         numeric_limits = {}
         self._options = {}  # allowed texts, by the column of a variable
@@ -111,19 +105,18 @@ class Task:
                 numeric_limits[name] = limit
             elif name in variables:
                 self._options[variables.index(name)] = limit
-        outputs = _outputs(table, space, numeric_limits, n_ieq_constr)
+        outputs = _outputs(table, space, numeric_limits, model.n_ieq_constr)
         names = {output.name for output in outputs}
         expressions = _expressions(problem, tested.layout)
         computed = _needed(table.formulation.computed, names)
         operands = _operands(tested.layout, outputs, {**expressions, **computed})
         self.failed = table.status == "failed"
         # The model does not run for a design that violates a requirement.
-        self.unknown = self.failed | (tested.G[:, n_ieq_constr:] > 0).any(axis=1)
+        self.unknown = self.failed | (tested.G[:, model.n_ieq_constr :] > 0).any(axis=1)
 
         self._variables = variables
         self._space = space
         self._model = model
-        self._problem = problem
         self._outputs = outputs
         self._expressions = expressions
         self._computed = computed
@@ -153,9 +146,7 @@ class Task:
         No proposal violates one.
         """
         X = self._space.matrix(points)
-        columns: list[AnyArray] = [np.zeros((len(X), 0))]
-        if self._model is not None:
-            columns.append(self._model.violations(X))
+        columns: list[AnyArray] = [self._model.violations(X)]
         for j, options in self._options.items():
             columns.append(~np.isin(X[:, [j]].astype(str), options))
         return np.hstack(columns)
@@ -200,7 +191,7 @@ class Task:
                 columns[output.name] = output.sign * y
         columns |= zip(self._operands, Y.T[len(self._outputs) :], strict=True)
         if self._expressions:
-            columns |= self._problem.computed(columns)
+            columns |= self._model.inner.computed(columns)
         for name, expression in self._computed.items():
             columns[name] = expression.values(columns)
         computed = Y.copy()

@@ -242,27 +242,10 @@ class _Surrogates:
         self._learned = learned
 
     def predict(self, points: Array) -> tuple[Array, Array]:
-        """Return ``(n, m)`` expected objectives on their scales, and what they exceed."""
-        Z = self.task.encode(points)
-        return self.judged(points, Z, self.means(Z))
-
-    def means(self, Z: Array) -> Array:
-        """Return ``(n, q)`` expected outputs on their scales, none of them computed."""
-        return np.column_stack([process(Z) for process in self.processes])
-
-    def deviations(self, Z: Array, count: int) -> Array:
-        """Return ``(n, count)`` standard deviations of the first outputs, on their scales."""
-        return np.column_stack([process.deviation(Z) for process in self.processes[:count]])
-
-    def judged(self, points: Array, Z: Array, T: Array) -> tuple[Array, Array]:
-        """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit.
-
-        Args:
-            points: ``(n, d)`` points of the unit cube.
-            Z: ``(n, e)`` the points as surrogates see them.
-            T: ``(n, q)`` their outputs on the scales, before some are computed.
-        """
+        """Return ``(n, m)`` expected objectives on their scales, and what exceeds limits."""
         task = self.task
+        Z = task.encode(points)
+        T = np.column_stack([process(Z) for process in self.processes])
         if task.is_computed:
             T = self._learned.to(task.computed(points, self._learned.back(T)))
         margins = np.zeros_like(T)
@@ -277,7 +260,8 @@ class _Surrogates:
         """Return designs to choose from; see :class:`_Candidates`."""
         T, excess = self.predict(points)
         Z = self.task.encode(points)
-        deviations = self.deviations(Z, self.task.n_obj)
+        objectives = self.processes[: self.task.n_obj]
+        deviations = np.column_stack([process.deviation(Z) for process in objectives])
         F = self._learned.back(T - _OPTIMISM * deviations)
         worth = np.zeros(len(points))
         if self.task.is_directed and len(self.front) > 0:
@@ -483,12 +467,6 @@ def _places(F: Array, contraction: float) -> tuple[Rows, Array]:
     return places.min(axis=1), values.min(axis=1)
 
 
-def _lengths(ranges: Array) -> Array:
-    """Return the differences between highest and lowest values, 1 where there is none."""
-    low, high = ranges
-    return np.where(high > low, high - low, 1.0)
-
-
 def _achievements(F: Array, contraction: float) -> Array:
     """Return the ``(n, w)`` achievements of ``(n, m)`` scaled objectives in w directions."""
     directions = _directions(F.shape[1], contraction)
@@ -541,7 +519,9 @@ def _ranges(F: Array, candidates: _Candidates, task: Task) -> Array:
 
 def _scaled(F: Array, ranges: Array) -> Array:
     """Return ``(n, m)`` objectives, 0 and 1 at the ends of ``(2, m)`` ranges."""
-    return np.asarray((F - ranges[0]) / _lengths(ranges))
+    low, high = ranges
+    lengths = np.where(high > low, high - low, 1.0)
+    return np.asarray((F - low) / lengths)
 
 
 class _Selection:

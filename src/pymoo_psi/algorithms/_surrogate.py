@@ -492,7 +492,7 @@ class SurrogateSource(Source):
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        task = Task(table, self._model.space, self._model, n_uniform, pending.cube_points)
+        task = Task(table, self._model, n_uniform, pending.cube_points)
         ends = [len(self._others) + end for end in self._ends]
         learned = self._direction.learned(task, ends)
         round_number = len(self._ends) - 1
@@ -517,7 +517,7 @@ def proposed_now(
     if PROPOSAL_ROUND in table.layout.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
-    task = Task(table, model.space, model, n_uniform, pending)
+    task = Task(table, model, n_uniform, pending)
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
         return propose(task, _fitted(task, len(table)), size, round_number, random)

@@ -289,7 +289,6 @@ class Covariance:
         lengths: ``(2 d + 3,)`` as fitted by :func:`fit_lengths`.
 
     Attributes:
-        noise: The noise, as a share of the variance.
         factor: ``(n, n)`` the lower Cholesky factor, in LAPACK's order.
         trends: ``(n, 2 d)`` the trends of the tests.
     """
@@ -298,7 +297,7 @@ class Covariance:
         d = Z.shape[1]
         self._scale = _ROOT5 * np.exp(-lengths[:d])
         self._rates = _rates(lengths[d:-3])
-        self.noise = np.exp(lengths[-3])
+        self._noise = np.exp(lengths[-3])
         self._trend_weights = np.repeat(np.exp(lengths[-2:] / 2), d)
         self._columns = np.zeros((d + 2, 0))
         self.trends = np.zeros((0, 2 * d))
@@ -315,7 +314,7 @@ class Covariance:
         # The product of rows and these columns has the squared distances of designs.
         columns = np.vstack([-2 * rows[:, :-2].T, rows[:, -1], rows[:, -2]])
         corner = _in_place_matern(rows @ columns) + trends @ trends.T
-        corner[np.diag_indices(len(Z))] += self.noise
+        corner[np.diag_indices(len(Z))] += self._noise
         factor = np.zeros((n_all, n_all), order="F")
         if n > 0:
             factor[:n, :n] = self.factor
@@ -386,11 +385,6 @@ class GaussianProcess:
         self._weights = solved - self.mean * ones
         self._trend_weights = covariance.trends.T @ self._weights
         self.variance = max(((t - self.mean) @ self._weights) / len(t), _LEAST_VARIANCE)
-
-    @property
-    def noise(self) -> float:
-        """The standard deviation of tests of one design."""
-        return float(np.sqrt(self._covariance.noise * self.variance))
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k,)`` means at designs."""
