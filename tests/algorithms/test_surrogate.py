@@ -26,7 +26,7 @@ from pymoo_psi import (
 from pymoo_psi.algorithms import Model, RunOptions
 from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._proposals import propose
-from pymoo_psi.problems import ProgramProblem, design_space
+from pymoo_psi.problems import ProgramProblem, ProgramRun, design_space
 from pymoo_psi.study import Study
 from pymoo_psi.table import Expression, Layout, read_table
 from tests.processes import posix
@@ -373,15 +373,12 @@ def test_tests_of_psi_are_its_first_where_both_are_recorded(tmp_path):
 
 def test_what_is_an_expression_is_computed_and_not_learned(tmp_path):
     class Bar(ProgramProblem):
-        def values(self, design):
-            columns = {n: np.array([v]) for n, v in design.items()}
-            columns["force"] = np.array([np.sin(5 * design["a"]) + design["b"]])
-            found = {"force": columns["force"][0]}
+        def run(self, values, *, keep=False):
+            columns = {n: np.array([v]) for n, v in values.items()}
+            columns["force"] = np.array([np.sin(5 * values["a"]) + values["b"]])
             for name in ("area", "stress", "gain"):
-                text = self.outputs[name].expression
-                columns[name] = Expression.of(text).values(columns)
-                found[name] = columns[name][0]
-            return found
+                columns[name] = Expression.of(self.outputs[name].expression).values(columns)
+            return ProgramRun(tmp_path, outputs={name: columns[name][0] for name in self.outputs})
 
     outputs = {
         "force": {"file": "stdout.txt", "pattern": "(.*)"},
