@@ -8,7 +8,6 @@ import pytest
 from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.table import (
     FORMATS,
-    Cells,
     FileFormat,
     format_of,
     read_table,
@@ -28,7 +27,7 @@ class Records(FileFormat):
 
     def read(self, file):
         content = json.loads(file.text)
-        return Cells(content["columns"], head=content["head"])
+        return content["columns"], content["head"]
 
     def write(self, path, columns, head):
         cells = {name: column.tolist() for name, column in columns.items()}

@@ -42,6 +42,7 @@ from pymoo_psi.table import (
     columns_of_designs,
     is_blank,
     source_columns,
+    where,
 )
 
 if TYPE_CHECKING:
@@ -369,7 +370,7 @@ def _results_in(
             kinds.setdefault(name, Kind.REAL)
     lacking = []
     for i in range(len(columns[TEST].cells)):
-        place = cells.where(i)
+        place = where(cells, i)
         values: Values = {}
         for name, kind in kinds.items():
             cell = columns[name].cells[i]

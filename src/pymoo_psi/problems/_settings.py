@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._placeholders import BRACES
-from pymoo_psi.table import cells_of_text, sides_of_text
+from pymoo_psi.table import columns_of_rows, rows_of_text, sides_of_text
 
 # How an output can be given.
 WAYS = "given as file with one of pattern, key and column, or as expression"
@@ -213,7 +213,8 @@ class Output:
         """Return the cells of the column."""
         remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
-            columns = cells_of_text(text, range(1, self.header)).columns
+            rows, _ = rows_of_text(text, range(1, self.header))
+            columns = columns_of_rows(rows)
         except ArgumentValueError as error:
             problem = getattr(error, "problem", error)  # without options of the command
             raise ValueError(f"{self.file} is no table: {problem}; {remedy}") from None

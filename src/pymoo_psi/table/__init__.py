@@ -60,7 +60,7 @@ Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` re
 change. ``pd.read_csv(path)`` and ``pd.read_excel(path)`` read the first two without the metadata of
 ``FILE.csv-metadata.json`` and of the second sheet.
 
-File formats: FORMATS is the registry; a FileFormat reads a SourceFile into Cells.
+File formats: FORMATS is the registry; a FileFormat reads a file into columns and a head.
 """
 
 from pymoo_psi._names import attach_names

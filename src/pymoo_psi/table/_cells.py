@@ -22,48 +22,40 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import (
-    Array,
-    Head,
-    Names,
-    counted,
-    invalid,
-)
+from pymoo_psi._validation import Array, Head, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table._formulation import Formulation
 
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
 _Readings: TypeAlias = dict[str, list[float | None]]
+Cells: TypeAlias = Any
+"""A data frame of objects: texts, or the values of a source whose cells have types. Its index has
+the numbers of the rows and, where a file has lines, those on which they end."""
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
 
+LINE = "line"  # the name of an index of such lines
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
-_OTHER = {".": ",", ",": "."}
-
-
-def _notation(mark: str, other: str) -> re.Pattern[str]:
-    """Return how numbers with a decimal mark may be written."""
+_SWAPPED = str.maketrans(".,", ",.")
+# A number with a decimal point; with a decimal comma, both marks are swapped before.
+_NUMBER = re.compile(
     # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
-    group = rf"(?P<gap>[{other} \u00a0\u2009\u202f'’])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
-    grouped = rf"[1-9][0-9]{{0,2}}{group}(?:[{mark}][0-9]*)?"
-    plain = rf"(?:[0-9]+(?:[{mark}][0-9]*)?|[{mark}][0-9]+)(?:e[+-]?[0-9]+)?"
+    r"[+-]?(?:[1-9][0-9]{0,2}(?P<gap>[, \u00a0\u2009\u202f'’])[0-9]{3}(?:(?P=gap)[0-9]{3})*"
+    r"(?:\.[0-9]*)?"
+    r"|(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
     # Fortran writes 1D+03 and 1.5D3, and 0.12+103 for an exponent of three digits.
-    double = rf"(?:[0-9]+d[+-]|(?:[0-9]+[{mark}][0-9]*|[{mark}][0-9]+)d[+-]?)[0-9]+"
-    long = rf"(?:0?[{mark}][0-9]+|[1-9][{mark}][0-9]{{3,}})[+-][123][0-9]{{2}}"
-    return re.compile(rf"[+-]?(?:{grouped}|{plain}|{double}|{long}|inf|infinity)", re.IGNORECASE)
-
-
-_NOTATIONS = {mark: _notation(mark, other) for mark, other in _OTHER.items()}
-_PERCENT = re.compile(r".*%")
+    r"|(?:[0-9]+d[+-]|(?:[0-9]+\.[0-9]*|\.[0-9]+)d[+-]?)[0-9]+"
+    r"|(?:0?\.[0-9]+|[1-9]\.[0-9]{3,})[+-][123][0-9]{2}"
+    r"|inf|infinity)",
+    re.IGNORECASE,
+)
 _EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
 _LONGEST = 100  # the most characters in which a number is searched
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
@@ -78,7 +70,6 @@ _DATE_OR_TIME = re.compile(
 )
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
-_MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
 
 
 class UnfitError(ArgumentValueError):
@@ -95,54 +86,6 @@ class UnfitError(ArgumentValueError):
         super().__init__(problem)
 
 
-@dataclass(frozen=True)
-class Cells:
-    """The cells of a source, column by column.
-
-    Attributes:
-        columns: The n cells of each column by its name, in the order of the source.
-        lines: The line of the file on which each row ends; empty if there are no lines.
-        separator: The mark between the cells of a text.
-        head: What the source says about its columns: for designs as :func:`designs_head` returns
-            it, for a table of tests as :meth:`FileFormat.write` receives it; may be empty.
-        stated: The formulation of designs, as the source states it.
-        variables: The names of their variables, if the source says so.
-        label: The column that names the designs, if the source says so.
-        rows: The numbers of the rows; from 1 to n if empty.
-        metadata: The file that is read as head if it exists.
-        remarks: What a reader must know about the rows, in sentences.
-    """
-
-    columns: dict[str, list[Any]]
-    lines: Sequence[int] = ()
-    separator: str = ""
-    head: Head = field(default_factory=dict)
-    stated: Formulation = field(default_factory=Formulation)
-    variables: Names = ()
-    label: str | None = None
-    rows: Sequence[int] = ()
-    metadata: str = ""
-    remarks: tuple[str, ...] = ()
-
-    def where(self, i: int) -> str:
-        """Return the place of the i-th row, for messages."""
-        if self.lines:
-            return f"row {self.rows[i]} (line {self.lines[i]})"
-        return f"row {self.rows[i]}"
-
-    def place(self, name: str, i: int) -> str:
-        """Return what the i-th row holds in a column, for messages."""
-        content = repr(self.columns[name][i])
-        if is_blank(self.columns[name][i]):
-            content = "no number"
-        return f"{self.where(i)} holds {content:.40} in the column {name!r}"
-
-    def line(self, i: int) -> int:
-        """Return the number by which ``skip_rows`` leaves the i-th row out."""
-        numbers = self.lines or self.rows
-        return numbers[i]
-
-
 class Column(NamedTuple):
     """The n cells of a column, and the numbers in them.
 
@@ -152,7 +95,6 @@ class Column(NamedTuple):
         numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if the column has others.
         decimal: The decimal mark with which they were read.
         problem: Why a column that may hold numbers cannot be read, and what to do; else empty.
-        is_label: Whether it names or numbers designs.
         unit: ``"%"`` if all its numbers are per cents.
     """
 
@@ -161,7 +103,6 @@ class Column(NamedTuple):
     numbers: Array | None = None
     decimal: str = "."
     problem: str = ""
-    is_label: bool = False
     unit: str = ""
 
     def has_numbers(self) -> bool:
@@ -189,60 +130,54 @@ class Column(NamedTuple):
 # From rows to cells
 
 
-def in_a_line(name: str) -> str:
-    """Return the name of a column without line breaks, which could not be typed in an option."""
-    return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
-
-
-def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
-    """Return rows as columns under the names in the first row.
-
-    Args:
-        rows: The cells of each row by the number of its line.
-        separator: The mark between the cells of a text.
+def columns_of_rows(rows: RowsByLine) -> dict[str, list[Any]]:
+    """Return the columns of rows by the names in the first of them.
 
     Raises:
         ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
             name occurs twice.
     """
     header, columns = _divided(rows)
-    names = _names(header)
     if len(rows) < 2:
         raise UnfitError("it holds column names, but no row", "add a line for each design")
-    cells = {}
-    unnamed = []
-    for j, (name, column) in enumerate(zip(names, columns, strict=True)):
-        if name == "" and not all(map(is_blank, column)):  # no comma at the end of every line
-            unnamed.append(j)
-    if unnamed == [0]:
+    names = []
+    for cell in header:
+        # A file without names would lose its first design as names, and nobody would notice.
+        if is_number(cell):
+            raise UnfitError(
+                f"its first line must name the columns, and holds numbers, {cell!r:.40}",
+                "put a line of names above them, or leave lines above it out by skip_rows=",
+            )
+        # A line break could not be typed in an option.
+        names.append(re.sub(r"\s*[\r\n]\s*", " ", str(cell).strip()))
+    if names[0] == "":
         names[0] = "index"  # data frames write the numbers of rows without a name
-    elif unnamed:
-        line = next(iter(rows))
-        empty = "1 name is" if len(unnamed) == 1 else f"{len(unnamed)} names are"
-        raise UnfitError(
-            f"{empty} empty in line {line}, which must name the columns",
-            f"if it is a title, skip it by skip_rows=[{line}]; else complete it",
-        )
+    cells: dict[str, list[Any]] = {}
     for name, column in zip(names, columns, strict=True):
-        if name == "":
-            continue
         if name in cells:
             raise UnfitError(
                 f"its header names the column {name!r} {names.count(name)} times",
                 "rename all but one, or leave titles out by skip_rows=",
             )
-        cells[name] = column
-    return Cells(cells, [*rows][1:], separator)
+        if name:
+            cells[name] = column
+        elif not all(map(is_blank, column)):  # no comma at the end of every line
+            line = next(iter(rows))
+            raise UnfitError(
+                f"a name is empty in line {line}, which must name the columns",
+                f"if it is a title, skip it by skip_rows=[{line}]; else complete it",
+            )
+    return cells
 
 
-def cells_as_written(rows: RowsByLine, head: Head) -> Cells:
-    """Return the rows of a file of ours as columns under the names in the first row, as they are.
+def columns_as_written(rows: RowsByLine) -> dict[str, list[Any]]:
+    """Return the columns of a file of ours by the names in the first row, as they are.
 
     Raises:
         ArgumentValueError: The rows differ in length.
     """
     header, columns = _divided(rows)
-    return Cells(dict(zip(map(str, header), columns, strict=True)), head=head)
+    return dict(zip(map(str, header), columns, strict=True))
 
 
 def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
@@ -264,21 +199,20 @@ def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
     return header, [[row[j] for row in others] for j in range(usual)]
 
 
-def _names(header: list[Any]) -> list[str]:
-    """Return the names in a header, empty where there is none."""
-    for cell in header:
-        # A file without names would lose its first design as names, and nobody would notice.
-        if is_number(cell):
-            raise UnfitError(
-                f"its first line must name the columns, and holds numbers, {cell!r:.40}",
-                "put a line of names above them, or leave lines above it out by skip_rows=",
-            )
-    return [in_a_line(str(cell)) for cell in header]
+def with_lines(columns: dict[str, list[Any]], rows: RowsByLine) -> Cells:
+    """Return columns as cells that know their lines; the first row has their names."""
+    import pandas as pd
+
+    lines = pd.Index([*rows][1:], name=LINE)
+    return pd.DataFrame(columns, index=lines, dtype=object)
 
 
-def cells_of_frame(frame: Any) -> Cells:
-    """Return the cells of a data frame; an index other than row numbers names the rows."""
-    import pandas as pd  # loaded only where there is a frame
+def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
+    """Return the cells of a data frame, and as head what its index says.
+
+    An index other than row numbers names the rows; several levels are variables, as of groups.
+    """
+    import pandas as pd
 
     names = []
     for name in frame.columns:
@@ -287,28 +221,50 @@ def cells_of_frame(frame: Any) -> Cells:
         names.append(str(name))
     if len(frame) == 0 or len({*names}) < len(names):
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
-    label = None
-    levels: list[str] = []
-    columns = {}
-    index = frame.index
-    index = index.set_names([f"{name} (index)" if name in names else name for name in index.names])
-    if index.nlevels > 1:  # tests were grouped by variables
-        levels = [str(name or f"index {k}") for k, name in enumerate(index.names, start=1)]
-        label = ", ".join(levels)
-        columns[label] = [", ".join(map(str, key)) for key in index]
-        for k, name in enumerate(levels):
-            columns[name] = _cells_of_series(index.get_level_values(k).to_series())
-    elif not isinstance(index, pd.RangeIndex):
-        label = str(index.name or "index")
-        columns[label] = _cells_of_series(index.to_series())
-    for j, name in enumerate(names):
-        columns[name] = _cells_of_series(frame.iloc[:, j])
-    return Cells(columns, label=label, variables=levels)
+    head: Head = {}
+    cells = frame.set_axis(names, axis="columns")
+    if not isinstance(frame.index, pd.RangeIndex):
+        levels = []
+        for k, name in enumerate(frame.index.names, start=1):
+            if name is None:
+                name = "index" if k == 1 else f"index {k}"
+            elif name in names:
+                name = f"{name} (index)"
+            levels.append(str(name))
+        keys = frame.index.set_names(levels).to_frame()
+        head = {"label": ", ".join(levels)}
+        if len(levels) > 1:
+            head = {**head, "variables": levels}
+            texts = [", ".join(map(str, key)) for key in frame.index]
+            keys.insert(0, head["label"], texts)
+        cells = pd.concat([keys, cells], axis="columns")
+    cells = cells.astype(object)
+    return cells.where(cells.notna(), None).reset_index(drop=True), head
 
 
-def _cells_of_series(series: Any) -> list[Any]:
-    cells: list[Any] = series.astype(object).where(series.notna(), None).tolist()
-    return cells
+# The places of cells, for messages
+
+
+def where(cells: Cells, i: int) -> str:
+    """Return the place of the i-th row."""
+    row = cells.index[i]
+    if isinstance(row, tuple):
+        return f"row {row[0]} (line {row[1]})"
+    return f"row {row}"
+
+
+def line_of(cells: Cells, i: int) -> int:
+    """Return the number by which ``skip_rows`` leaves the i-th row out."""
+    return int(cells.index.get_level_values(-1)[i])
+
+
+def place(cells: Cells, name: str, i: int) -> str:
+    """Return what the i-th row holds in a column."""
+    cell = cells[name].iloc[i]
+    content = repr(cell)
+    if is_blank(cell):
+        content = "no number"
+    return f"{where(cells, i)} holds {content:.40} in the column {name!r}"
 
 
 # From cells to numbers
@@ -326,10 +282,9 @@ def is_blank(cell: Any) -> bool:
 
 def is_number(cell: Any) -> bool:
     """Say whether a cell is a plain number in any notation."""
-    if isinstance(cell, str):
-        text = _plain(cell)[:_LONGEST]
-        return any(notation.fullmatch(text) for notation in (_MARKED, *_NOTATIONS.values()))
-    return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+    cell = _plain(cell)
+    numbers = (_number(cell, mark) for mark in ".,")
+    return any(number == number and number is not None for number in numbers)
 
 
 def _plain(cell: Any) -> Any:
@@ -341,48 +296,54 @@ def _plain(cell: Any) -> Any:
     return cell.strip()
 
 
-def read_columns(cells: Cells, decimal: str | None = None, labels: Names = ()) -> dict[str, Column]:
+def read_columns(
+    cells: Cells,
+    decimal: str | None = None,
+    labels: Collection[str | None] = (),
+    separator: str = "",
+) -> dict[str, Column]:
     """Return columns with their numbers, by the rules at the top of this module.
 
     Args:
-        cells: Texts, or the values of a source whose cells have types.
+        cells: The cells.
         decimal: The decimal mark, ``"."`` or ``","``, if the user gave it.
         labels: Columns that name designs. A design called 1.2 says nothing about decimals.
+        separator: The mark between the cells of a text.
     """
-    if decimal not in (None, *_NOTATIONS):
+    if decimal not in (None, ".", ","):
         raise invalid("decimal", "'.' or ','", decimal)
     readings: dict[str, _Readings] = {}
-    certain = set()
+    certain: set[str] = set()
     percents = set()
-    for name, column in cells.columns.items():
-        plain = list(map(_plain, column))
-        if all(map(_PERCENT.fullmatch, (str(cell) for cell in plain if not is_blank(cell)))):
+    for name in cells:
+        plain = list(map(_plain, cells[name]))
+        if all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
             plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
             percents.add(name)
         readings[name] = {}
-        for mark, notation in _NOTATIONS.items():
-            if decimal in (None, mark):
-                readings[name][mark] = [_number(cell, mark, notation) for cell in plain]
+        for mark in decimal or ".,":
+            readings[name][mark] = [_number(cell, mark) for cell in plain]
         marks = _possible_marks(readings[name])
         if len(marks) == 1 and name not in labels:
-            certain.add(marks[0])
+            certain |= {*marks}
     columns = {}
-    for name in readings:
-        numbers = _column(cells, name, readings[name], certain)
-        unit = ""
-        if name in percents and numbers.numbers is not None and "%" not in name:
-            unit = "%"
-        columns[name] = numbers._replace(is_label=name in labels, unit=unit)
+    for name, by_mark in readings.items():
+        column = _column(cells, name, by_mark, certain, separator)
+        if name in percents and column.numbers is not None and "%" not in name:
+            column = column._replace(unit="%")
+        columns[name] = column
     return columns
 
 
-def _number(cell: Any, mark: str, notation: re.Pattern[str]) -> float | None:
+def _number(cell: Any, mark: str) -> float | None:
     """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
     if isinstance(cell, str):
-        if len(cell) <= _LONGEST and notation.fullmatch(cell):
-            text = re.sub(rf"[^\w+{mark}-]", "", cell).replace(mark, ".")
-            return float(_EXPONENT.sub("e", text))
-    elif is_number(cell):
+        text = cell[: _LONGEST + 1]
+        if mark == ",":
+            text = text.translate(_SWAPPED)
+        if len(text) <= _LONGEST and _NUMBER.fullmatch(text):
+            return float(_EXPONENT.sub("e", re.sub(r"[^\w+.-]", "", text)))
+    elif isinstance(cell, (int, float)) and not isinstance(cell, bool):
         return float(str(cell))  # infinite for an integer beyond float64
     if is_blank(cell):
         return np.nan
@@ -394,30 +355,34 @@ def _possible_marks(readings: _Readings) -> list[str]:
     return [mark for mark, numbers in readings.items() if None not in numbers]
 
 
-def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> Column:
+def _column(
+    cells: Cells, name: str, readings: _Readings, certain: set[str], separator: str
+) -> Column:
     """Return a column by its readings and the decimal marks of the certain columns."""
-    column = cells.columns[name]
+    column = Column(name, cells[name].tolist())
     marks = _possible_marks(readings)
     if not marks:
-        return Column(name, column, problem=_problem_of_texts(cells, name, readings))
-    numbers = np.array(readings[marks[0]])
+        return column._replace(problem=_problem_of_texts(cells, name, readings))
+    numbers = np.array(readings[marks[0]], dtype=np.float64)
     is_known = ~np.isnan(numbers)
     if not is_known.any():
-        return Column(name, column)
+        return column
     rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]]))
     if len(rows) == 0:
-        return Column(name, column, numbers, marks[0])
+        return column._replace(numbers=numbers, decimal=marks[0])
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
     row = rows[0]
-    decimal = "." if "." in column[row] else ","
-    texts = [str(cell).strip() for cell in column if not is_blank(cell)]
-    is_printed = cells.separator == "," and all(map(_PRINTED.fullmatch, texts))
+    decimal, other = ".,"
+    if "." not in column.cells[row]:
+        decimal, other = ",."
+    texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+    is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
     if certain == {decimal} or (is_printed and not certain):
-        return Column(name, column, np.array(readings[decimal]), decimal)
-    either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
-    remedy = f"state the decimal mark by decimal='{_OTHER[decimal]}' or decimal='{decimal}'"
-    return Column(name, column, problem=f"{cells.place(name, row)}, either {either}; {remedy}")
+        return column._replace(numbers=np.array(readings[decimal]), decimal=decimal)
+    either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
+    remedy = f"state the decimal mark by decimal='{other}' or decimal='{decimal}'"
+    return column._replace(problem=f"{place(cells, name, row)}, either {either}; {remedy}")
 
 
 def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
@@ -427,7 +392,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     texts = {}
     for row, number in enumerate(numbers):
         if number is None:
-            texts[row] = str(cells.columns[name][row]).strip()
+            texts[row] = str(cells[name].iloc[row]).strip()
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
     has_one_unit = len(units) == 1 < len({*texts.values()})
@@ -436,9 +401,9 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
         is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
-                f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
+                f"{place(cells, name, row)}, no plain number; write it without a unit, state the "
                 "decimal mark by decimal=, leave its line out by "
-                f"skip_rows=[{cells.line(row)}], or name the objectives by objectives="
+                f"skip_rows=[{line_of(cells, row)}], or name the objectives by objectives="
             )
     return ""
 
@@ -446,7 +411,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
 # A row that is the sum of others
 
 
-def require_designs(cells: Cells, columns: Collection[Column]) -> None:
+def require_designs(cells: Cells, columns: Iterable[Column]) -> None:
     """Refuse a last row that is the sum of all others in two columns of numbers or more.
 
     Args:
@@ -457,11 +422,11 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
         ArgumentValueError: There is such a row.
     """
     numbers = [column.numbers for column in columns if column.numbers is not None]
-    last = len(cells.rows) - 1
+    last = len(cells) - 1
     if len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
         raise UnfitError(
-            f"{cells.where(last)} is the sum of all others",
-            f"leave it out by skip_rows=[{cells.line(last)}]",
+            f"{where(cells, last)} is the sum of all others",
+            f"leave it out by skip_rows=[{line_of(cells, last)}]",
         )
 
 

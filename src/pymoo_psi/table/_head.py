@@ -36,7 +36,7 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table._cells import Cells, UnfitError
+from pymoo_psi.table._cells import UnfitError
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import (
     GROUPS,
@@ -459,24 +459,25 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
 # From the cells of a file to columns
 
 
-def tests_of_cells(where: object, cells: Cells) -> StoredTests:
+def tests_of_cells(where: object, head: Head, cells: Entries) -> StoredTests:
     """Return the tests in the cells of a file whose head is that of a table.
 
     Args:
         where: What they come from, for messages.
-        cells: Texts, or values; the head is as :func:`marked` returns it.
+        head: As :func:`marked` returns it.
+        cells: Those of each column by its name, texts or values.
 
     Raises:
         ArgumentValueError: They are those of no table, or damaged; the message says where.
     """
     with described(where):
-        head = dict(cells.head)
+        head = dict(head)
         version = head.pop(MARK)
         if version != _FORMAT:
             raise ValueError(f"its format is {version!r:.20}, not {_FORMAT}")
         # By name, not by place: people rearrange columns and add their own, which are not read.
-        names = names_of([*cells.columns], head.get("units", {}))
-        cells_by_name = dict(zip(names, cells.columns.values(), strict=True))
+        names = names_of([*cells], head.get("units", {}))
+        cells_by_name = dict(zip(names, map(cells.__getitem__, cells), strict=True))
         kinds = kinds_of_columns(_layout_of(head), head.get("extra", ()))
         n = len(cells_by_name[next(iter(kinds))])
         # A file cut at the end of a line is one with fewer tests; the number in the head tells.

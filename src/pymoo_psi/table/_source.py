@@ -1,8 +1,8 @@
 """From a source of any kind to a table: :func:`read_table` is the only way to open one.
 
-A source holds tests, with a head that describes all columns, or cells, of which only names are
-known. Cells become designs: rows that do not count are left out, columns are read as numbers. Then
-each column gets a role, by the formulation, the source or its name, and a table is made.
+A source holds tests, with a head that describes all columns, or cells, whose head states less.
+Cells become designs: rows that do not count are left out, columns are read as numbers. Then each
+column gets a role, by the formulation, the source or its name, and a table is made.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import compress
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from pymoo_psi._validation import (
     Array,
     Entries,
     FilePath,
+    Head,
     Mask,
     Names,
     Received,
@@ -35,13 +35,16 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS, listed
 from pymoo_psi.table._cells import (
+    LINE,
     Cells,
     Column,
     UnfitError,
     cells_of_frame,
     is_blank,
+    place,
     read_columns,
     require_designs,
+    where,
 )
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
 from pymoo_psi.table._formulation import Formulation, limit_text, limits_of
@@ -52,13 +55,10 @@ from pymoo_psi.table._head import (
     tests_of_cells,
     units_of,
 )
-from pymoo_psi.table._layout import POINT, RESULTS, Layout, blank, first_of, names_of
+from pymoo_psi.table._layout import POINT, RESULTS, Layout, blank, names_of
 from pymoo_psi.table._repeats import designs_of_source, undeclared_repeats
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
-
-if TYPE_CHECKING:
-    pass
 
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
@@ -147,35 +147,39 @@ def read_table(
     path = None
     if isinstance(source, (str, PathLike)):
         path = Path(source)
-    content: Any = source
     asked = formulation or Formulation()
+    is_study = False
     try:
+        content: Any = source
         if not isinstance(source, TestTable):
             content = _content(source, encoding, frozenset(skip_rows), sheet, asked.units)
-        if skip_rows and not (isinstance(content, Cells) and content.lines):
+        has_cells = not isinstance(content, (StoredTests, TestTable))
+        if skip_rows and not (has_cells and LINE in content[0].index.names):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
-        if variables and not isinstance(content, Cells):
+        if variables and not has_cells:
             rule = "left out for a table of tests, which has its own"
             raise invalid("variables", rule, variables)
-        match content:
-            case Cells():
-                if repeats in content.columns:
-                    content = replace(content, label=repeats)
-                # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
-                cells = _designs(content, asked, is_file=path is not None and not repeats)
-                cells, columns = _columns(cells, decimal or content.head.get("decimal"))
-                table = _table(cells, columns, asked, variables, drop_incomplete)
-                if repeats == "variables" and variables and not table.layout.variables:
-                    raise UnfitError(table.remarks[-1].rstrip("."))
-            case StoredTests():
-                table = content.table(path)
-            case _:
-                table = content
+        if has_cells:
+            cells, head = content
+            if repeats in cells:
+                head = {**head, "label": repeats}
+            # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
+            is_file = path is not None and not repeats
+            cells, remarks = _designs(cells, head, asked, is_file=is_file)
+            if decimal:
+                head = {**head, "decimal": decimal}
+            table = _table(cells, head, asked, variables, remarks, drop_incomplete)
+            if repeats == "variables" and variables and not table.layout.variables:
+                raise UnfitError(table.remarks[-1].rstrip("."))
+        elif isinstance(content, StoredTests):
+            table = content.table(path)
+            is_study = content.is_derived
+        else:
+            table = content
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     if repeats or table is not source:
-        is_study = isinstance(content, StoredTests) and content.is_derived
         table = designs_of_source(table, repeats, is_study=is_study)
     if formulation is not None:
         try:
@@ -203,34 +207,34 @@ def _content(
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
     units: Entries = MappingProxyType({}),
-) -> StoredTests | Cells | TestTable:
-    """Return what a source holds: tests, or cells with their head and names without units."""
-    content: StoredTests | Cells
+) -> Any:
+    """Return what a source holds: :class:`StoredTests`, a table, or cells and their head.
+
+    The names of cells are without units, and their index has the numbers of the rows.
+    """
+    import pandas as pd
+
     if isinstance(source, (str, PathLike)):
         content = _content_of_file(Path(source), encoding, skip_rows, sheet)
-    elif hasattr(source, "itertuples"):  # a frame of pandas
-        content = cells_of_frame(source)
+        if isinstance(content, StoredTests):
+            return content
+        cells, head = content
+    elif isinstance(source, pd.DataFrame):
+        cells, head = cells_of_frame(source)
     elif hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
         return _table_of_result(source)
     else:
         F = real_array("source", source, "or give the path of a file")
         if F.ndim != 2 or F.size == 0:
             raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-        columns = {f"f{j + 1}": column.tolist() for j, column in enumerate(F.T)}
-        content = Cells(columns, head={"objectives": [*columns]})
-    if not isinstance(content, Cells):
-        return content
-    stated, variables = stated_by_designs(content.head)
-    names = names_of([*content.columns], {**units, **stated.units})
-    columns = dict(zip(names, content.columns.values(), strict=True))
-    n_rows = len(next(iter(columns.values()), ()))
-    return replace(
-        content,
-        columns=columns,
-        stated=stated,
-        variables=variables or content.variables,
-        rows=range(1, n_rows + 1),
-    )
+        names = [f"f{j + 1}" for j in range(F.shape[1])]
+        cells, head = pd.DataFrame(F, columns=names, dtype=object), {"objectives": names}
+    stated, _ = stated_by_designs(head)
+    cells = cells.set_axis(names_of([*cells], {**units, **stated.units}), axis="columns")
+    rows = pd.RangeIndex(1, len(cells) + 1, name="row")
+    if cells.index.name == LINE:
+        return cells.set_index(pd.MultiIndex.from_arrays([rows, cells.index])), head
+    return cells.set_index(rows), head
 
 
 def _table_of_result(result: Any) -> TestTable:
@@ -267,8 +271,10 @@ def _table_of_result(result: Any) -> TestTable:
 
 def _content_of_file(
     path: Path, encoding: str | None, skip_rows: Collection[int], sheet: str | None
-) -> StoredTests | Cells:
+) -> StoredTests | tuple[Cells, Head]:
     """Return what a file or a folder of studies holds."""
+    import pandas as pd
+
     if path.is_dir():
         return tests_of_folder(path)
     with path.open("rb") as stream:
@@ -277,9 +283,12 @@ def _content_of_file(
         if sheet is not None and not file_format.has_sheets:
             raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
         content = file_format.read(file)
-    if isinstance(content, Cells) and is_of_tests(content.head):
-        return tests_of_cells(path, content)
-    return content
+    if isinstance(content, StoredTests):
+        return content
+    columns, head = content
+    if is_of_tests(head):
+        return tests_of_cells(path, head, columns)
+    return pd.DataFrame(columns, dtype=object), head
 
 
 def source_columns(
@@ -301,110 +310,76 @@ def source_columns(
         OSError: The file cannot be opened.
         UnfitError: It is no table of named columns.
     """
-    cells = _content(source, sheet=sheet, units=units)
-    if not isinstance(cells, Cells):
+    content = _content(source, sheet=sheet, units=units)
+    if isinstance(content, StoredTests):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    columns = read_columns(cells, decimal)
+    cells, head = content
+    columns = read_columns(cells, decimal, separator=head.get("separator", ""))
     for name, column in columns.items():
         if column.unit and column.unit != units.get(name):
             remedy = f"write it without {column.unit}, in the unit of the column"
-            columns[name] = column._replace(
-                numbers=None, problem=f"{cells.place(name, 0)}; {remedy}"
-            )
+            problem = f"{place(cells, name, 0)}; {remedy}"
+            columns[name] = column._replace(numbers=None, problem=problem)
     return cells, columns
 
 
 # The rows that are designs
 
 
-def _designs(cells: Cells, formulation: Formulation, *, is_file: bool) -> Cells:
-    """Return the cells of feasible designs; of equal rows of a file, the first.
+def _designs(
+    cells: Cells, head: Head, formulation: Formulation, *, is_file: bool
+) -> tuple[Cells, list[str]]:
+    """Return the cells of feasible designs, and remarks on others; of equal rows, the first.
 
     Raises:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
-    is_ranking = _is_ranking(cells)
+    is_ranking = {*_DISTANCES} <= {*cells}
     is_of_tests = _is_of_tests(cells)
-    is_stated = cells.stated.objectives or formulation.objectives
-    if not is_stated and (is_of_tests or (is_ranking and cells.metadata)):
+    is_stated = head.get("objectives") or formulation.objectives
+    if not is_stated and (is_of_tests or (is_ranking and "metadata" in head)):
         raise UnfitError(
-            f"it is without {cells.metadata or 'its table'}, which says what the columns are",
+            f"it is without {head.get('metadata', 'its table')}, which says what the columns are",
             "put it beside the file or give the table itself, or say --objectives and --maximize "
             "(Formulation(objectives=..., maximize=...))",
         )
+    remarks: list[str] = []
     # A failed design may hold anything, so it is left out before numbers are read.
     if is_of_tests:
-        status = np.array(list(map(str, cells.columns["status"])))
-        cells = _rows(cells, status == "ok", "not feasible")
-    if is_ranking and "mark" in cells.columns:  # exported by the page
-        marks = np.array(cells.columns["mark"], dtype=object)
-        cells = _rows(cells, marks != "prototype", "prototypes of a page")
+        cells = _kept(cells, cells["status"] == "ok", "not feasible", remarks)
+    if is_ranking and "mark" in cells:  # exported by the page
+        cells = _kept(cells, cells["mark"] != "prototype", "prototypes of a page", remarks)
     if is_file:
-        texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
-        first = first_of(zip(*texts, strict=True))
-        cells = _rows(cells, first == np.arange(len(first)), "equal to another one in all cells")
-    return cells
-
-
-def _is_ranking(cells: Cells) -> bool:
-    """Whether designs were written with their distances, by a ranking or an export of the page."""
-    return cells.columns.keys() >= {*_DISTANCES}
+        texts = cells.map(lambda cell: str(cell).strip())
+        cells = _kept(cells, ~texts.duplicated(), "equal to another one in all cells", remarks)
+    return cells, remarks
 
 
 def _is_of_tests(cells: Cells) -> bool:
     """Whether designs were written with their status, as tests are."""
-    if not cells.columns.keys() >= {*RESULTS}:
-        return False
-    return {*map(str, cells.columns["status"])} <= {*STATUSES}
+    return {*RESULTS} <= {*cells} and {*map(str, cells["status"])} <= {*STATUSES}
 
 
 def _derived(cells: Cells) -> tuple[str, ...]:
     """Return the names of columns that follow from others, as those that we wrote do."""
     if _is_of_tests(cells):
         return RESULTS
-    if _is_ranking(cells):
+    if {*_DISTANCES} <= {*cells}:
         return _OF_RANKINGS
     return ()
 
 
-def _rows(cells: Cells, is_kept: Mask, why: str) -> Cells:
+def _kept(cells: Cells, is_kept: Mask | Any, why: str, remarks: list[str]) -> Cells:
     """Return the cells of the rows that are kept; a remark says why others are left out."""
     n_out = int((~is_kept).sum())
-    if n_out == 0:
-        return cells
-    if n_out == len(is_kept):
+    if n_out == len(cells):
         raise UnfitError(f"none of its {counted(n_out, 'row')} counts: {why}")
-    remark = f"{counted(n_out, 'row')} left out: {why}."
-    return replace(
-        cells,
-        columns={name: [*compress(column, is_kept)] for name, column in cells.columns.items()},
-        rows=[*compress(cells.rows, is_kept)],
-        lines=[*compress(cells.lines, is_kept)],
-        remarks=(*cells.remarks, remark),
-    )
+    if n_out:
+        remarks.append(f"{counted(n_out, 'row')} left out: {why}.")
+    return cells[is_kept]
 
 
 # The columns and their roles
-
-
-def _columns(cells: Cells, decimal: str | None) -> tuple[Cells, dict[str, Column]]:
-    """Return cells with their label, and their columns without those that follow from others.
-
-    Raises:
-        ArgumentValueError: A row summarises others.
-    """
-    labels = [name for name in cells.columns if name.strip().lower() in _LABELS]
-    columns = read_columns(cells, decimal, labels)
-    for name in _derived(cells):
-        columns.pop(name, None)
-    label = cells.label
-    if label not in columns:  # also where it follows from others
-        label = _label(columns)
-    if label is not None:
-        columns[label] = columns[label]._replace(is_label=True)
-    cells = replace(cells, label=label)
-    require_designs(cells, [column for column in columns.values() if not column.is_label])
-    return cells, columns
 
 
 def _label(columns: Mapping[str, Column]) -> str | None:
@@ -414,14 +389,9 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     them if it holds texts that all differ: such lists are common, under "Variante" as under
     "Model". Otherwise a column that numbers the rows does.
     """
-    labels = {}
-    others = []
-    for name, column in columns.items():
-        if column.is_label:
-            labels[name.strip().lower()] = name
-        else:
-            others.append(column)
-    best = min(labels, key=_LABELS.index, default="")
+    labels = {name.strip().lower(): name for name in columns}
+    best = min(labels.keys() & {*_LABELS}, key=_LABELS.index, default="")
+    others = [column for name, column in columns.items() if name.strip().lower() not in _LABELS]
     if best not in _NAMING and others:
         column = others[0]
         texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
@@ -432,19 +402,27 @@ def _label(columns: Mapping[str, Column]) -> str | None:
 
 
 def _names_of_roles(
-    cells: Cells, columns: Mapping[str, Column], formulation: Formulation, variables: Names
+    columns: Mapping[str, Column],
+    formulation: Formulation,
+    stated: Names,
+    labels: Collection[str | None],
+    variables: Names,
 ) -> tuple[Names, Names]:
     """Return the names of the objectives and variables: as the user or the source says, or guessed.
+
+    Args:
+        columns: The columns that follow from no others.
+        formulation: What the user says.
+        stated: The objectives that the source states.
+        labels: The columns that name designs.
+        variables: The variables that the user or the source states.
 
     Raises:
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
-    free = []
-    for name, column in columns.items():
-        if not (column.is_label or name in variables):
-            free.append(name)
+    free = [name for name in columns if name not in labels and name not in variables]
     numbered, guessed = _numbered(free)
-    named = formulation.objectives or cells.stated.objectives
+    named = formulation.objectives or stated
     objectives = [name for name in named if name not in formulation.computed] or numbered
     if not objectives:
         objectives = [name for name in free if columns[name].has_numbers()]
@@ -456,10 +434,7 @@ def _names_of_roles(
         )
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
-            remedy = ""
-            if name in _derived(cells):
-                remedy = "such a column follows from others; rename it"
-            known_name(group, name, columns, remedy)
+            known_name(group, name, columns)
     return objectives, [name for name in variables or guessed if name not in objectives]
 
 
@@ -476,8 +451,91 @@ def _numbered(names: Names) -> tuple[list[str], list[str]]:
 # From columns to a table
 
 
+def _table(
+    cells: Cells,
+    head: Head,
+    formulation: Formulation,
+    variables: Names | None,
+    remarks: list[str],
+    drop_incomplete: bool,
+) -> TestTable:
+    """Return the table of designs; the columns that a formulation needs must be readable."""
+    import pandas as pd
+
+    stated, stated_variables = stated_by_designs(head)
+    separator = head.get("separator", "")
+    labels: set[str | None] = {name for name in cells if name.strip().lower() in _LABELS}
+    columns = read_columns(cells, head.get("decimal"), labels, separator)
+    for name in _derived(cells):
+        columns.pop(name, None)
+    label = head.get("label")
+    if label not in columns:  # also where it follows from others
+        label = _label(columns)
+    labels.add(label)
+    require_designs(cells, [column for name, column in columns.items() if name not in labels])
+    objectives, variables = _names_of_roles(
+        columns, formulation, stated.objectives, labels, variables or stated_variables
+    )
+    F = np.column_stack([columns[name].require_numbers() for name in objectives])
+    designs, outputs, extra = _roles(columns, objectives, variables, formulation.columns, labels)
+    if not (formulation.objectives or stated.objectives):
+        remarks += _counting(objectives[0], F[:, 0])
+    is_asked = np.ones(len(F), dtype=bool)
+    for name, limit in limits_of(formulation.beside(stated).limits).items():
+        if name in extra and isinstance(limit, list):
+            texts = np.array(extra[name], dtype=object)
+            is_asked &= np.isin(np.where(blank(texts), "", texts).astype(str), limit)
+    remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
+    for name in variables:
+        if name not in designs:
+            column = columns[name]
+            is_lacking = list(map(is_blank, column.cells))
+            problem = column.problem or place(cells, name, is_lacking.index(True))
+            remarks.append(f"{name} is no variable: {problem}.")
+
+    rows = cells.index.get_level_values(0).tolist()
+    numbers = extra.pop(POINT, rows)  # the table adds a column of this name itself
+    are_numbers = all(type(number) is int and number > 0 for number in numbers)
+    if not are_numbers or len({*numbers}) < len(numbers):
+        raise UnfitError("its column test_point must number the designs from 1; rename it")
+    dependent = (*objectives, *outputs)
+    layout_label = "row"  # designs without names are called by their rows
+    if "row" in designs or "row" in dependent:
+        layout_label = "design"
+    if label in extra or label == POINT:
+        layout_label = label
+    else:
+        extra.setdefault(layout_label, rows)
+    units = {name: column.unit for name, column in columns.items() if column.unit}
+    layout = Layout.of(
+        [*designs],
+        objectives,
+        outputs=[*outputs],
+        maximize=[name for name in stated.maximize if name in dependent],
+        units=units_of((*designs, *dependent), {**units, **stated.units}),
+    )
+    if layout_label in extra:  # else test_point names the designs
+        layout = replace(layout, label=layout_label)
+    X = pd.DataFrame(designs, index=cells.index, dtype=object).to_numpy()
+    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    if {*stated.objectives} != {*objectives}:
+        stated = replace(stated, ranges=None)
+    marks = {column.decimal for column in columns.values()}
+    return replace(
+        table,
+        remarks=tuple(remarks),
+        formulation=stated,
+        decimal=max(marks, key=".,".index),
+        separator=(separator or ",").replace(" ", ","),
+    )
+
+
 def _roles(
-    columns: Mapping[str, Column], objectives: Names, variables: Names, required: Names
+    columns: Mapping[str, Column],
+    objectives: Names,
+    variables: Names,
+    required: Names,
+    labels: Collection[str | None],
 ) -> tuple[Values, Values, Values]:
     """Return the columns by their roles, each as n values by name.
 
@@ -486,6 +544,7 @@ def _roles(
         objectives: Names of the objectives.
         variables: Names of the variables; one with uncertain values has another role.
         required: Names of columns that must be of numbers.
+        labels: Names of columns that name or number designs.
 
     Returns:
         The variables: numbers, booleans or texts; the outputs: numbers; and the cells of all other
@@ -503,86 +562,11 @@ def _roles(
             continue
         if name in variables and is_certain:
             designs[name] = _values(column)
-        elif name in required or (column.numbers is not None and not column.is_label):
+        elif name in required or (column.numbers is not None and name not in labels):
             outputs[name] = column.require_numbers()
         else:
             extra[name] = _cells_of_extra(column.cells)
     return designs, outputs, extra
-
-
-def _numbers(cells: Cells, extra: Values) -> Sequence[int]:
-    """Return the numbers of designs: those in their column test_point, else those of their rows."""
-    numbers: Sequence[int] = extra.get(POINT, cells.rows)
-    are_numbers = all(type(number) is int and number > 0 for number in numbers)
-    if not are_numbers or len({*numbers}) < len(numbers):
-        raise UnfitError("its column test_point must number the designs from 1; rename it")
-    return numbers
-
-
-def _table(
-    cells: Cells,
-    columns: Mapping[str, Column],
-    formulation: Formulation,
-    variables: Names | None,
-    drop_incomplete: bool,
-) -> TestTable:
-    """Return the table of designs; the columns that a formulation needs must be readable."""
-    stated = cells.stated
-    objectives, variables = _names_of_roles(
-        cells, columns, formulation, variables or cells.variables
-    )
-    F = np.column_stack([columns[name].require_numbers() for name in objectives])
-    designs, outputs, extra = _roles(columns, objectives, variables, formulation.columns)
-    remarks = [*cells.remarks]
-    if not (formulation.objectives or stated.objectives):
-        remarks += _counting(objectives[0], F[:, 0])
-    is_asked = np.ones(len(F), dtype=bool)
-    for name, limit in limits_of(formulation.beside(stated).limits).items():
-        if name in extra and isinstance(limit, list):
-            texts = np.array(extra[name], dtype=object)
-            is_asked &= np.isin(np.where(blank(texts), "", texts).astype(str), limit)
-    remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
-    for name in variables:
-        if name not in designs:
-            problem = columns[name].problem or cells.place(name, _first_blank(columns[name]))
-            remarks.append(f"{name} is no variable: {problem}.")
-
-    numbers = _numbers(cells, extra)
-    dependent = (*objectives, *outputs)
-    of_columns = {name: column.unit for name, column in columns.items() if column.unit}
-    label = "row"  # designs without names are called by their rows
-    if label in designs or label in dependent:
-        label = "design"
-    if cells.label in extra:
-        label = cells.label
-    else:
-        extra.setdefault(label, [*cells.rows])
-    extra.pop(POINT, None)  # the table adds a column of this name itself
-    layout = Layout.of(
-        [*designs],
-        objectives,
-        outputs=[*outputs],
-        maximize=[name for name in stated.maximize if name in dependent],
-        units=units_of((*designs, *dependent), {**of_columns, **stated.units}),
-    )
-    if label in extra:  # else test_point names the designs
-        layout = replace(layout, label=label)
-    X = [*map(list, zip(*designs.values(), strict=True))] or np.empty((len(F), 0))
-    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
-    if {*stated.objectives} != {*objectives}:
-        stated = replace(stated, ranges=None)
-    marks = {column.decimal for column in columns.values()}
-    return replace(
-        table,
-        remarks=tuple(remarks),
-        formulation=stated,
-        decimal="," if "," in marks else ".",
-        separator=(cells.separator or ",").replace(" ", ","),
-    )
-
-
-def _first_blank(column: Column) -> int:
-    return next(i for i, cell in enumerate(column.cells) if is_blank(cell))
 
 
 def _counting(name: str, values: Array) -> list[str]:
@@ -602,8 +586,7 @@ def _failures(table: TestTable) -> list[str]:
     for name, column in table.extra.items():
         if name == table.layout.label or name in table.limits:
             continue
-        cells = np.where(blank(column), "", column)
-        counts = Counter(cells[table.eligible()].tolist())
+        counts = Counter(np.where(blank(column), "", column).tolist())
         texts = [cell for cell in counts if isinstance(cell, str)]
         words = list(filter(_FAILURE.fullmatch, texts))
         if not words:
@@ -611,11 +594,10 @@ def _failures(table: TestTable) -> list[str]:
         n_failed = sum(map(counts.__getitem__, words))
         remark = f"{counted(n_failed, 'design')} with {listed(words[:_FEW])} as {name}"
         others = [word for word in texts if word not in words]
+        remedy = "check whether they count"
         if 1 <= len(others) <= _FEW:
             limit = limit_text(name, others)
             remedy = f"to leave them out, say --limits '{limit}', or limits= in Python"
-        else:
-            remedy = "check whether they count"
         remarks.append(f"{remark}; {remedy}.")
     return remarks
 
@@ -627,10 +609,12 @@ def _incomplete(cells: Cells, objectives: Names, F: Array, is_asked: Mask, drop:
     if not rows:
         return []
     if not drop:
-        place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
-        raise UnfitError(place, "leave out such designs by drop_incomplete=True")
+        name = objectives[lacking[rows[0]].argmax()]
+        raise UnfitError(
+            place(cells, name, rows[0]), "leave out such designs by drop_incomplete=True"
+        )
     n = counted(len(rows), "incomplete design")
-    return [f"{n} left out, the first in {cells.where(rows[0])}."]
+    return [f"{n} left out, the first in {where(cells, rows[0])}."]
 
 
 def _values(column: Column) -> Sequence[Any]:

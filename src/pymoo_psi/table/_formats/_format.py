@@ -12,7 +12,7 @@ from typing import IO, Any
 import numpy as np
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import Entries, FilePath, Head, invalid
+from pymoo_psi._validation import Entries, FilePath, Head
 from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._formulation import limits_of
 from pymoo_psi.table._head import StoredTests, columns_of, head_of, marked, stored_tests
@@ -62,15 +62,11 @@ class SourceFile:
             encoding = "utf-16" if wide else "utf-8-sig"
         try:
             text = self.content.decode(encoding)
-        except UnicodeError as error:
+        except (UnicodeError, LookupError) as error:  # or there is no such encoding
             # Any bytes are text in cp1252, right or wrong; so it is not guessed.
             raise UnfitError(
                 f"it is no text: {error}",
                 "give its encoding, often encoding='cp1252' on Windows, or save it as UTF-8",
-            ) from None
-        except (LookupError, ValueError, TypeError):
-            raise invalid(
-                "encoding", "one that Python knows, such as utf-16", self.encoding
             ) from None
         # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is NUL.
         if "\0" in text:
@@ -104,12 +100,16 @@ class FileFormat(ABC):
         return file.path.suffix.lower() == self.suffix
 
     @abstractmethod
-    def read(self, file: SourceFile) -> Cells | StoredTests:
+    def read(self, file: SourceFile) -> tuple[Cells, Head] | StoredTests:
         """Return the content of a file.
 
+        Args:
+            file: The open file. Its attributes are ``path``; ``start``, the first 1024 bytes;
+                ``content``, all bytes; ``text``; and the options ``skip_rows`` and ``sheet``.
+
         Returns:
-            The cells of each column by its name. If the file holds the ``head`` that :meth:`write`
-            received, it is the head of the cells, which may then be a table of tests.
+            A data frame, or the lists of cells by the names of columns, and the ``head`` that
+            :meth:`write` received, with which a table of tests comes back; empty if there is none.
 
         Raises:
             UnfitError: The file holds no table.

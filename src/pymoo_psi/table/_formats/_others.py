@@ -9,6 +9,7 @@ import re
 from contextlib import suppress
 from io import BytesIO
 
+from pymoo_psi._validation import Head
 from pymoo_psi.table._cells import Cells, UnfitError, cells_of_frame
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 
@@ -55,7 +56,7 @@ class OtherFile(FileFormat):
         """Say whether the first bytes are those of such a file."""
         return _kind(file) is not None
 
-    def read(self, file: SourceFile) -> Cells:
+    def read(self, file: SourceFile) -> tuple[Cells, Head]:
         """Return the cells of a Parquet file if pandas can read it."""
         kind = str(_kind(file))
         if kind == _PARQUET:

@@ -16,7 +16,6 @@ import os
 import re
 from collections.abc import Collection
 from contextlib import suppress
-from dataclasses import replace
 from io import StringIO
 from itertools import takewhile
 from pathlib import Path
@@ -29,11 +28,12 @@ from pymoo_psi.table._cells import (
     Cells,
     RowsByLine,
     UnfitError,
-    cells_as_written,
     cells_of_frame,
-    cells_of_rows,
+    columns_as_written,
+    columns_of_rows,
     is_blank,
     is_number,
+    with_lines,
 )
 from pymoo_psi.table._formats._format import (
     FileFormat,
@@ -79,30 +79,32 @@ class CsvFile(FileFormat):
         """Return True, as any text may be one."""
         return True
 
-    def read(self, file: SourceFile) -> Cells:
+    def read(self, file: SourceFile) -> tuple[Cells, Head]:
         """Return the cells of a text, with what we wrote of them."""
         metadata = metadata_path(file.path)
         text = file.text
         if not is_marked(metadata):
-            return replace(cells_of_text(text, file.skip_rows), metadata=metadata.name)
+            rows, separator = rows_of_text(text, file.skip_rows)
+            stated = {"separator": separator, "metadata": metadata.name}
+            return with_lines(columns_of_rows(rows), rows), stated
         head, n_rows = _described(metadata)
         if is_of_tests(head):
             separator = head.get("separator", ",")
             rows = _rows([*StringIO(text, newline="")], separator, skipinitialspace=False)
-            cells = cells_as_written(rows, head)
+            columns = columns_as_written(rows)
         else:
-            cells = cells_of_text(text, file.skip_rows, has_comments=False)
-        columns = {}
-        n = 0
-        for name, column in cells.columns.items():
-            columns[written_text(name)] = list(map(written_text, column))
-            n = len(column)
+            rows, _ = rows_of_text(text, file.skip_rows, has_comments=False)
+            columns = columns_of_rows(rows)
+        n = len(rows) - 1
         if n_rows != n and not file.skip_rows:
             raise UnfitError(
                 f"it has {counted(n, 'row')}, and {n_rows} by {metadata.name}",
                 "restore both, or remove the latter and say --objectives and --maximize",
             )
-        return replace(cells, columns=columns, head=head)
+        written = {}
+        for name, column in columns.items():
+            written[written_text(name)] = list(map(written_text, column))
+        return with_lines(written, rows), head
 
     def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns, and what they are into a file beside, whole or not at all.
@@ -143,9 +145,10 @@ class CsvFile(FileFormat):
             return True
         try:
             with path.open("rb") as stream:
-                return bool(self.read(SourceFile(path, stream)).head)
+                _, head = self.read(SourceFile(path, stream))
         except UnfitError:
             return False
+        return "metadata" not in head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns under their names and units."""
@@ -247,16 +250,16 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
 # Texts of other programs and people
 
 
-def cells_of_text(
+def rows_of_text(
     text: str, skip_rows: Collection[int] = (), *, has_comments: bool = True
-) -> Cells:
-    """Return the cells of a text.
+) -> tuple[RowsByLine, str]:
+    """Return the rows of a text, the first with the names of its columns, and its separator.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
     Lines that begin with ``#`` may be comments; one that could be a design is refused.
 
     Raises:
-        ArgumentValueError: It is no table of named columns with one row or more.
+        ArgumentValueError: It is no table.
     """
     lines = [*StringIO(text, newline="")]
     # Lines that do not count are blank, so that all others keep their numbers.
@@ -275,7 +278,7 @@ def cells_of_text(
         rows = _names_in_comments(above, len(row)) | rows
     elif separator == " ":
         _require_plain_names(lines[first - 1], len(row))
-    return cells_of_rows(rows, separator)
+    return rows, separator
 
 
 def _names_in_comments(comments: Names, n: int) -> RowsByLine:
@@ -391,7 +394,7 @@ class JsonFile(FileFormat):
         """Say whether a text begins as JSON does."""
         return _JSON.match(file.text) is not None
 
-    def read(self, file: SourceFile) -> Cells:
+    def read(self, file: SourceFile) -> tuple[Cells, Head]:
         """Return the designs, whose keys name the columns."""
         import pandas as pd  # loaded only where JSON is read
 

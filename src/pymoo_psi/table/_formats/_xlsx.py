@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,14 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_as_written, cells_of_rows
+from pymoo_psi.table._cells import (
+    Cells,
+    RowsByLine,
+    UnfitError,
+    columns_as_written,
+    columns_of_rows,
+    with_lines,
+)
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
@@ -48,12 +54,12 @@ class WorkbookFile(FileFormat):
         """Say whether a file begins as workbooks do."""
         return file.start.startswith(b"PK\x03\x04")  # an archive (ZIP)
 
-    def read(self, file: SourceFile) -> Cells:
+    def read(self, file: SourceFile) -> tuple[Cells, Head]:
         """Return the cells of a sheet, with what we wrote of them."""
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
         if is_of_tests(head):
-            return cells_as_written(rows, head)
-        return replace(cells_of_rows(rows), head=head)
+            return columns_as_written(rows), head
+        return with_lines(columns_of_rows(rows), rows), head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
