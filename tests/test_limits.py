@@ -281,11 +281,8 @@ def test_the_command_says_the_same_of_the_rows_left(said, tmp_path, monkeypatch)
 def asked_of_page(table, names):
     """Return what the page of a table is asked for, in the state in which it opens."""
     payload = payload_of(decision_page(table))
-    limits = payload["opens_with"]["limits"]
-    is_text = {name: all(isinstance(end, str) for end in limit) for name, limit in limits.items()}
     state = {
-        "limits": {name: limit for name, limit in limits.items() if not is_text[name]},
-        "categories": {name: limit for name, limit in limits.items() if is_text[name]},
+        "limits": payload["opens_with"]["limits"],
         "fixed": bool(payload["opens_with"]["ranges"]),
         "dominated": True,
     }

@@ -17,8 +17,7 @@ function drag({payload, states}) {
 // What decision files are to the page that have other objectives, directions and units.
 function foreign(data) {
   const {state} = Logic.initial(data)
-  const ranking = Logic.ranked(data, Logic.left(data, state).mask)
-  const written = Logic.decision(data, state, ranking, "2026-01-31")
+  const written = Logic.decision(data, state, "2026-01-31")
   const {objectives} = written
   return [{objectives: [...objectives].reverse()}, {units: {}},
     {units: {[objectives[0]]: "t"}}, {maximize: [...written.maximize, "other"]},
@@ -43,12 +42,11 @@ function answer({payload, states, rows, pins, texts, typed, thorough, numbers = 
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)
-      const left = Logic.left(data, state)
-      const {mask, count} = left
+      const {mask, count} = Logic.left(data, state)
       const ranking = Logic.ranked(data, mask, state.fixed ? data.fixed : null)
       const {front, place, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
       const order = Logic.order(data, ranking, state)
-      const written = JSON.stringify(Logic.decision(data, state, ranking, "2026-01-31"))
+      const written = JSON.stringify(Logic.decision(data, state, "2026-01-31"))
       return {
         state, remarks, count, verdict: Logic.verdict(data, ranking, -1), written, mask: list(mask),
         front: list(front), place: list(place), pareto: list(pareto), best, ideal, nadir,
@@ -58,7 +56,6 @@ function answer({payload, states, rows, pins, texts, typed, thorough, numbers = 
         compared: count ? Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]) : null,
         separation: thorough[k] ? Logic.separation(data, ranking, state.positions) : null,
         switches: thorough[k] || !count ? switched(data, state, ranking) : null,
-        nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         opened: Logic.opened(data, written),
         csv: Logic.csv(data, order, ranking, state),

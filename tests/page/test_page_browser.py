@@ -412,7 +412,7 @@ def test_nothing_is_chosen_until_somebody_chooses(reader):
     text = json.loads(reader.download("#save"))
     assert reader.file_name == "Beams_such-decision.json"
     best = reader.ask("D.data.names[D.verdict.row]")
-    assert (text["chosen"], text["page"]["proposed"]) == (None, best)
+    assert text["chosen"] is None
     other = reader.shown[4]
     reader.set(chosen=other, reason="Stiffer.")
     assert reader.text("#verdict-title") == "Chosen"
@@ -423,8 +423,7 @@ def test_nothing_is_chosen_until_somebody_chooses(reader):
     first = reader.page.locator("#verdict-table tbody tr").first.inner_text()
     assert f"{values['mass']:.3f}" in first  # the table is of the chosen design
     text = json.loads(reader.download("#save"))
-    assert (text["chosen"], text["page"]["proposed"]) == (other, best)
-    assert said == text["page"]["instead"]
+    assert text["chosen"] == other
     reader.page.locator("#preferences summary").click()
     reader.set(preference={"weights": {}, "aspiration": dict(zip(OBJECTIVES, values[OBJECTIVES], strict=True))})  # fmt: skip
     assert reader.text("#preference-words").startswith(f"First by your preferences: {other}. ")
@@ -536,7 +535,6 @@ def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, sa
     page.type_limit("f1, at most", "0.8")
     saved = page.download("#save")
     command = page.text("#next code")
-    assert json.loads(saved)["page"]["next"] == command
     (tmp_path / command.split()[-1]).write_text(saved, "utf-8")
     said(*shlex.split(command)[1:])
     assert len(read_table("s.db")) == 48
@@ -603,7 +601,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     reader.set(limits={"mass": [None, 0.2], "strength": [-0.4, None]})
     assert "No design is left" in reader.text("#verdict")
     reader.until("D.resting")
-    assert "from " in reader.text("#relax") or "Together these do" in reader.text("#verdict")
+    assert "the same at any" in reader.text("#relax")
 
 
 # Charts and selections
@@ -787,10 +785,9 @@ def test_a_search_finds_designs_that_are_not_shown(reader, frame):
     reader.set(limits={"mass": [None, heavy]})
     reader.click("#table .row")
     reader.until("D.resting")
-    assert f"{name} is beyond mass at most" in reader.text("#verdict-words")
+    assert f"{name} is beyond the limits on mass." in reader.text("#verdict-words")
     for text, fits in {
-        "material=steel": frame["material"] == "steel",
-        "Cost, total <= 90": frame["cost, total"] <= 90,
+        "Steel": frame["material"] == "steel",
         "nobody": frame["mass"] < 0,
     }.items():
         reader.page.fill("#search", text)

@@ -29,7 +29,7 @@ HOSTILE = [
     '{"__proto__": {"dominated": true}, "constructor": {"prototype": {"dominated": true}}}',
     '{"limits": {"toString": [0, 1], "hasOwnProperty": [0, 1], "valueOf": null}}',
     '{"limits": {"f3": [2, 1], "x": ["1", null], "heat": [null, 1, 2], "kind": [0, 1]}}',
-    '{"limits": {"f3": [1e999, null], "x": 1}, "categories": {"x": ["1"], "kind": "steel"}}',
+    '{"limits": {"f3": [1e999, null], "x": ["1"], "kind": "steel"}}',
     '{"pins": {"length": 3}, "chosen": {"toString": 1}, "kept": 5, "ranks": [7]}',
     '{"pins": [1, null, {}], "chosen": "nobody", "order": {"by": "__proto__"}}',
     '{"order": {"by": "column", "name": "absent"}, "reason": 5, "axes": {"order": "x"}}',
@@ -128,7 +128,8 @@ class Case:
             ends = np.sort(rng.choice(known, 2))
             low, high = float(ends[0]), float(ends[1])
             limits[str(name)] = [(None, high), (low, None), (low, high)][rng.integers(3)]
-        kinds = {"kind": ["", "steel"]} if k == 3 else {}
+        if k == 3:
+            limits["kind"] = ["", "steel"]
         labels = frame.index.tolist()
         wish = {
             "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
@@ -136,7 +137,6 @@ class Case:
         }
         return {
             "limits": limits,
-            "categories": kinds,
             "fixed": k == 1 and self.seed % 5 != 2,  # whose ideal differs by rounding
             "dominated": True,
             "pins": labels[:3],
@@ -168,8 +168,7 @@ class Case:
         }
 
     def mask(self, state):
-        limits = {**state["limits"], **state["categories"]}
-        return kept_by_hand(len(self.frame), self.frame.get, limits)
+        return kept_by_hand(len(self.frame), self.frame.get, state["limits"])
 
     def asked(self):
         return {
@@ -389,7 +388,7 @@ def test_switching_values_are_those_of_python(thorough):
             maximize=case.maximize,
             normalize=case.normalize,
             ranges=ranges,
-            limits={**state["limits"], **state["categories"]},
+            limits=state["limits"],
         )
         table = read_table(case.frame, asked, variables=["x"])
         limits = switching_values(table)
@@ -416,8 +415,7 @@ def test_what_separates_positions_is_that_of_python(thorough):
         state = case.states[k]
         if state["fixed"]:
             continue
-        limits = {**state["limits"], **state["categories"]}
-        asked = Formulation(case.names, maximize=case.maximize, normalize=case.normalize, limits=limits, positions=found["state"]["positions"], units=case.units)  # fmt: skip
+        asked = Formulation(case.names, maximize=case.maximize, normalize=case.normalize, limits=state["limits"], positions=found["state"]["positions"], units=case.units)  # fmt: skip
         expected = separation_sentences(read_table(case.frame, asked, variables=["x"]))
         assert found["separation"] == expected
         n_regrets += any("has the least greatest regret" in text for text in expected)
@@ -430,7 +428,6 @@ def test_where_nothing_is_left_it_is_said_what_brings_a_design_back(cases, answe
             if found["count"]:
                 continue
             back = [one for one in found["switches"]["rows"] if one["looser"] and one["next"] is not None]  # fmt: skip
-            assert back or "Together these do" in found["nearest"] or state["categories"]
             for one in back:
                 pair = list(state["limits"][one["name"]])
                 pair[one["end"]] = one["next"]
@@ -465,7 +462,6 @@ def test_states_come_back_from_files(cases, answers):
             assert found["opened"] == {"state": found["state"], "remarks": []}
             for key in (
                 "limits",
-                "categories",
                 "pins",
                 "chosen",
                 "preference",

@@ -300,14 +300,12 @@ def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Content:
     notation = notation_of(near, values[np.isfinite(values)])
     if log and high > 10**_DECADES * low:  # digits in each decade
         notation = ("exponent", _DIGITS - 1)
-    n_outliers = len(optimal_values) - len(near)
     return {
         "texts": None,
         "values": _base64(values),
         "notation": notation,
         "range": [low, high],
         "log": crowded or (log and low > 0),
-        "clipped": n_outliers,
     }
 
 

@@ -624,10 +624,8 @@ const Charts = (() => {
       g.strokeRect(LEFT, TOP, w, h)
       const title = ({name, label, role, maximize}, factor, length) => {
         const better = role !== "objective" ? "" : maximize ? " better →" : " ← better"
-        const end = `${label.slice(name.length)} ${factor}`.trimEnd() + better
-        let most = name.length // letters of the name; unit and direction are not cut
-        while (most > 1 && g.measureText(`${name.slice(0, most)}…${end}`).width > length) most--
-        return `${most < name.length ? `${name.slice(0, most)}…` : name}${end}`
+        const end = `${label.slice(name.length)} ${factor}`.trimEnd() + better // is not cut
+        return fitted(g, name, length - g.measureText(end).width) + end
       }
       written(g, title(x, tx.factor, w), LEFT + w / 2, size.height - 8, "center")
       g.translate(9, TOP + h / 2)
@@ -698,8 +696,7 @@ const Charts = (() => {
         const text = fitted(g, model.named(row), 120)
         const width = g.measureText(text).width
         const isMark = model.marks.some((mark) => mark.row === row)
-        const places = [10, 18, 30, 46].flatMap((r) => [[r, -6], [-r - width, -6], [-width / 2, -r - 8], [-width / 2, r - 4],
-          [0.7 * r, -0.7 * r - 8], [0.7 * r, 0.7 * r - 4], [-0.7 * r - width, -0.7 * r - 8], [-0.7 * r - width, 0.7 * r - 4]].map((way) => [r, ...way]))
+        const places = [10, 18, 30, 46].flatMap((r) => [[r, r, -6], [r, -r - width, -6], [r, -width / 2, -r - 8], [r, -width / 2, r - 4]])
         for (const [r, dx, dy] of places) {
           const box = {row, x: u + dx, y: v + dy, width, height: 12}
           if (box.x < LEFT + 2 || box.x + width > LEFT + w - 2 || box.y < TOP + 1 || box.y + 12 > TOP + h - 1 || hits(box)) continue
@@ -774,5 +771,5 @@ const Charts = (() => {
     }
   }
 
-  return {LOOKS, HUES, dye, broken, icon, raised, parallel, scatter, place, valueAt, tickTexts}
+  return {LOOKS, HUES, dye, broken, icon, parallel, scatter, place, valueAt, tickTexts}
 })()

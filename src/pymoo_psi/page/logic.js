@@ -15,7 +15,6 @@ const LAST_PLACES = 8 * Number.EPSILON
 const TIE = 1e-9
 const STEP = 0.01
 const MOST_PINS = 5
-const LONGEST_STATE = 1 << 24 // characters of a file
 let mark = "." // the decimal mark, as in the source
 
 // ---------------------------------------------------------------------------------------- the data
@@ -385,18 +384,18 @@ function placed(front, mu1, noise) {
 function left(data, state) {
   const {n, total} = data
   const rejected = new Map()
-  for (const [name, [low, high]] of entriesOf(state.limits)) {
-    const {values} = data.by.get(name)
-    const out = new Uint8Array(n)
-    const least = low ?? -Number.MAX_VALUE
-    const most = high ?? Number.MAX_VALUE
-    for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
-    rejected.set(name, out)
-  }
-  for (const [name, allowed] of entriesOf(state.categories)) {
+  for (const [name, limit] of entriesOf(state.limits)) {
     const {values, texts} = data.by.get(name)
-    const out = texts.map((text) => (allowed.includes(text) ? 0 : 1))
-    rejected.set(name, Uint8Array.from(values.subarray(0, n), (place) => out[place]))
+    const out = new Uint8Array(n)
+    rejected.set(name, out)
+    if (texts) {
+      const rejects = texts.map((text) => !limit.includes(text))
+      for (let i = 0; i < n; i++) out[i] = rejects[values[i]]
+      continue
+    }
+    const least = limit[0] ?? -Number.MAX_VALUE
+    const most = limit[1] ?? Number.MAX_VALUE
+    for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
   }
   const times = new Uint32Array(n)
   for (const out of rejected.values()) for (let i = 0; i < n; i++) times[i] += out[i]
@@ -483,23 +482,6 @@ function staying(data, now, found) {
   return until.length && now.best.length ? sentence(data, "stays", {design: capital(data.names[now.best[0]]), changes: listed(until, "or")}) : ""
 }
 
-// Where nothing is left and no single limit helps: a design that breaks fewest limits, and these; a
-// sentence, or "" without such a design.
-function nearestDesign(data, state, {times, rejected}) {
-  const row = times.indexOf(leastOf(times))
-  const ends = entriesOf(state.limits).flatMap(([name, pair]) => pair.flatMap((end, k) => {
-    const column = data.by.get(name)
-    const value = column.values[row]
-    return end !== null && (k ? value > end : value < end) ? [limitText(column, k, inSixDigits(value, k))] : []
-  }))
-  const texts = Object.keys(state.categories).filter((name) => rejected.get(name)[row]).map((name) => {
-    const {texts, values} = data.by.get(name)
-    return `${name} = ${texts[values[row]] || "(missing)"}`
-  })
-  const changes = [...ends, ...texts]
-  return changes.length && changes.length === times[row] ? sentence(data, "nearest", {design: data.names[row], changes: listed(changes)}) : ""
-}
-
 // ------------------------------------------------------------------------------------- the orders
 
 // The rows shown, prototypes first, then the best design first; dominated designs come last but
@@ -525,25 +507,14 @@ function order(data, ranking, state) {
   return concat(data.prototypes, turned(byPlace), turned(argsort(ranking.mu1, dominated)))
 }
 
-// The rows that a search finds, whatever the limits, those shown first: a text in names or texts, or
-// a value of a column, as in "price <= 1300".
+// The rows that a search finds by a part of a name or a text, whatever the limits, those shown first.
 function found(data, text, shown) {
   if (!text) return shown
-  const plain = (word) => word.trim().toLowerCase()
-  const [, name, relation, value] = text.match(/^([^<>=]+)([<>]=?|=)(.+)$/) ?? [null, ""]
-  const column = data.columns.find((one) => one.values && [one.name, one.label].map(plain).includes(plain(name)))
-  const wanted = plain(column ? value : text)
-  const limit = column && typed(value).value
-  const texts = data.columns.filter((one) => one.texts)
-  const cell = (one, row) => plain(one.texts[one.values[row]])
-  const fits = (row) => {
-    if (!column) return plain(data.names[row]).includes(wanted) || texts.some((one) => cell(one, row).includes(wanted))
-    if (column.texts) return cell(column, row) === wanted
-    const own = column.values[row]
-    return own === limit ? relation.includes("=") : relation[0] === "<" ? own < limit : relation[0] === ">" && own > limit
-  }
+  const fits = (cell) => cell.toLowerCase().includes(text.toLowerCase())
+  const columns = data.columns.filter(({texts}) => texts)
   const exact = data.rowOf.has(text) ? [data.rowOf.get(text)] : []
-  return Int32Array.from([...new Set([...exact, ...shown, ...data.names.keys()])].filter(fits))
+  return Int32Array.from([...new Set([...exact, ...shown, ...data.names.keys()])].filter((row) =>
+    fits(data.names[row]) || columns.some(({texts, values}) => fits(texts[values[row]]))))
 }
 
 // The places of the names in the order of a dictionary, in which 9 comes before 10.
@@ -732,9 +703,7 @@ function compared(data, ranking, state, shown = -1) {
   const looked = shown >= 0 ? shown : chosen >= 0 ? chosen : best
   const rows = new Set([base, best, chosen, looked, ...state.pins.map(row)].filter((i) => i >= 0))
   const near = nearest(data, ranking, looked, rows, 4 - rows.size)
-  const whole = data.whole.best[0]
-  const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [ranking.place[whole] === 1 ? -1 : whole, "proposed without limits"],
-    ...near.map((i) => [i, "near"])]
+  const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], ...near.map((i) => [i, "near"])]
   return [...rows, ...near].map((i) => ({
     row: i, roles: roles.filter(([one]) => one === i).map(([, role]) => role),
   }))
@@ -849,12 +818,8 @@ function verdict(data, ranking, chosen, key = "instead") {
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
   const found = explain(data, ranking, row)
-  const worst = max(...found.objectives.map(({share}) => share))
   const first = data.whole.best[0]
   const remarks = []
-  if (worst > 0.5 && isWithin(worst) && ranking.front.length > 1) {
-    remarks.push(sentence(data, "far", {objectives: listed(found.weakest), share: percent(worst)}))
-  }
   if (ranking.place[first] !== 1) {
     remarks.push(against(data, ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
@@ -914,27 +879,29 @@ function checked(data, anything) {
   const isText = (value) => typeof value === "string"
   // What somebody holds at a date, checked as a state is.
   const position = (one) => {
-    const {state: {limits, categories, chosen, reason, preference}, remarks} = checked(data, {...limitsOf(one.limits), chosen: one.chosen,
+    const {state: {limits, chosen, reason, preference}, remarks} = checked(data, {limits: one.limits, chosen: one.chosen,
       reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}})
     if (remarks.length) lost.add("positions")
     const [name, date] = [one.name, one.date].map((text) => (isText(text) ? text.slice(0, 60) : ""))
-    return {name, date, chosen, limits: joined(limits, categories), ...preference, reason}
+    return {name, date, chosen, limits, ...preference, reason}
   }
 
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.
-  const categories = entries("categories", ({texts}, list) => texts !== null && Array.isArray(list) &&
-    (list.length === 0 || list.some((text) => texts.includes(text))))
-  for (const [name, list] of entriesOf(categories)) {
-    categories[name] = data.by.get(name).texts.filter((text) => list.includes(text))
-    if (categories[name].length < list.length) lost.add("categories")
+  const isKnown = (texts, list) => Array.isArray(list) && (list.length === 0 || list.some((text) => texts.includes(text)))
+  const limits = entries("limits", ({texts, role}, limit) =>
+    texts ? isKnown(texts, limit) : role !== "geometric" && (isNumber(limit) || isPair(limit)))
+  for (const [name, limit] of entriesOf(limits)) {
+    const {texts} = data.by.get(name)
+    if (texts) limits[name] = texts.filter((text) => limit.includes(text))
+    if (isNumber(limit)) limits[name] = [null, limit] // it is the greatest
+    if (limits[name].length < limit.length) lost.add("limits")
   }
   const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by)
     || (order.by === "column" && data.by.has(order.name)))
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
   const state = {
-    limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
-    categories,
+    limits,
     fixed: entryOf(anything, "fixed") === true,
     dominated: entryOf(anything, "dominated") === true,
     pins: items("pins", isDesign).slice(0, MOST_PINS),
@@ -955,7 +922,7 @@ function checked(data, anything) {
 
 function parsed(text) {
   try {
-    return text.length > LONGEST_STATE ? null : JSON.parse(text)
+    return JSON.parse(text)
   } catch {
     return null
   }
@@ -1025,17 +992,16 @@ const rangesOf = (data, {fixed}) => !fixed ? {} : byName(data.objectives.map(({n
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
 // what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
-function decision(data, state, ranking, date) {
-  const {limits, categories, reason, chosen, positions, decided, ...view} = state
+function decision(data, state, date) {
+  const {limits, reason, chosen, positions, decided, ...view} = state
   const row = data.rowOf.get(chosen)
-  const proposed = ranking.best[0]
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : isNumber(values[row]) ? values[row] : null
   return {
     ...data.opens_with,
     ranges: rangesOf(data, state),
     units: byName(data.columns.filter(({name, role, unit}) => unit && (role === "objective" || entryOf(limits, name)))
       .map(({name, unit}) => [name, unit])),
-    limits: joined(limits, categories),
+    limits,
     chosen,
     reason,
     positions,
@@ -1046,10 +1012,6 @@ function decision(data, state, ranking, date) {
       date,
       values: row === undefined ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
         .map((column) => [column.name, valueOf(column)])),
-      left: ranking.count,
-      next: data.further,
-      proposed: data.names[proposed] ?? null,
-      instead: verdict(data, ranking, row ?? -1)?.instead ?? "",
       state: view,
     },
   }
@@ -1072,15 +1034,6 @@ function opened(data, text) {
       String(entryOf(ranges, name)) !== String(ends)) ? "it has other fixed ranges" : ""
   return refused ? {state: null, remarks: [`The file cannot be opened: ${refused}.`]} : decided(data, content)
 }
-
-// Limits as a formulation has them, on numbers or on texts, in two groups as a state has them.
-function limitsOf(limits) {
-  const isText = ([, limit]) => Array.isArray(limit) && limit.every((text) => typeof text === "string")
-  const entries = entriesOf(isObject(limits) ? limits : {}).map(([name, limit]) => [name, isNumber(limit) ? [null, limit] : limit]) // a number is the greatest
-  return {limits: byName(entries.filter((entry) => !isText(entry))), categories: byName(entries.filter(isText))}
-}
-
-const joined = (limits, categories) => byName([...entriesOf(limits), ...entriesOf(categories)])
 
 // Positions: what each name holds last, what separates two of them, and what all regret least
 // (selection's separation_sentences).
@@ -1110,7 +1063,7 @@ function separation(data, ranking, positions) {
 
 // The state of a formulation, and what a reader must know of it.
 function decided(data, {limits, chosen, reason, ranges, positions, decided, page: {values, state: view}}) {
-  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), ...limitsOf(limits), chosen, reason, positions, decided})
+  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits, chosen, reason, positions, decided})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])
@@ -1122,7 +1075,7 @@ function decided(data, {limits, chosen, reason, ranges, positions, decided, page
 
 return {
   decode, grow, prepare, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
-  compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, short, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
+  compared, compare, limitText, switches, staying, latest, separation, sentence, listed, typed, written, short, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }
 })()

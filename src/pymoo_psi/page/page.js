@@ -18,17 +18,10 @@ const page = (() => {
   const limitable = data.columns.filter((column) => column.role !== "geometric")
   const mus = data.columns.filter((column) => column.role === "geometric")
 
-  // Numbers as people read them: 70 040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
-  const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:[.,]\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
-    const value = Number(number.replace(",", "."))
-    const size = abs(value)
-    if (size === 0 || (size >= 1e-5 && size < 1e6)) return countText(value)
-    return `${mantissa}×10${Charts.raised(Number(power))}`
-  })
   // On a scale over decades the digits follow the size of the number, not the range of the column.
-  const written = (column, value) => readable(column.log && isNumber(value)
-    ? Logic.short(value) : Logic.written(column, value))
-  const difference = ({unit}, value) => readable(Logic.amount({unit: unit === "%" ? unit : ""}, abs(value))) // as in the sentences
+  const written = (column, value) => column.log && isNumber(value)
+    ? Logic.short(value) : Logic.written(column, value)
+  const difference = ({unit}, value) => Logic.amount({unit: unit === "%" ? unit : ""}, abs(value)) // as in the sentences
 
   // An element of "tag.class" with properties, if any, attributes (those with a dash, and role) and children.
   function make(tag, ...children) {
@@ -130,7 +123,7 @@ const page = (() => {
   function lead(everything) {
     const keepFocus = focusKept()
     waiting = false
-    const filter = JSON.stringify([state.limits, state.categories, state.fixed, state.positions])
+    const filter = JSON.stringify([state.limits, state.fixed, state.positions])
     if (filter !== filtered) {
       filtered = filter
       left = Logic.left(data, state)
@@ -201,8 +194,8 @@ const page = (() => {
   function showSwitches(found) {
     show("relax", found.length)
     const keepFocus = focusKept()
-    renew("stays", readable(Logic.staying(data, ranking, found)))
-    renew("separation", ...Logic.separation(data, ranking, state.positions).map((text) => make("li", readable(text))))
+    renew("stays", Logic.staying(data, ranking, found))
+    renew("separation", ...Logic.separation(data, ranking, state.positions).map((text) => make("li", text)))
     const moved = ({name, end}, value) => {
       const limit = [...(limitOf(data.by.get(name)) ?? [null, null])]
       limit[end] = value
@@ -220,13 +213,11 @@ const page = (() => {
         const column = data.by.get(one.name)
         const limit = limitOf(column)?.[one.end] ?? null
         const looser = found.find(({name, end, looser}) => looser && name === one.name && end === one.end)
-        return make("tr", head("row", limit === null ? `${column.name} without a limit` : readable(Logic.limitText(column, one.end, limit))),
+        return make("tr", head("row", limit === null ? `${column.name} without a limit` : Logic.limitText(column, one.end, limit)),
           make("td", cell(one)), make("td", cell(looser),
             looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
       })))
     keepFocus()
-    const stuck = !ranking.count && found.every(({looser, value}) => !looser || value === null)
-    if (stuck) $("verdict-words").append(make("p", readable(Logic.nearestDesign(data, state, left))))
   }
 
   // Designs.
@@ -285,22 +276,22 @@ const page = (() => {
     renew("verdict-title", isInspected ? "Inspected" : chosen >= 0 ? "Chosen" : verdict ? "Proposed: best compromise within the limits" : "Nothing is proposed")
     show("verdict-table", verdict)
     const clear = chosen < 0 || isInspected ? null : button("Clear choice", () => choose(chosen))
-    const clashes = contradictions().map((text) => make("p.warning", readable(text)))
     if (!verdict) {
-      renew("verdict-words", make("p.warning", "No design is left. Below: at which limits there is one."),
+      renew("verdict-words", make("p.warning", "No design is left. Below: the single limits at which there is one."),
         ...(clear ? [make("p", `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {
       const {row, proposed, instead, remarks, standing} = verdict
+      const beyond = [...left.rejected].flatMap(([name, out]) => (out[row] ? [name] : []))
       renew("verdict-words",
         make("p.best", left.mask[row] ? icon(look(row)) : null, make("strong", called(row)),
           make("span.hint", placeText(row)), clear ?? chooseButton(row), pinButton(row),
           isInspected ? button("Back", () => inspect(-1), {title: "Esc"}) : null),
-        make("p.lead", readable(instead || standing)),
+        make("p.lead", instead || standing),
         ...(instead ? [make("p.screen", pinButton(proposed))] : []),
-        ...clashes)
+        ...(beyond.length ? [make("p.warning", `${called(row)} is beyond the limits on ${Logic.listed(beyond)}.`)] : []))
       renew("verdict-rows", ...verdictRows())
-      renew("verdict-more", ...remarks.map((text) => make("p.caution", readable(text))))
+      renew("verdict-more", ...remarks.map((text) => make("p.caution", text)))
       const parts = data.columns.filter((column) => column.role === "variable")
         .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
       renew("verdict-variables", parts.length ? `${parts.join(", ")}.` : "")
@@ -315,20 +306,9 @@ const page = (() => {
   }
 
   // What was computed when the page was made holds for the limits and ranges that it opened with.
-  const asked = ({limits, categories, fixed}) => JSON.stringify([limits, categories, fixed])
+  const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
   const isAsOpened = () => asked(state) === asked(initial.state)
   const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
-
-  // What is chosen or inspected against the limits and the weights in force.
-  function contradictions() {
-    const row = inspected >= 0 ? inspected : chosenRow()
-    if (row < 0) return []
-    const limits = limitable.flatMap((column) => limitTexts(column, row))
-    const {weights, aspiration} = state.preference
-    const [first] = [weights, aspiration].some((one) => Object.keys(one).length) ? Logic.preference(data, ranking, state.preference).best : []
-    return [limits.length ? `${called(row)} is beyond ${limits.join(", ")}.` : "",
-      first >= 0 && row === chosenRow() && first !== row ? `By the weights and aspirations ${called(first)} comes first, not ${state.chosen}, which is chosen.` : ""].filter(Boolean)
-  }
 
   function verdictRows() {
     return verdict.objectives.map(({name, value, best, away, share}) => {
@@ -379,12 +359,10 @@ const page = (() => {
       : `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
     if (rows.length < 2) return renew("compare-table")
     const objectives = Logic.compare(data, ranking, rows, rows[0])
-    const heads = parts.map(({row, roles}, k) => {
+    const heads = parts.map(({row, roles}) => {
       const name = called(row)
-      const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
       return head("col", make("div.named", left.mask[row] ? icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name)),
         make("div.roles", [...roles, placeText(row)].join(", ")),
-        k > 0 ? make("div.roles", sums.join(", ")) : null,
         make("div.tools",
           isPinned(row) ? button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
     })
@@ -411,7 +389,7 @@ const page = (() => {
     renew("steps-title", `Better than ${called(row)} in an objective`)
     renew("steps-table", make("tbody", steps.map((next) => make("tr",
       head("row", broken(next.names.join(", "))),
-      make("td", inspectButton(next.row), `: ${readable(next.text)}`), make("td", pinButton(next.row))))))
+      make("td", inspectButton(next.row), `: ${next.text}`), make("td", pinButton(next.row))))))
   }
 
   // Limits: number fields, a slider with two ends.
@@ -499,9 +477,9 @@ const page = (() => {
 
   function allow(column, texts) {
     const {found} = controls.get(column)
-    const others = without(state.categories, column.name)
+    const others = without(state.limits, column.name)
     const allowed = found.filter((text) => texts.includes(text))
-    change({categories: allowed.length === found.length ? others : {...others, [column.name]: allowed}})
+    change({limits: allowed.length === found.length ? others : {...others, [column.name]: allowed}})
   }
 
   const MOST_BOXES = 200 // names of designs have no boxes: thousands slow every step
@@ -525,14 +503,13 @@ const page = (() => {
       if (dragging && !changed) continue
       control.limit = limit
       if (boxes) {
-        const allowed = own(state.categories, column.name)
-        for (const box of boxes) box.checked = !allowed || allowed.includes(box.value)
+        for (const box of boxes) box.checked = !limit || limit.includes(box.value)
       } else {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
           const end = written(column, column.range[k])
-          field.placeholder = end.length <= 9 ? end : readable(column.range[k].toExponential(2))
+          field.placeholder = end.length <= 9 ? end : column.range[k].toExponential(2)
           field.title = `${k ? "Greatest" : "Least"} value shown: ${end}`
           showNumber(field, value, changed)
           const at = value === null ? k * STEPS : min(STEPS, max(0, round(share(value) * STEPS)))
@@ -543,27 +520,22 @@ const page = (() => {
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
       }
       const out = left.rejected.get(column.name)
-      renew(note, [out ? `rejects ${countText(Logic.sum(out))}` : "",
-        column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : ""].filter(Boolean).join("; "))
-      note.closest(".limit").classList.toggle("set", Boolean(limit) || own(state.categories, column.name) !== null)
+      renew(note, out ? `rejects ${countText(Logic.sum(out))}` : "")
+      note.closest(".limit").classList.toggle("set", limit !== null)
     }
     for (const group of $("limit-groups").querySelectorAll("details")) {
       const set = group.querySelectorAll(".limit.set").length
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
-    const lines = limitable.flatMap((column) => limitTexts(column))
+    const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
     const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not change."] : []
     renew("record-limits", ...[...(lines.length ? lines : ["None."]), ...ranges].map((text) => make("li", text)))
   }
 
-  // The limits on a column in words: all, or those that reject a row.
-  function limitTexts(column, row = -1) {
-    if (row >= 0 && !left.rejected.get(column.name)?.[row]) return []
-    const allowed = own(state.categories, column.name)
-    if (allowed) return [`${column.name}: ${allowed.join(", ") || "none"}`]
-    const limit = limitOf(column) ?? [null, null]
-    const keeps = (end) => row >= 0 && (end ? column.values[row] <= limit[1] : column.values[row] >= limit[0])
-    return [0, 1].filter((end) => limit[end] !== null && !keeps(end)).map((end) => Logic.limitText(column, end, limit[end]))
+  // A limit on a column in words.
+  function limitTexts(column, limit) {
+    if (column.texts && limit) return [`${column.name}: ${limit.join(", ") || "none"}`]
+    return (limit ?? []).flatMap((end, k) => (end === null ? [] : [Logic.limitText(column, k, end)]))
   }
 
   function buildLimits() {
@@ -577,7 +549,7 @@ const page = (() => {
     for (const key of keysOfLooks()) key.firstElementChild.before(icon(key.dataset.look))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
     renew($("cautions").querySelector("b"), String(data.cautions.length))
-    $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", readable(text))))
+    $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", text)))
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   }
 
@@ -646,7 +618,7 @@ const page = (() => {
     if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
     if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
     marked = marks.map(({row}) => row)
-    return {context, left: drawn, near: ranking.byPlace.subarray(0, NEAR), marks, look, hues, scale: scaleOf, limit: limitOf, written, named: called,
+    return {context, left: drawn, near: ranking.byPlace.subarray(0, NEAR), marks, look, hues, scale: scaleOf, limit: (column) => (column.texts ? null : limitOf(column)), written, named: called,
       total: data.total, values: (column) => Logic.values(data, ranking, column)}
   }
 
@@ -862,7 +834,7 @@ const page = (() => {
     setTimeout(() => URL.revokeObjectURL(link.href), 10000)
   }
 
-  const decision = () => Logic.decision(data, state, ranking, new Date().toISOString())
+  const decision = () => Logic.decision(data, state, new Date().toISOString())
   const isSaved = () => { saved = JSON.stringify(state) }
 
   function saveDecision() {
@@ -905,12 +877,11 @@ const page = (() => {
       const away = data.F[j][at] - (ranking.count ? ranking : data.whole).frame.low[j]
       return `${cellText(column, at)}, ${away > 0 ? `gives up ${difference(column, away)}` : away < 0 ? `${difference(column, away)} better than the best` : "the best"}`
     }
-    const words = ({limits}) => entriesOf(limits).map(([name, limit]) => limit.every((end) => typeof end === "string") ? `${name}: ${limit.join(", ")}`
-      : limit.flatMap((end, k) => end === null ? [] : [Logic.limitText(data.by.get(name), k, end)]).join(", ")).join("; ") || "–"
+    const words = ({limits}) => entriesOf(limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit)).join("; ") || "–"
     const numbers = (key) => (one) => entriesOf(one[key]).map(([name, value]) => `${name} ${countText(value)}`).join(", ") || "–"
     renew("position-table", ...(held.length ? [make("thead", make("tr", head("col", "Position"), held.map((one) =>
       head("col", make("b", one.name), make("div.tools",
-        button("Show", () => change({...Logic.limitsOf(one.limits), chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
+        button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
         button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))),
     make("tbody", row("Choice", (one) => make("b", one.chosen ?? "none")), data.objectives.map((column) => row(column.label, gives(column))),
       row("Limits", words), row("Weights", numbers("weights")), row("Aspirations", numbers("aspiration")), row("Reason", (one) => one.reason || "–"),
@@ -926,8 +897,8 @@ const page = (() => {
   function record() {
     const name = $("position-name").value.trim()
     if (!name) return say(["Give the position a name."])
-    const {limits, categories, chosen, reason, preference} = state
-    change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits: Logic.joined(limits, categories), ...preference, reason}]})
+    const {limits, chosen, reason, preference} = state
+    change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, ...preference, reason}]})
   }
   function decide() {
     const names = Logic.latest(state.positions).map(({name}) => name)
