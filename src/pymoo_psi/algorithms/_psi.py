@@ -7,7 +7,6 @@ points do not depend on results, so that a run is the same however it is cut int
 
 from __future__ import annotations
 
-from collections import deque
 from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -25,14 +24,13 @@ from pymoo.util.misc import termination_from_tuple
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
     Received,
+    instance,
     integer,
     invalid,
     job_count,
     known_name,
-    wrong_type,
 )
 from pymoo_psi.algorithms._executor import BlockFilter, Pieces
-from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import (
     AlgorithmKeywords,
     PointKeywords,
@@ -42,7 +40,7 @@ from pymoo_psi.algorithms._options import (
 )
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import JoblibRunner, Runner, Waiting, progress_bar
+from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
     NO_OUTPUTS,
     evaluate_designs,
@@ -60,8 +58,6 @@ if TYPE_CHECKING:
 # dropped again when there are twice as many as were left, so that all filtering together takes at
 # most twice as long as the last one.
 _WORTH_FILTERING = 2**20
-# Tests from which on a worker of a cluster finds the Pareto set: with fewer, sending takes longer.
-_WORTH_SENDING = 100_000
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -262,10 +258,7 @@ class PointAlgorithm(WithTable, Algorithm):
         numbers = infills.get("test_point")
         is_evaluated = infills.get("F").shape[1] == self.problem.n_obj
         if not np.array_equal(numbers, points.numbers) or not is_evaluated:
-            which = "of which none is left"
-            if len(points):
-                which = f"from number {points.numbers[0]}"
-            rule = f"the test points asked for, {which}, in their order and evaluated"
+            rule = f"evaluated, and the next test points in their order, {points.numbers.tolist()}"
             raise invalid("infills", rule, Received(str(numbers.tolist())))
         values = []
         for individual in infills:
@@ -316,7 +309,7 @@ class PointAlgorithm(WithTable, Algorithm):
             for individual, iteration in zip(block, iterations[n_known:].tolist(), strict=True):
                 individual.data["n_gen"] = iteration
                 individual.data["n_iter"] = iteration
-            self._population = Population.merge(self._population, block).view(_Designs)
+            self._population = Population.merge(self._population, block)
         return self._population
 
     def _last(self) -> Population | None:
@@ -347,21 +340,6 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _set_optimum(self) -> None:
         pass  # `opt` is computed when it is read
-
-
-class _Designs(Population):
-    """A population that is read in half the time, as for the result of thousands of designs."""
-
-    def get(self, *names: str, to_numpy: bool = True) -> Any:
-        """Return the values of the individuals, an array for each name."""
-        lists = []
-        for name in names:
-            if hasattr(Individual, name):
-                values = [getattr(individual, name) for individual in self]
-            else:
-                values = [individual.data.get(name) for individual in self]
-            lists.append(np.array(values) if to_numpy else values)
-        return lists[0] if len(lists) == 1 else tuple(lists)
 
 
 class _Evaluator(Evaluator):
@@ -581,7 +559,7 @@ def investigate(
         table = BlockFilter(keep, model)(averaged_repeats(table))
     table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = _pareto_tests(table, model, runner)
+        table = table.take(model.under_so_far(table).pareto())
     # Whether tests that are left out have failed is unknown.
     table = model.under(table)
     if keep != "all":
@@ -608,19 +586,9 @@ def _tests_of(run: Run, pieces: Pieces, progress: bool) -> TestTable:
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))
             if pieces.keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [_pareto_tests(by_number(tables), run.model, pieces.runner)]
+                tests = by_number(tables)
+                tables = [tests.take(run.model.under_so_far(tests).pareto())]
     return by_number(tables)
-
-
-def _pareto_tests(tests: TestTable, model: Model, runner: Runner | None) -> TestTable:
-    """Return the Pareto set of tests; if they are many, a worker of a cluster finds it."""
-    table = model.under_so_far(tests)
-    if runner is None or not runner.elastic or len(table) < _WORTH_SENDING:
-        return tests.take(table.pareto())
-    one_task: Waiting = deque([(0, table)])
-    with closing(runner.tasks(TestTable.pareto, one_task)) as results:
-        ((_, is_pareto),) = results
-    return tests.take(is_pareto)
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:
@@ -631,8 +599,8 @@ def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runne
         ArgumentTypeError: An argument has the wrong type.
     """
     n_jobs = job_count("n_jobs", n_jobs)
-    if runner is not None and not isinstance(runner, Runner):
-        raise wrong_type("runner", "of type ExecutorRunner or JoblibRunner", runner)
+    if runner is not None:
+        instance("runner", runner, Runner)
     if n_jobs != 1 and runner is not None:
         raise invalid("n_jobs", "1 if there is a runner", n_jobs)
     if n_jobs != 1:
