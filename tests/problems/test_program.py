@@ -477,7 +477,7 @@ def test_another_exit_code_may_mean_success(tmp_path):
         ([('"tip.u.0"', '"tip.(\\S+)"')], None, "between '…'"),
         ([("solver.py", "solver.py | tee log")], None, "sh run.sh"),
         ([("solver.py", "solver.py '")], None, "quotation marks in pairs"),
-        ([('unit = "mm"', "unit = 1")], None, "width: unit"),
+        ([('unit = "mm"', "unit = 1")], None, "width: Expected `str`"),
         ([("[limits]", "[limits]\nwidth = '<= 3'")], None, "requirements"),
         ([("stress = (", "stress = ((")], None, "regular expression"),
     ],

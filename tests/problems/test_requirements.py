@@ -110,7 +110,6 @@ def test_values_are_those_of_the_model_and_infinite_where_it_did_not_run():
         (["x1 >= x2"], [False, True, True]),
         (["1 <= x1/x2 <= 2"], [False, True, False]),
         (["2 >= x1 + x2 >= 1"], [True, False, False]),
-        ({"more": lambda columns: columns["x1"] > columns["x2"]}, [False, True, False]),
     ],
 )
 def test_a_rule_is_what_it_says(rule, expected):
@@ -128,17 +127,11 @@ def test_a_rule_is_what_it_says(rule, expected):
         (["0 <= width >= 1"], "inequality"),
         (["width <= "], "arithmetic"),
         ("width <= 1", "a list of texts"),
-        ([lambda columns: True], "texts in a list, .* give functions by name"),
-        ({"a": 3}, "text, or a function"),
+        ({"a": 3}, "an inequality as text"),
     ],
 )
 def test_wrong_rules_are_refused(rules, match):
     refused(match, Required, Plain(), rules)
-
-
-def test_a_function_must_say_so_of_each_design():
-    problem = Required(Plain(), {"any": lambda columns: True})
-    refused("truth values of shape", problem.evaluate, np.array([[0.5, 0.5]]))
 
 
 @pytest.mark.parametrize(
@@ -170,41 +163,6 @@ def test_a_study_continues_with_them(tmp_path):
     by_point = np.argsort(stricter["test_point"])
     np.testing.assert_array_equal(stricter.X[by_point], alone.X)
     np.testing.assert_array_equal(stricter.status[by_point], alone.status)
-
-
-def at_least(limit):
-    def enough(columns):
-        return columns["width"] + columns["height"] >= limit
-
-    return enough
-
-
-def test_functions_of_one_name_are_told_apart_by_names_of_rules():
-    limits = {"enough": 0.5, "more": 1.5}
-    rules = {name: at_least(limit) for name, limit in limits.items()}
-    table = investigate(Required(Plain(), rules), 64)
-    for name, limit in limits.items():
-        np.testing.assert_array_equal(table.column(name) > 0, table.X.sum(axis=1) < limit)
-
-
-class AtLeast:
-    def __init__(self, limit):
-        self.limits = np.array([limit])
-
-    def __call__(self, columns):
-        return columns["width"] + columns["height"] >= self.limits[0]
-
-
-@pytest.mark.parametrize("rule", [at_least, AtLeast, lambda limit: AtLeast(limit).__call__])
-def test_a_study_knows_what_a_function_requires(study_file, rule):
-    """By its answers, whatever data it uses; not only by its name."""
-    table = investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study_file)
-    assert investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study_file).equals(table)
-    other = investigate(Required(Plain(), {"enough": rule(0.6)}), 8, study=study_file)
-    assert set(other["run"]) == {2}
-    alone = investigate(Required(Plain(), {"enough": rule(0.6)}), 8)
-    by_point = np.argsort(other["test_point"])
-    np.testing.assert_array_equal(other.status[by_point] == "ok", alone.status == "ok")
 
 
 def test_rules_compute_with_numbers_alone():

@@ -439,7 +439,7 @@ class PSI(PointAlgorithm):
         log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
             distances, in the logarithm. By default those of the problem's attribute ``log``.
         requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or ``{"mix": "a + b +
-            c = 1"}``, or functions; see :class:`Required`. The model never runs for a design that
+            c = 1"}``; see :class:`Required`. The model never runs for a design that
             violates one: it counts as infeasible. By default those of the problem's attribute
             ``requirements``.
         **options: The options of pymoo's algorithms: ``termination``, ``callback``, ``output``,

@@ -156,8 +156,7 @@ def motion(
         The motion; its arrays have the common shape.
 
     Raises:
-        ArgumentValueError: A value is not finite, u1 is negative, the shapes do not broadcast or
-            the model is unknown.
+        ArgumentValueError: A value is not finite, u1 is negative or the model is unknown.
         ArgumentTypeError: An argument is not numeric.
 
     Example:
@@ -204,11 +203,7 @@ def broadcast(
     speed = finite_array("v_p", v_p)
     if (slope < 0).any():
         raise invalid("u1", "tan α >= 0", Received(str(slope.min())))
-    try:
-        return tuple(np.broadcast_arrays(slope, speed, *parameters.columns))
-    except ValueError as error:
-        rule = "of shapes that broadcast together"
-        raise invalid("u1, v_p and the parameters", rule, Received(str(error))) from error
+    return tuple(np.broadcast_arrays(slope, speed, *parameters.columns))
 
 
 def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:

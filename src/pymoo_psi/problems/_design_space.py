@@ -273,8 +273,7 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     if log is None:
         log = getattr(problem, "log", None)
-        # an attribute of another type is a logger or a file
-        if not isinstance(log, (list, tuple)) or not {*map(type, log)} <= {str}:
+        if not isinstance(log, (list, tuple)):  # a logger or a file
             log = ()
     collection("log", log, "a list of variables", "one goes into a list too")
     titles = column_titles(problem, space)

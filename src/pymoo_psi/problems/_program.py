@@ -30,8 +30,8 @@ from pymoo.core.variable import Choice, Real
 from pymoo_psi._validation import (
     Entries,
     FilePath,
+    Mask,
     Received,
-    Rows,
     Values,
     boolean,
     invalid,
@@ -497,30 +497,30 @@ class ProgramProblem(ElementwiseProblem):
             outputs[name] = np.array(columns.get(name, unknown))
         is_missing = np.isnan(np.array([*outputs.values()])).any(axis=0) & ~has_failed
         if is_missing.any() and not self.by_people:
-            self._read_again(np.flatnonzero(is_missing), outputs, columns)
+            self._read_again(is_missing, outputs, columns)
         outputs |= self.computed({**columns, **outputs})
         for values in outputs.values():
             values[has_failed] = np.nan
         return outputs
 
-    def _read_again(self, rows: Rows, outputs: Values, columns: Entries) -> None:
+    def _read_again(self, is_missing: Mask, outputs: Values, columns: Entries) -> None:
         """Fill in outputs that some tests lack with the values in kept folders.
 
         Other studies, and repeats, may have left folders of the same design. That of a test is
         known by the outputs that the test has.
         """
-        # The row of each test and the outputs that it has, by the texts of its design.
-        tests = defaultdict(list)
-        for row in rows.tolist():
-            design = [str(columns[name].tolist()[row]) for name in self.variables]
-            known = {name: v[row] for name, v in outputs.items() if not np.isnan(v[row])}
-            tests[tuple(design)].append((row, known))
+        variables = [columns[name].tolist() for name in self.variables]
+        rows = defaultdict(list)  # by the texts of a design
+        for row, design in enumerate(zip(*variables, strict=True)):
+            if is_missing[row]:
+                rows[tuple(map(str, design))].append(row)
         for path in sorted((self.base / self.program.folder).glob("*/design.json")):
             with suppress(OSError, ValueError, KeyError):
                 values = json.loads(path.read_text(encoding="utf-8"))
-                design = [str(values[name]) for name in self.variables]
-                for row, known in tests.get(tuple(design), ()):
+                design = tuple(str(values[name]) for name in self.variables)
+                for row in rows.get(design, ()):
                     kept = self._outputs_in(path.parent)
+                    known = {name: v[row] for name, v in outputs.items() if not np.isnan(v[row])}
                     if known and known.items() <= kept.items():
                         for name, value in kept.items():
                             outputs[name][row] = value

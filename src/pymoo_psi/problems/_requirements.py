@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +14,7 @@ from pymoo_psi._validation import (
     AnyArray,
     Array,
     Entries,
-    Mask,
     Names,
-    Received,
     Values,
     collection,
     invalid,
@@ -28,15 +25,12 @@ from pymoo_psi.problems._design_space import column_titles, design_space, number
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 
-Rule: TypeAlias = str | Callable[[Entries], Any]
-
 _SIGN = re.compile(r"(<=|>=|=)")
 # The factor times b - a is the amount by which neighbours a, b violate the sign.
 _FACTORS = {"<=": -1.0, ">=": 1.0}
 _LARGE = 2.0**60  # a constant does not count beside so large a value
 _LINEAR = 1e-9  # largest relative difference between an equality and a linear one
 _ACCURACY = 5e-3  # share of an equality's terms: designs of people are weighed or rounded
-_PROBES = 4096  # designs whose answers identify a function
 
 
 @dataclass(frozen=True)
@@ -45,26 +39,24 @@ class Requirement:
 
     Attributes:
         name: Its name, in tables and messages.
-        rule: An inequality or a linear equality of expressions, or a function of the columns.
-        sign: The sign between the expressions; empty for a function.
+        rule: An inequality or a linear equality of expressions.
+        sign: The sign between the expressions.
         terms: The expressions in their order.
     """
 
     name: str
-    rule: Rule
-    sign: str = ""
-    terms: Sequence[Any] = ()
+    rule: str
+    sign: str
+    terms: Sequence[Any]
 
     @classmethod
     def of(cls, name: str, rule: Any, variables: Names) -> Requirement:
         """Return a rule on some variables, checked; see :func:`requirements_of`."""
-        if callable(rule):
-            return cls(name, rule)
         from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
 
         where = f"the requirement {name!r}"
         if not isinstance(rule, str):
-            raise wrong_type(where, "an inequality as text, or a function", rule)
+            raise wrong_type(where, "an inequality as text", rule)
         signs = _SIGN.findall(rule)
         if len(set(signs)) != 1 or signs[1:].count("="):
             raise invalid(
@@ -84,7 +76,7 @@ class Requirement:
     @property
     def text(self) -> str:
         """The name of its column in a table."""
-        if callable(self.rule) or self.rule == self.name:
+        if self.rule == self.name:
             return self.name
         return f"{self.name}: {self.rule}"
 
@@ -93,12 +85,7 @@ class Requirement:
 
         Args:
             columns: ``(n,)`` values of the variables by name.
-
-        Raises:
-            ArgumentValueError: A function returns no truth value for each design.
         """
-        if callable(self.rule):
-            return self._answer_of_function(columns)
         if self.sign == "=":
             return self._deviation(columns)
         values = [term.values(columns) for term in self.terms]
@@ -106,19 +93,6 @@ class Requirement:
             differences = [_FACTORS[self.sign] * (b - a) for a, b in pairwise(values)]
             amounts = np.max(differences, 0)
         return np.where(np.isnan(amounts), np.inf, amounts)  # NaN meets no rule
-
-    def _answer_of_function(self, columns: Entries) -> Array:
-        """Return ``(n,)`` amounts of a function's rule: 0 where a design meets it, else 1."""
-        met = np.asarray(self.rule(columns))  # type: ignore[operator]
-        shape = next(iter(columns.values())).shape
-        if met.shape != shape or met.dtype != bool:
-            raise invalid(
-                f"what {self.name!r} returns",
-                f"truth values of shape {shape}, one for each design",
-                Received(f"an array of shape {met.shape} and dtype {met.dtype}"),
-                "compare the columns, as in columns['a'] <= 2 * columns['b']",
-            )
-        return np.where(met, 0.0, 1.0)
 
     def _deviation(self, columns: Entries) -> Array:
         """Return ``(n,)`` amounts by which designs miss an equality, 0 where they are accurate."""
@@ -168,15 +142,12 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
 
     Raises:
         ArgumentValueError: A rule cannot be read, or uses an unknown variable.
-        ArgumentTypeError: A rule is neither a text nor a function.
+        ArgumentTypeError: A rule is no text.
     """
     if rules is None:
         rules = ()
     if not isinstance(rules, Mapping):
         collection("requirements", rules, "rules by name, or a list of texts")
-        for rule in filter(callable, rules):
-            remedy = "give functions by name, {'stiff': function}"
-            raise invalid("requirements", "texts in a list", rule, remedy)
         rules = {str(rule): rule for rule in rules}
     return tuple(Requirement.of(str(name), rule, variables) for name, rule in rules.items())
 
@@ -196,9 +167,8 @@ class Required(WrappedProblem):
     Args:
         problem: A pymoo problem.
         requirements: Rules by name, or a list of texts: inequalities of expressions of the
-            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``; linear equalities,
-            ``"a + b + c = 1"``; or functions that take ``(n,)`` columns by name and return ``(n,)``
-            truth values. The problem's attribute unless given.
+            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``; or linear
+            equalities, ``"a + b + c = 1"``. The problem's attribute unless given.
 
     Attributes:
         required: The requirements.
@@ -207,7 +177,7 @@ class Required(WrappedProblem):
     Raises:
         ArgumentValueError: A rule cannot be read, or uses an unknown variable; an equality is not
             linear, or of variables that are not real; designs within the bounds do not meet it.
-        ArgumentTypeError: A rule is neither a text nor a function, or ``problem`` is no problem.
+        ArgumentTypeError: A rule is no text, or ``problem`` is no problem.
 
     Example:
         >>> import numpy as np
@@ -260,11 +230,6 @@ class Required(WrappedProblem):
         violations = [requirement.violation(columns) for requirement in self.required]
         return np.column_stack([np.zeros((len(matrix), 0)), *violations])
 
-    def answers(self) -> Mask:
-        """Return ``(n, k)`` whether n random designs within the bounds violate k requirements."""
-        points = np.random.default_rng(0).random((_PROBES, len(self._space.searched)))
-        return self.amounts(self._space.matrix(points)) > 0
-
     def values_from(self, X: Any, evaluate: Evaluate) -> Values:
         """Return the values of all designs; those that meet the requirements are evaluated.
 
@@ -295,20 +260,11 @@ class Required(WrappedProblem):
 
 
 def requirement_texts(problem: Any) -> list[str]:
-    """Return what identifies the requirements of a problem.
-
-    These are the rules, and the answers of functions for some thousand designs: their code would
-    not say what it uses.
-    """
-    texts = []
+    """Return the rules of a problem, which a study compares."""
+    texts: list[str] = []
     for layer in layers(problem):
-        if not isinstance(layer, Required):
-            continue
-        for requirement, answers_of_rule in zip(layer.required, layer.answers().T, strict=True):
-            text = requirement.text
-            if callable(requirement.rule):
-                text += f" {hashlib.sha256(answers_of_rule.tobytes()).hexdigest()[:16]}"
-            texts.append(text)
+        if isinstance(layer, Required):
+            texts.extend(requirement.text for requirement in layer.required)
     return texts
 
 

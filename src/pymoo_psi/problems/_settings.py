@@ -133,13 +133,11 @@ class Output:
         _require_inside("file", self.file)
         known_name("decimal", self.decimal, (".", ","))
         if self.pattern:
-            groups: Any = None
             try:
-                groups = re.compile(self.pattern).groups
-                problem = f"{groups} groups"
+                problem = f"{re.compile(self.pattern).groups} groups"
             except re.error as error:
                 problem = str(error)
-            if groups != 1:
+            if problem != "1 groups":
                 rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
                 received = Received(f"'{self.pattern}', {problem}")  # as typed: a backslash is one
                 remedy = r"write \( and \) for brackets of the text"
@@ -175,22 +173,25 @@ class Output:
         encoding = self.encoding or json.detect_encoding(content)
         text = content.decode(encoding, "replace").replace("\r\n", "\n")
         if self.key:
-            texts = [self._value_at_key(text)]
-        elif self.pattern:
+            return self._value_at_key(text)
+        if self.pattern:
             texts = re.findall(self.pattern, text, re.MULTILINE)
+            kind = f"match of '{self.pattern}'"
         else:
             texts = self._column(text)
-        kind = f"match of '{self.pattern}'" if self.pattern else f"row of {self.column!r}"
+            kind = f"row of {self.column!r}"
         if self.row is None and len(texts) > 1:
             remedy = "say which one by row, -1 for the last"
             raise ValueError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
         row = self.row or 0
         if not -len(texts) <= row < len(texts):
-            number = "" if self.row is None else f" number {row}"
+            problem = f"{self.file} has no {kind}"
+            if self.row is not None:
+                problem += f" number {row}"
             if not kind.isascii():
-                number += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
-            raise ValueError(f"{self.file} has no {kind}{number}")
-        return texts[row].strip()
+                problem += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
+            raise ValueError(problem)
+        return str(texts[row]).strip()
 
     def _value_at_key(self, text: str) -> str:
         """Return the value at the path in JSON."""
