@@ -76,7 +76,7 @@ class StudyMismatchError(StudyError):
 
 
 class StudyCorruptError(StudyError):
-    """The file is damaged, or is not a study file; it is left untouched.
+    """The file is damaged, is no study, or has a format of a later version; it is left untouched.
 
     Example:
         >>> import pathlib, tempfile
@@ -89,25 +89,6 @@ class StudyCorruptError(StudyError):
         ...     except StudyCorruptError:
         ...         print(path.read_text())
         no study at all
-    """
-
-
-class StudyVersionError(StudyError):
-    """The study file was written by another version of the package.
-
-    Example:
-        >>> import contextlib, os, sqlite3, tempfile
-        >>> from pymoo_psi import read_table
-        >>> later = "PRAGMA application_id = 0x50534931; PRAGMA user_version = 99;"
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     path = os.path.join(folder, "chute.db")
-        ...     with contextlib.closing(sqlite3.connect(path)) as file:
-        ...         done = file.executescript(later + "CREATE TABLE t (x);")
-        ...     try:
-        ...         read_table(path)
-        ...     except StudyVersionError as error:
-        ...         print(error)
-        study ...chute.db has format 99, but this version of pymoo-psi reads format 1...
     """
 
 

@@ -13,7 +13,6 @@ from pymoo_psi.errors import (
     StudyCorruptError,
     StudyError,
     StudyMismatchError,
-    StudyVersionError,
 )
 from pymoo_psi.study import Study
 from tests.processes import posix
@@ -97,7 +96,7 @@ def test_another_version_is_said_to_be_one(study):
     edit(study.path, "PRAGMA user_version = 99", "DROP TABLE study")
     before = contents(Path(study.path).parent)
     for call in calls(study.path):
-        refused(r"door has format 99, but .* reads format 1;", call, error=StudyVersionError)
+        refused(r"door has format 99, but .* reads format 1;", call, error=StudyCorruptError)
     assert contents(Path(study.path).parent) == before
 
 

@@ -13,8 +13,6 @@ from pymoo_psi._validation import (
     Entries,
     FilePath,
     Values,
-    boolean,
-    collection,
     instance,
     integer,
     invalid,
@@ -116,7 +114,7 @@ class RunOptions:
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
         positive_number("study_wait", self.study_wait)
-        if boolean("more", self.more) and self.study is None:
+        if self.more and self.study is None:
             raise invalid("more", "used with a study, which says what the run has", self.more)
         if self.retry is not None:
             known_name("retry", self.retry, ("failed", "incomplete"))
@@ -125,8 +123,6 @@ class RunOptions:
             if self.limits:
                 remedy = "give them as Formulation(limits=...)"
                 raise invalid("limits", "left out beside a formulation", self.limits, remedy)
-        if self.log is not None:
-            collection("log", self.log, "a list of variables", "one goes into a list too")
 
     def sampling_in(self, n_dim: int) -> UniformSampling:
         """Return the sampling of points in ``n_dim`` dimensions."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +66,6 @@ class Recorded(WithTable, WrappedProblem):
     Attributes:
         wrapped: The problem.
         n_evaluated: How many designs this object evaluated rather than read from the study.
-        returned: The numbers of the tests whose values it has returned.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
@@ -121,7 +119,6 @@ class Recorded(WithTable, WrappedProblem):
         self._retried: dict[str, int] = {}  # the test points to be evaluated again, by the design
         self._test_points: set[int] = set()  # those of all tests of the run
         self._state: object = None  # the state of the study when it was last read
-        self.returned: set[int] = set()
         self._read()
         self.n_evaluated = 0
 
@@ -173,7 +170,6 @@ class Recorded(WithTable, WrappedProblem):
                 if missing:
                     self._evaluate(designs[[*missing.values()]], [*missing])
         out = columns_of_values(self._model.problem, [self._values[key] for key in keys])
-        self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
             del out["test_point"]
         for name in return_values_of:  # pymoo would fill in infinity
@@ -195,10 +191,6 @@ class Recorded(WithTable, WrappedProblem):
             if key not in self._values:
                 missing.setdefault(key, row)
         return missing
-
-    def _free(self) -> Iterator[int]:
-        """Yield the test points of the run that no test has."""
-        return (point for point in count(1) if point not in self._test_points)
 
     def _read(self) -> None:
         """Read the study, unless it is as it was; some tests may have other values than before."""
@@ -235,7 +227,7 @@ class Recorded(WithTable, WrappedProblem):
         A batch that was interrupted may have been stored in part. The missing designs then get the
         numbers that they would have had, as these are the free ones in between.
         """
-        free = self._free()
+        free = (point for point in count(1) if point not in self._test_points)
         test_points = []
         for key in keys:
             test_point = self._retried.get(key)

@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
     Values,
     invalid,
 )
-from pymoo_psi.errors import StudyVersionError
+from pymoo_psi.errors import StudyCorruptError
 from pymoo_psi.study._facts import (
     ALL,
     NOT_VALUES,
@@ -85,7 +85,6 @@ class _Column(NamedTuple):
     kind: Kind
 
 
-_NUMBERS = [_Column(name, name, Kind.INTEGER) for name in NUMBERS]
 _STATUS = [
     _Column("status", "status", Kind.CHOICE),
     _Column("reason", "coalesce(reason, '')", Kind.CHOICE),
@@ -134,7 +133,7 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application == _APPLICATION and version != _VERSION:
-        raise StudyVersionError(
+        raise StudyCorruptError(
             f"study {path} has format {version}, but this version of pymoo-psi reads format "
             f"{_VERSION}; use the version that made it, or export it as CSV with that one"
         )
@@ -199,11 +198,12 @@ class Database:
     def n_left(self) -> int:
         """Return how many planned tests are not done."""
         share = Share(*self.facts.share or ALL)
-        planned = [np.zeros(0, dtype=np.int64)]
+        planned: set[int] = set()
         for run in self.facts.runs:
             for first, last in run.record.get("planned", ()):
-                planned.append(self.numbers_of(run.number, share.numbers(first, last)))
-        return len(np.setdiff1d(np.concatenate(planned), self.test_numbers()))
+                points = share.numbers(first, last)
+                planned.update(self.numbers_of(run.number, points).tolist())
+        return len(planned.difference(self.test_numbers().tolist()))
 
     def reserve(self, number: int, last: int) -> None:
         """Note that a run has test points up to ``last``.
@@ -339,8 +339,6 @@ class Database:
         start = self.facts.run(run).start
         rows = self.db.execute("SELECT test_point, test FROM adopted WHERE run = ?", (run,))
         adopted = dict(rows)
-        if not adopted:  # as in nearly every run
-            return start + test_points
         numbers = [adopted.get(point, start + point) for point in test_points.tolist()]
         return np.array(numbers, dtype=np.int64)
 
@@ -486,19 +484,16 @@ class Database:
 
     def tests_of_run(self, run: int, first: int, last: int) -> Columns:
         """Return the tests of test points ``first`` to ``last`` of a run, in their order."""
-        if len(self.facts.runs) == 1:
-            start = self.facts.run(run).start
-            return self.tests(start + first, start + last)
         points = self._points_of_run(run, first, last)
-        tests = self._selected(
-            f"({points}) AS points JOIN tests USING (test) ORDER BY points.point"
-        )
-        tests["test_point"] = self.test_points(run, first, last)
-        return tests
+        source = f"({points}) AS points JOIN tests USING (test) ORDER BY points.point"
+        return self._selected(source, (), "points.point")
 
-    def _selected(self, source: str, arguments: Sequence[int] = ()) -> Columns:
-        """Return tests of a source in SQL."""
-        columns = [*_NUMBERS]
+    def _selected(
+        self, source: str, arguments: Sequence[int], test_point: str = "test_point"
+    ) -> Columns:
+        """Return tests of a source in SQL; ``test_point`` is an expression for their points."""
+        columns = [_Column(name, name, Kind.INTEGER) for name in ("test", "run")]
+        columns.append(_Column("test_point", test_point, Kind.INTEGER))
         for column in _columns_of_values(self.facts.head):
             # With the table: SQLite takes a quoted name that is no column for a text.
             columns.append(column._replace(sql=f"tests.{column.sql}"))
@@ -512,15 +507,16 @@ class Database:
 
     def test_numbers(self) -> Integers:
         """Return the numbers of the tests."""
-        # As one text: Python's objects for twenty thousand rows would take 10 ms.
-        (text,) = self.db.execute("SELECT group_concat(test, ' ') FROM tests").fetchone()
-        return np.fromstring(text or "", np.int64, sep=" ")
+        return self._integers("SELECT test FROM tests")
 
     def test_points(self, run: int, first: int, last: int = LAST) -> Integers:
         """Return the test points of a run from ``first`` to ``last`` with a test, increasing."""
         points = self._points_of_run(run, first, last)
-        rows = self.db.execute(f"SELECT point FROM ({points}) AS points ORDER BY point")
-        return np.fromiter((point for (point,) in rows), np.int64)
+        return self._integers(f"SELECT point FROM ({points}) AS points ORDER BY point")
+
+    def _integers(self, query: str) -> Integers:
+        """Return the integers of a column."""
+        return np.fromiter((integer for (integer,) in self.db.execute(query)), np.int64)
 
     def _points_of_run(self, run: int, first: int, last: int) -> str:
         """Return a query for the ``point`` and ``test`` of a run: own tests, and those assigned."""

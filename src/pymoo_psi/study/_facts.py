@@ -9,7 +9,6 @@
 
 from __future__ import annotations
 
-import getpass
 import json
 import platform
 import secrets
@@ -82,7 +81,6 @@ class Facts:
         is_complete: Whether stored tests have all values that can be computed from others.
         n_changes: How often stored tests got other values.
         id: A random name.
-        begun: When the file was made.
         process: The machine and the number of the last process that added tests.
         steering: Requests to runs, in the order of time. Each has its ``number``, ``time``, the
             ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer`` and
@@ -95,7 +93,6 @@ class Facts:
     is_complete: bool = True
     n_changes: int = 0
     id: str = field(default_factory=lambda: secrets.token_hex(16))
-    begun: str = field(default_factory=now)
     process: Sequence[Any] = ("", 0)
     steering: list[Values] = field(default_factory=list)
     runs: list[StudyRun] = field(default_factory=list)
@@ -112,7 +109,7 @@ class Facts:
     def run_with(self, identity: Head) -> StudyRun | None:
         """Return the run with an identity, or ``None``."""
         for run in self.runs:
-            if same_identity(run.identity, identity):
+            if flat(run.identity) == flat(identity):
                 return run
         return None
 
@@ -151,7 +148,6 @@ def new_run(number: int, identity: Head, last: int = 0) -> StudyRun:
     record = {
         "begun": now(),
         "host": platform.node(),
-        "user": getpass.getuser(),
         "pymoo-psi": __version__,
         "python": platform.python_version(),
         "numpy": np.__version__,
@@ -189,16 +185,15 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
 def _differences(stored: Mapping[str, str], model: Mapping[str, str], where: str) -> list[str]:
     differences = []
     for name in {**stored, **model}:
-        in_both = name in stored and name in model
-        if name.startswith(_OUTPUTS) and not in_both:
-            continue
         fact = stored.get(name, "absent")
         other = model.get(name, "absent")
-        if fact != other and name.startswith(_TEMPLATE):
-            differences.append(
-                f"{name.removeprefix(_TEMPLATE)} in the template is not as in the study"
-            )
-        elif fact != other:
+        is_added = name.startswith(_OUTPUTS) and "absent" in (fact, other)
+        if fact == other or is_added:
+            continue
+        if name.startswith(_TEMPLATE):
+            file = name.removeprefix(_TEMPLATE)
+            differences.append(f"{file} in the template is not as in the study")
+        else:
             differences.append(f"{name} is {fact:.120} in the study, {other:.120} {where}")
     return differences
 
@@ -242,11 +237,6 @@ def identity_of_run(
         identity["repeat"] = repeat
     plain: Values = json.loads(json.dumps(identity))
     return plain
-
-
-def same_identity(identity: Head, other: Head) -> bool:
-    """Whether two runs have the same test points."""
-    return flat(identity) == flat(other)
 
 
 class Share(NamedTuple):
@@ -297,8 +287,6 @@ class Share(NamedTuple):
 
     def numbers(self, first: int, last: int) -> Integers:
         """Return its test points from ``first`` to ``last``, increasing."""
-        if self.of == 1:
-            return np.arange(first, last + 1)
         rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
         # Only the lowest 32 bits of the product count, so that its overflow does no harm.
         shifts = (rounds * _GOLDEN % 2**32) * self.of // 2**32

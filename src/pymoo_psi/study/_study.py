@@ -32,7 +32,6 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +45,6 @@ from pymoo_psi._validation import (
     Received,
     identity_text,
     invalid,
-    wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
@@ -70,7 +68,7 @@ from pymoo_psi.study._facts import (
     require_same_model,
     with_outputs,
 )
-from pymoo_psi.study._integrity import BESIDE, intact, locked, reported
+from pymoo_psi.study._integrity import intact, locked, reported
 
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
 # What is in such files is no study, and other programs would not open one by such a name.
@@ -94,12 +92,7 @@ class Study:
     """
 
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
-        if not isinstance(path, (str, PathLike)) or not os.fspath(path):
-            raise wrong_type("study", "the name of a file", path)
         self.path = os.path.realpath(path)
-        if self.path.lower().endswith(BESIDE):
-            remedy = "a study deletes such files"
-            raise invalid("study", "named unlike files beside a study", os.fspath(path), remedy)
         if self.path.lower().endswith(_OF_OTHERS):
             rule = "a database with a name such as designs.db"
             remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
@@ -239,8 +232,7 @@ class Study:
 
         Raises:
             StudyMismatchError: Another study has taken the place of this one.
-            StudyVersionError: Another version of the package wrote the file.
-            StudyCorruptError: The file is damaged, or no study.
+            StudyCorruptError: The file is damaged, no study, or of a later version.
             StudyAccessError: The file does not exist or cannot be read.
         """
         with self.reading() as database:
