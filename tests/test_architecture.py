@@ -18,7 +18,7 @@ PROJECT = Path(__file__).parents[1]
 
 # A layer imports only the ones before it; a subpackage of a layer only those before it, too.
 LAYERS = {
-    "base": ["errors", "guide", "_validation", "_kinds", "_output", "_names", "_modules"],
+    "base": ["errors", "guide", "_validation", "_kinds", "_names", "_output", "_modules"],
     "mathematics": ["sequences", "chute", "pareto"],
     "data": ["study", "table"],
     "pymoo": ["parallel", "problems", "algorithms", "selection"],
@@ -174,6 +174,21 @@ def test_only_under_and_runs_take_limits():
             ):
                 takes.add(name)
     assert takes == {"TestTable.under"}
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "instead"),
+    [
+        (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "page", "decision_page"),
+        (pymoo_psi.rank_of_efficiency([[1, 2]]), "best", "salukvadze"),
+        (pymoo_psi.Formulation(), "constraints", "limits"),
+        (pymoo_psi, "minimize", "pymoo.optimize.minimize"),
+        (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "parato", "object has no attribute"),
+    ],
+)
+def test_who_tries_a_name_of_another_package_is_told_the_one_here(owner, name, instead):
+    with pytest.raises(AttributeError, match=instead):
+        getattr(owner, name)
 
 
 def documented(module):

@@ -53,9 +53,8 @@ stub beside this file says where each comes from. ``__citation__`` is how to cit
 BibTeX.
 """
 
-import lazy_loader
-
 from pymoo_psi import _modules
+from pymoo_psi._names import attach_names
 
 __version__ = "0.4.0.dev0"  # the only place: the build reads this line
 __citation__ = f"""\
@@ -79,6 +78,6 @@ __citation__ = f"""\
 }}
 """
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)
 
 _modules.watch()

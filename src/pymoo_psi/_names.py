@@ -1,4 +1,4 @@
-"""Names of the package: imported at their first use, and those that went with version 0.4."""
+"""Names of the package: imported at their first use, and found by those of other packages."""
 
 from __future__ import annotations
 
@@ -11,6 +11,43 @@ import lazy_loader
 
 # Below this line of a stub stand the names that only other subpackages use.
 _SHARED = "# isort: split"
+
+# What users of pymoo, pandas and SciPy look for in a class or module, and what to use here.
+_OTHER_NAMES = {
+    "TestTable": {
+        "page": "decision_page(table)",
+        "report": "decision_report(table)",
+        "plot": "the functions of pymoo_psi.plots",
+        "head": "to_frame().head()",
+        "loc": "take(rows)",
+        "iloc": "take(rows)",
+        "query": "under(limits=...)",
+        "pareto_front": "take(table.pareto())",
+        "opt": "best()",
+    },
+    "EfficiencyRanking": {
+        "best": "salukvadze",
+        "head": "to_frame().head()",
+        "plot": "the functions of pymoo_psi.plots",
+    },
+    "Formulation": {"minimize": "objectives", "constraints": "limits"},
+    "pymoo_psi": {
+        "minimize": "pymoo.optimize.minimize",
+        "sensitivities": "pymoo_psi.table.sensitivities",
+        "sobol": "lp_tau",
+    },
+}
+
+
+def require_no_other_name(owner: str, name: str) -> None:
+    """Refuse a name that the owner, a class or module, has not but other packages have.
+
+    Raises:
+        AttributeError: What it is called here.
+    """
+    instead = _OTHER_NAMES.get(owner, {}).get(name)
+    if instead is not None:
+        raise AttributeError(f"{owner} has no {name!r}; use {instead}")
 
 
 def attach_names(
@@ -25,7 +62,12 @@ def attach_names(
     Returns:
         The two functions find all names of the stub; ``__all__`` has the public ones.
     """
-    getattribute, directory, _ = lazy_loader.attach_stub(module, file)
+    find, directory, _ = lazy_loader.attach_stub(module, file)
+
+    def attribute(name: str) -> Any:
+        require_no_other_name(module, name)
+        return find(name)
+
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     public, _, _ = stub.partition(_SHARED)
-    return getattribute, directory, re.findall(r"import \w+ as (\w+)", public)
+    return attribute, directory, re.findall(r"import \w+ as (\w+)", public)

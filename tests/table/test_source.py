@@ -249,6 +249,7 @@ def test_names_tell_objectives_from_variables(read):
         "two columns or more must be of numbers, .* got 'f1'; to rank", read, text, variables=["f2"]
     )
     refused("objectives must be one of", read, text, Formulation(["f3"]))
+    refused(r"formulation must be of type Formulation, got list; such as", read, text, ["f3"])
 
 
 STATUS = "run,status,mass,cost\n1,ok,5,3\n2,failed,0,0\n3,ok,4,4\n4,timeout,0,\n"

@@ -364,3 +364,21 @@ def test_a_replaced_table_keeps_its_tests():
     again = named.under(objectives=["f1", "f2"], computed={}, limits={})
     assert again.feasible().all()
     assert (again.names, again["f2"].tolist()) == (["A", "B", "C"], [2, 1, 0])
+    units = {"x1": "mm", "f2": "kg"}
+    layout = replace(asked.layout, units=units, lower=[0], upper=[2])
+    for table in (
+        replace(asked, layout=layout),
+        replace(tests, layout=replace(tests.layout, units=units, lower=[0], upper=[2])),
+    ):
+        again = table.under(objectives=["f1", "f2"], computed={}, limits={})
+        assert (again.layout.units, again.layout.upper.tolist()) == (units, [2])
+    for change in (
+        {"F": asked.F * 2},
+        {"numbers": [4, 5, 6]},
+        {"layout": replace(asked.layout, maximize=("r",))},
+        {"formulation": Formulation(["f2"])},
+    ):
+        refused(
+            "those of its tests, got others; replace them in table.tested", replace, asked, **change
+        )
+    refused("use table.under", replace, tests, formulation=Formulation(["f2"]))

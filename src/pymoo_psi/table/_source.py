@@ -28,6 +28,7 @@ from pymoo_psi._validation import (
     Received,
     Values,
     counted,
+    instance,
     invalid,
     known_name,
     real_array,
@@ -147,7 +148,10 @@ def read_table(
     path = None
     if isinstance(source, (str, PathLike)):
         path = Path(source)
-    asked = formulation or Formulation()
+    asked = Formulation()
+    if formulation is not None:
+        remedy = "such as Formulation(['mass', 'cost'])"
+        asked = instance("formulation", formulation, Formulation, remedy)
     is_study = False
     try:
         content: Any = source
@@ -524,7 +528,7 @@ def _table(
     return replace(
         table,
         remarks=tuple(remarks),
-        formulation=stated,
+        formulation=stated.without_columns(),
         decimal=max(marks, key=".,".index),
         separator=(separator or ",").replace(" ", ","),
     )

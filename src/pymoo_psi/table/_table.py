@@ -53,7 +53,7 @@ from pymoo_psi.table._formulation import (
     formulated,
     limit_text,
 )
-from pymoo_psi.table._head import blocks_of, columns_of
+from pymoo_psi.table._head import blocks_of, columns_of, units_of
 from pymoo_psi.table._joining import (
     difference,
     merged,
@@ -83,6 +83,68 @@ _OF_FAILED = {"F": np.inf, "G": 0.0, "H": 0.0, "outputs": np.nan}
 class TestTable(Tests, Shown):
     __doc__ = Tests.__doc__
     __test__ = False  # not a test class, whatever its name suggests to pytest
+
+    def __post_init__(self) -> None:
+        """Check the arrays; ``dataclasses.replace`` also changes the tests before :meth:`under`."""
+        super().__post_init__()
+        if self._tested is not None:
+            self._set({"_tested": self._replaced_tests(self.tested)})
+
+    def _replaced_tests(self, tested: TestTable) -> TestTable:
+        """Return the tests with what has been replaced in this table, which is them under its own.
+
+        Raises:
+            ArgumentValueError: That cannot be told apart from what the formulation makes of them.
+        """
+        former = tested._under(self.formulation)
+        if not self._is_of_same_values(former):
+            raise invalid(
+                "columns, values and directions of a table under a formulation",
+                "those of its tests",
+                Received("others"),
+                "replace them in table.tested, and then use .under(table.formulation)",
+            )
+        bounds = {}
+        rows = [tested.layout.variable(name) for name in self.layout.variables]
+        for side in ("lower", "upper"):
+            bounds[side] = getattr(tested.layout, side).copy()
+            bounds[side][rows] = getattr(self.layout, side)
+        units = tested.layout.units
+        if self.layout.units != former.layout.units:
+            units = units_of(tested.columns, self.layout.units)
+        problem = tested.problem
+        if self.problem != former.problem:
+            problem = self.problem
+        idle = former.remarks[len(tested.remarks) :]  # on limits of this formulation
+        layout = replace(
+            tested.layout,
+            label=self.layout.label,
+            eq_tolerance=self.layout.eq_tolerance,
+            units=units,
+            **bounds,
+        )
+        return replace(
+            tested,
+            layout=layout,
+            reasons=self._failed_in_evaluation(),
+            problem=problem,
+            extra=self.extra,
+            remarks=tuple(remark for remark in self.remarks if remark not in idle),
+            decimal=self.decimal,
+            separator=self.separator,
+        )
+
+    def _is_of_same_values(self, other: TestTable) -> bool:
+        """Whether another table has the same columns and values, whatever else it has."""
+        for name in ("blocks", "maximize", "kinds"):
+            if getattr(self.layout, name) != getattr(other.layout, name):
+                return False
+        for name in ("numbers", "X", "F", "G", "H", "outputs"):
+            values = getattr(self, name)
+            others = getattr(other, name)
+            if values.shape != others.shape or unequal(values.ravel(), others.ravel()).any():
+                return False
+        return True
 
     @property
     def tested(self) -> TestTable:

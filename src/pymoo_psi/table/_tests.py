@@ -137,18 +137,15 @@ class Tests:
             arrays[name] = np.array(real_array(name, values), order="C")
         for name, names in layout.blocks.items():
             require_shape(name, arrays[name], (n, len(names)))
+        if self._tested is None and self.formulation.without_columns() != self.formulation:
+            raise invalid(
+                "formulation of new tests",
+                "without objectives, omitted constraints, computed columns and units",
+                self.formulation,
+                "use table.under(formulation)",
+            )
         extra = extra_columns(self.extra, layout, n)
-        formulation = self.formulation
-        tested = self._tested
-        if tested is not None and not np.array_equal(tested.numbers, numbers):
-            tested = None
-        if tested is None:  # the columns are those of the formulation already
-            formulation = formulation.without_columns()
-        else:
-            labelled = replace(tested.layout, label=layout.label)
-            tested = tested._with(layout=labelled, extra=extra)
-        values = {"numbers": numbers, "extra": extra, "formulation": formulation}
-        self._set(arrays | values | {"_tested": tested})
+        self._set(arrays | {"numbers": numbers, "extra": extra})
         self._check_ranges()
         self._set_status(self.reasons)
         # Which outputs a model gives is known as soon as it has run for a test without failing.
