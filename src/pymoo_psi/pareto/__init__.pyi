@@ -44,7 +44,6 @@ from ._ranking import nearest_to_ideal as nearest_to_ideal
 from ._ranking import ranking_frame as ranking_frame
 from ._ranking import ranking_of as ranking_of
 from ._ranking import row_of_design as row_of_design
-from ._ranking import terms_from as terms_from
 from ._ranking import with_units as with_units
 from ._sentences import SENTENCES as SENTENCES
 from ._sentences import capital as capital

@@ -712,19 +712,6 @@ def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:
     return np.asarray(front[levels(measured[:, 0], noise[0]) == 0])
 
 
-def terms_from(ranking: EfficiencyRanking, point: Array) -> tuple[Rows, Array, Array]:
-    """Return the arguments of :func:`least_weighted` for distances from a point, minimised.
-
-    Args:
-        ranking: The ranking.
-        point: ``(m,)`` the point.
-    """
-    front, F = front_of(ranking)
-    scale = ranking.frame.scale
-    sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
-    return front, (F - point) / scale, sizes
-
-
 @np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
 def least_weighted(
     rows: Rows, terms: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]

@@ -38,7 +38,6 @@ from pymoo_psi.pareto import (
     least_weighted,
     levels,
     rank_of_efficiency,
-    terms_from,
     unit_lengths,
 )
 
@@ -214,7 +213,10 @@ class ReferencePoint(RankingSelector):
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         point = ranking.objectives.turned("point", self.point)
-        return least_weighted(*terms_from(ranking, point), self.weights)
+        front, F = front_of(ranking)
+        scale = ranking.frame.scale
+        sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
+        return least_weighted(front, (F - point) / scale, sizes, self.weights)
 
 
 class Knee(RankingSelector):

@@ -1,22 +1,19 @@
 """Repeated tests of a design: their mean, and how sure a decision on means is.
 
 The noise of an objective is taken to be normal and independent. Its variance is pooled from the
-differences between tests of the same design, as far as designs do not differ in it.
+differences between tests of the same designs, unless a design has many tests of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from pymoo_psi._validation import (
-    AnyArray,
     Array,
     Integers,
-    Mask,
     Received,
     Rows,
     counted,
@@ -53,7 +50,7 @@ NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
 _VARIABLES = "variables"
-_FEWEST = 5  # designs with noise from which on variances are moderated, not pooled
+_MANY_TESTS = 10  # of a design, from which on the variance is its own
 _SAMPLES = 1000
 _MANY = 2000  # designs above which there are fewer samples
 _SAMPLES_OF_MANY = 200
@@ -69,178 +66,121 @@ def error_column(objective: str) -> str:
     return f"{objective} standard error"
 
 
-class _Groups(NamedTuple):
-    """The n tests of k designs.
-
-    Attributes:
-        by: Name of the column whose equal values mark tests of one design.
-        first: ``(k,)`` the row of the first test of each design.
-        design: ``(n,)`` the design of each test.
-        usable: ``(n,)`` which tests have values.
-        counts: ``(k,)`` how many of these each design has.
-    """
-
-    by: str
-    first: Rows
-    design: Rows
-    usable: Mask
-    counts: Integers
-
-    def sums(self, values: Array) -> Array:
-        """Return ``(k, m)`` sums of the ``(n, m)`` values of usable tests."""
-        sums = np.zeros((len(self.first), values.shape[1]))
-        np.add.at(sums, self.design[self.usable], values[self.usable])
-        return sums
-
-    def means(self, values: Array) -> Array:
-        """Return ``(k, m)`` means of ``(n, m)`` values; of the first test if none is usable."""
-        n = self.counts[:, None]
-        return np.where(n == 0, values[self.first], self.sums(values) / np.maximum(n, 1))
-
-
 def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
     layout = tested.layout
-    groups = _groups(tested, by)
-    first = groups.first
-    outputs = groups.means(tested.outputs)
+    by, first, design = _tests_by_design(tested, by)
+    usable = ~tested.failed() & np.isfinite(tested.F).all(axis=1)
+    counts = np.bincount(design[usable], minlength=len(first))
+
+    def means(values: Array) -> Array:
+        """Return the means of usable tests, the value of the first test if none is usable."""
+        sums = _sums(values[usable], design[usable], len(first))
+        n = counts[:, None]
+        return np.where(n == 0, values[first], sums / np.maximum(n, 1))
+
+    F = means(tested.F)
+    deviations = (tested.F - F[design])[usable]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F[usable])] = 0.0
+    errors = _standard_errors(_sums(deviations**2, design[usable], len(first)), counts)
+    outputs = means(tested.outputs)
     if PROPOSAL_ROUND in layout.outputs:  # the round that first proposed the design
         j = layout.outputs.index(PROPOSAL_ROUND)
         outputs[:, j] = tested.outputs[first, j]
-    errors = _standard_errors(tested.F, groups)
+    # Columns in which all tests of a design agree are kept.
+    extra = {}
+    remarks = [
+        f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}: "
+        f"rows with the same {by} are tests of one design."
+    ]
+    if not usable.all():
+        n_unusable = counted((~usable).sum(), "test")
+        remarks.append(f"{n_unusable} have no values and do not count.")
+    for name, cells in tested.extra.items():
+        if not unequal(cells, cells[first[design]]).any():
+            extra[name] = cells[first]
+        elif name not in ("row", RUN, POINT):  # these differ in all tests
+            remarks.append(f"Left out, as tests of one design differ in it: {name}.")
+    label = next((name for name in (by, layout.label) if name in extra), None)
+    lost = tested.numbers[first[counts == 0]].tolist()
     names = (*layout.outputs, N_TESTS, *map(error_column, layout.objectives))
-    extra = _common_extra(tested, groups)
-    label = next((name for name in (groups.by, layout.label) if name in extra), None)
-    lost = tested.numbers[first[groups.counts == 0]].tolist()
     designs = replace(
         tested.take(first),
         layout=replace(layout, outputs=names, label=label),
-        F=groups.means(tested.F),
-        G=groups.means(tested.G),
-        H=groups.means(tested.H),
-        outputs=np.column_stack([outputs, groups.counts, errors]),
+        F=F,
+        G=means(tested.G),
+        H=means(tested.H),
+        outputs=np.column_stack([outputs, counts, errors]),
         problem=None,  # no run continues a study of means
         reasons={number: tested.reasons[number] for number in lost if number in tested.reasons},
         extra=extra,
-        remarks=_remarks(tested, groups, extra),
+        remarks=(*tested.remarks, *remarks),
     )
     return table._asked_as_before(designs)
 
 
-def _groups(table: TestTable, by: str | None) -> _Groups:
-    """Return the tests by their designs.
+def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]:
+    """Return which tests are those of one design.
 
     Args:
-        table: The tests.
+        table: The n tests.
         by: As for :meth:`TestTable.averaged`.
+
+    Returns:
+        The name of the column whose equal values mark the tests of one design; ``(k,)`` the row of
+        the first test of each design; ``(n,)`` the design of each test.
 
     Raises:
         ArgumentValueError: No value recurs, or tests with equal ones have different variables.
     """
-    by, labels = _labels(table, by)
+    keys = design_keys(table.X)
+    labels: list[Any] = keys
+    if by is None or (by == _VARIABLES and by not in table.columns):
+        by = _VARIABLES
+        if not table.layout.variables:
+            raise invalid("by", "the column that names designs, as there are no variables", None)
+    else:
+        cells = table.column(known_name("repeats", by, table.columns))
+        gaps = blank(cells)
+        if gaps.any():
+            received = Received(f"none in row {int(gaps.argmax()) + 1} of {by}")
+            raise invalid("repeats", "a column without gaps", received)
+        labels = cells.tolist()
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
         raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
-    keys = design_keys(table.X)
     for row, i in enumerate(first_of_label.tolist()):
         if keys[row] != keys[i]:
             received = Received(f"{by} {labels[row]} with different ones")
             raise invalid("repeats", "a column whose equal values have equal variables", received)
-    usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
-    counts = np.bincount(design[usable], minlength=len(first))
-    return _Groups(by, first, design, usable, counts)
+    return by, first, design
+
+
+def _sums(values: Array, design: Rows, n_designs: int) -> Array:
+    """Return ``(n_designs, m)`` sums of ``(n, m)`` values of tests, by the design of each test."""
+    sums = np.zeros((n_designs, values.shape[1]))
+    np.add.at(sums, design, values)
+    return sums
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def _standard_errors(F: Array, groups: _Groups) -> Array:
+def _standard_errors(squares: Array, counts: Integers) -> Array:
     """Return the ``(k, m)`` standard errors of the means of designs.
 
-    They are not finite if no design has two usable tests, or this one has none.
-
     Args:
-        F: ``(n, m)`` objectives of the tests.
-        groups: The tests by their designs.
+        squares: ``(k, m)`` sums of the squared deviations from the means of the designs.
+        counts: ``(k,)`` numbers of usable tests.
+
+    Returns:
+        Not finite if no design has two usable tests, or this one has none.
     """
-    deviations = F - groups.means(F)[groups.design]
-    deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
-    squares = groups.sums(deviations**2)
-    counts = groups.counts
-    variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
-    return np.asarray(np.sqrt(variances / counts[:, None]))
-
-
-def _common_extra(table: TestTable, groups: _Groups) -> dict[str, AnyArray]:
-    """Return the extra columns in which all tests of a design agree, a cell for each design."""
-    extra = {}
-    for name, cells in table.extra.items():
-        if not unequal(cells, cells[groups.first[groups.design]]).any():
-            extra[name] = cells[groups.first]
-    return extra
-
-
-def _remarks(table: TestTable, groups: _Groups, kept: Collection[str]) -> tuple[str, ...]:
-    """Return the remarks on designs: those on their tests, what was averaged, what was left out.
-
-    Args:
-        table: The tests.
-        groups: The tests by their designs.
-        kept: Names of the extra columns of the designs.
-    """
-    size = f"{counted(len(groups.first), 'design')}, {counted(len(table), 'test')}"
-    remarks = [*table.remarks, f"{size}: rows with the same {groups.by} are tests of one design."]
-    if not groups.usable.all():
-        n_unusable = counted((~groups.usable).sum(), "test")
-        remarks.append(f"{n_unusable} have no values and do not count.")
-    for name in table.extra:
-        if name not in (*kept, "row", RUN, POINT):  # the last three differ in all tests
-            remarks.append(f"Left out, as tests of one design differ in it: {name}.")
-    return tuple(remarks)
-
-
-def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
-    """Return the name and the n values of the column whose equal values mark one design."""
-    if by is None or (by == _VARIABLES and by not in table.columns):
-        if not table.layout.variables:
-            raise invalid("by", "the column that names designs, as there are no variables", by)
-        return _VARIABLES, design_keys(table.X)
-    known_name("repeats", by, table.columns)
-    cells = table.column(by)
-    gaps = blank(cells)
-    if gaps.any():
-        row = int(gaps.argmax()) + 1
-        raise invalid("repeats", "a column without gaps", Received(f"none in row {row} of {by}"))
-    return by, list(cells.tolist())
-
-
-def _variances(squares: Array, degrees: Integers) -> Array:
-    """Return ``(n,)`` variances of the tests of each design: the mean of its own and of all.
-
-    How much all count follows from how much the variances of designs differ beyond chance
-    (Smyth, Statistical Applications in Genetics and Molecular Biology 3, 2004, section 6).
-
-    Args:
-        squares: ``(n,)`` sums of the squared deviations from the mean of the design.
-        degrees: ``(n,)`` their degrees of freedom.
-    """
-    from scipy.special import digamma, polygamma
-
-    degrees = np.maximum(degrees, 0)
-    variance = np.full(len(squares), squares.sum() / degrees.sum())
-    has_noise = (degrees > 0) & (squares > 0)
-    if np.count_nonzero(has_noise) < _FEWEST:
-        return variance
-    half = degrees[has_noise] / 2
-    logs = np.log(squares[has_noise] / 2) - digamma(half)
-    excess = logs.var(ddof=1) - polygamma(1, half).mean()
-    if excess <= 0:
-        return variance
-    # The trigamma function of half the degrees of freedom of the prior is the excess; it is about
-    # 1 / y + 1 / (2 y^2).
-    half_prior = (1 + np.sqrt(1 + 2 * excess)) / (2 * excess)
-    half_squares = np.exp(logs.mean() + digamma(half_prior))
-    return np.asarray((2 * half_squares + squares) / (2 * half_prior + degrees))
+    n = counts[:, None]
+    degrees = np.maximum(n - 1, 0)
+    pooled = squares.sum(axis=0) / degrees.sum()
+    variances = np.where(n < _MANY_TESTS, pooled, squares / degrees)
+    return np.asarray(np.sqrt(variances / n))
 
 
 def averaged_repeats(table: TestTable) -> TestTable:
@@ -303,7 +243,9 @@ def confidence(table: TestTable) -> pd.DataFrame:
     errors = np.column_stack([table.column(name)[ranking.rows] for name in columns])
     degrees = None
     if N_TESTS in table.layout.outputs:
-        degrees = _degrees(table.column(N_TESTS)[ranking.rows], errors)
+        n_tests = table.column(N_TESTS)[ranking.rows]
+        pooled = np.fmax(n_tests - 1, 0).sum()
+        degrees = np.where(n_tests < _MANY_TESTS, max(pooled, 1), n_tests - 1)[:, None]
     means, factors = _posterior(objectives.minimized, errors)
     n_designs = len(means)
     n_samples = _SAMPLES
@@ -316,7 +258,7 @@ def confidence(table: TestTable) -> pd.DataFrame:
     for _ in range(n_samples):
         steps = generator.standard_normal(means.shape)
         if degrees is not None:  # the variance of the noise is an estimate, too
-            steps *= np.sqrt(degrees / generator.chisquare(degrees))
+            steps *= np.sqrt(degrees / generator.chisquare(degrees, means.shape))
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         is_pareto = nondominated(sample)
         distance = ranking.frame.around(sample[is_pareto]).distances(sample)[:, 0]
@@ -330,24 +272,6 @@ def confidence(table: TestTable) -> pd.DataFrame:
     frame["best"] = n_best / n_samples
     frame["near_best"] = n_near_best / n_samples
     return frame
-
-
-def _degrees(n_tests: Array, errors: Array) -> Array:
-    """Return the degrees of freedom of the variances in the standard errors of designs.
-
-    A pooled variance has those of all designs. A moderated one has d + n - 1, with
-    d of the prior (Smyth 2004, as in :func:`_variances`). Standard errors do not tell d, so it is
-    taken as 1, which is low: probabilities are less extreme than with the d of the prior.
-
-    Args:
-        n_tests: ``(n,)`` numbers of tests of the designs.
-        errors: ``(n, m)`` their standard errors.
-    """
-    tests = n_tests[:, None]
-    variances = errors**2 * tests
-    is_pooled = np.ptp(variances, axis=0) <= _ROUNDING * variances.max(axis=0)
-    pooled = np.fmax(n_tests - 1, 0).sum()
-    return np.where(is_pooled, max(pooled, 1), tests)
 
 
 def has_errors(table: TestTable) -> bool:
