@@ -4,12 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_rgb
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import CompromiseProgramming, TestTable, rank_of_efficiency
+from pymoo_psi import TestTable, rank_of_efficiency
 from pymoo_psi.pareto import number
 from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table
 from tests.plots.drawn import assert_whole, shown, texts
@@ -93,22 +92,3 @@ def test_any_number_of_objectives_has_a_whole_page(m):
     figure = plot_ranking(ranked(m))
     assert len(shown(figure)) == 1
     assert_whole(figure)
-
-
-def test_shares_shade_the_front_and_people_are_points_in_it():
-    F = np.array([[0.0, 1.0], [0.05, 0.9], [0.6, 0.6], [1.0, 0.0], [2.0, 2.0]])
-    table = TestTable.of(range(1, 6), np.zeros((5, 0)), F)
-    shares = [0, 0.6, 0.1, 0.3, 0]
-    people = {"Ann": [1, 1], "Bo": [1, 9]}
-    (ax,) = plot_objectives(table, shares=shares, people=people).axes
-    lines = {line.get_label(): line for line in ax.lines}
-    for i, (name, weights) in enumerate(people.items(), 1):
-        (best,) = CompromiseProgramming(weights=weights).do(F)
-        assert np.array_equal(lines[f"{i}: {name}"].get_xydata(), F[[best]])
-    drawn = {}
-    for label, line in lines.items():
-        if label.startswith("up to"):
-            for point in line.get_xydata().tolist():
-                drawn[tuple(point)] = sum(to_rgb(line.get_markerfacecolor()))
-    lightness = [drawn[point] for point in map(tuple, F[:4].tolist())]
-    assert lightness[0] > lightness[2] > lightness[3] > lightness[1]

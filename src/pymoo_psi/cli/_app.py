@@ -21,7 +21,7 @@ from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeAlias
 
 import click
 
@@ -30,9 +30,8 @@ from pymoo_psi.errors import PsiError
 _INTERRUPTED = 130  # 128 plus the number of the signal, the convention of shells
 
 
-class Options(SimpleNamespace):
-    """The values of a command's options and arguments by name; None or empty if not given."""
-
+Options: TypeAlias = SimpleNamespace
+"""The values of a command's options and arguments by name; None or empty if not given."""
 
 Text = Callable[[], None]
 """A function that has nothing but a name and a docstring."""
@@ -43,10 +42,6 @@ def path_in(text: str | Path) -> Path:
     if not os.fspath(text):  # an unset $FILE; Path would take it for "."
         raise click.BadParameter("a file or folder must have a name, got ''")
     return Path(os.path.expanduser(text))
-
-
-class _Integer(click.IntRange):
-    name = "integer"  # in messages
 
 
 def _listed(kind: Any, mark: str = ",") -> Callable[[str], tuple[Any, ...]]:
@@ -66,7 +61,7 @@ def _require_jobs(_: click.Context, __: click.Parameter, jobs: int) -> int:
     return jobs
 
 
-_COUNT: Any = _Integer(1, 10**12)
+_COUNT: Any = click.IntRange(1, 10**12)
 _COUNTS = _listed(_COUNT)
 
 
@@ -76,7 +71,7 @@ def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> cli
 
 _names = partial(_option, multiple=True)
 _file = partial(_option, type=path_in)
-_count = partial(_option, type=_Integer(1))
+_count = partial(_option, type=click.IntRange(1))
 _flag = partial(_option, metavar=None, is_flag=True)
 
 
@@ -123,7 +118,7 @@ _JOBS = _option(
     "jobs",
     "N",
     "Number of processes; -1 uses all cores.",
-    type=_Integer(-1),
+    type=click.IntRange(-1),
     default=1,
     callback=_require_jobs,
 )
@@ -222,7 +217,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
         "seed",
         "S",
         "Random seed; psi with lptau uses none. In Python, pymoo draws one unless given.",
-        type=_Integer(0),
+        type=click.IntRange(0),
         default=1,
     ),
     *_OF_PROBLEM,
@@ -273,10 +268,12 @@ def solve() -> None:
 @_command(
     "_solve",
     _PROBLEM,
-    _option("points", "N", "Number of designs; 0 lists pending ones.", type=_Integer(0), default=4),
+    _option(
+        "points", "N", "Number of designs; 0 lists pending ones.", type=click.IntRange(0), default=4
+    ),
     _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
-    _option("seed", "S", "Random seed (surrogate).", type=_Integer(0), default=1),
+    _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
     *_OF_PROBLEM,
     *_FORMULATION,
 )
@@ -353,7 +350,7 @@ def page() -> None:
 @_command(
     "_documents",
     _FILE,
-    _option("port", "N", "Port [8741 or any].", type=_Integer(0, 65535)),
+    _option("port", "N", "Port [8741 or any].", type=click.IntRange(0, 65535)),
     _option("host", "NAME", "Name or address to listen on.", default="127.0.0.1"),
     _flag("steer", text="Let the page steer the run."),
     _flag("no-browser", text="Only print the address."),

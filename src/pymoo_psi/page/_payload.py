@@ -33,7 +33,7 @@ _DIGITS = 4  # a written number resolves so many within the range of its column
 _FENCE = 2.5
 _DECADES = 2.0  # a logarithmic scale spans at least these
 # The colours of shares up to some values.
-SHADES = {
+_SHADES = {
     "#C9D3E0": 0.01,
     "#9DB4D3": 0.05,
     "#6F94C4": 0.2,
@@ -121,12 +121,12 @@ def _shades(table: TestTable) -> list[Content]:
     shares = {"share of the weights, which are squared": weight_shares(ranking)}
     if has_errors(table):
         shares["probability of being optimal"] = table.confidence()["pareto"].to_numpy()
-    texts = [f"up to {100 * bound:g} %" for bound in SHADES.values()]
-    looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in SHADES]
+    texts = [f"up to {100 * bound:g} %" for bound in _SHADES.values()]
+    looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in _SHADES]
     shades = []
     for label, values in shares.items():
         classes = np.zeros(len(table), dtype=np.intp)
-        classes[ranking.rows] = np.searchsorted(list(SHADES.values()), values)
+        classes[ranking.rows] = np.searchsorted(list(_SHADES.values()), values)
         shade = {"label": label, "texts": texts, "looks": looks, "values": classes.tolist()}
         shades.append(shade)
     return shades

@@ -7,7 +7,6 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import NullLocator
-from numpy.typing import ArrayLike
 
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
@@ -24,7 +22,6 @@ from pymoo_psi._validation import (
     Names,
     Received,
     counted,
-    finite_array,
     instance,
     invalid,
     known_name,
@@ -40,7 +37,6 @@ from pymoo_psi.plots._points import (
     name_axis,
     opened_table,
     points_of_table,
-    shaded_groups,
 )
 from pymoo_psi.plots._style import (
     Drawing,
@@ -77,7 +73,6 @@ _STAIRS: dict[str, Style] = {
     "feasible": {"fill": True, "facecolor": "#A6CBE8"},
     PARETO: {"edgecolor": ORANGE, "linewidth": 1.5},
 }
-_PERSON: Style = {"color": "#D55E00", "linestyle": "none", "zorder": 8.0}
 
 
 # Histograms, and objectives against variables
@@ -196,8 +191,6 @@ def plot_objectives(
     *,
     objectives: Names | None = None,
     design: int | str | None = None,
-    shares: ArrayLike | None = None,
-    people: Mapping[str, ArrayLike] | None = None,
     title: str = "",
 ) -> Drawing:
     """Return the objectives against each other, each pair once.
@@ -207,11 +200,6 @@ def plot_objectives(
             data frame or a result of pymoo.
         objectives: Names of two to seven objectives or other columns; all objectives by default.
         design: Number or label of a design to be marked, such as the chosen one.
-        shares: ``(k,)`` a share of each feasible design, such as
-            ``acceptability(table, factor=2)[:, 0]`` or ``table.confidence()["pareto"]``; large ones
-            are dark.
-        people: Weights of the objectives by person; a number marks the design that is the best for
-            them, as :class:`pymoo_psi.CompromiseProgramming` chooses.
         title: Subject of the table, with which the caption begins.
 
     Raises:
@@ -235,18 +223,6 @@ def plot_objectives(
     if design is not None:
         chosen = table.row_of(design)
     points = points_of_table(table, names, chosen)
-    if shares is not None:
-        points = replace(points, groups=shaded_groups(table, finite_array("shares", shares)))
-    if people:
-        from pymoo_psi.selection import CompromiseProgramming
-
-        ranking = table.feasible_ranking()
-        marks = list(points.marks)
-        for i, (name, weights) in enumerate(people.items(), 1):
-            best = ranking.rows[CompromiseProgramming(weights=weights).do(ranking)[0]]
-            label = f"{i}: {literal(name)}"
-            marks.append((best, {"marker": f"${i}$", "label": label, **_PERSON}))
-        points = replace(points, marks=marks)
     n = len(names) - 1
     with new_figure(28.0 + n * row_height(n)) as figure:
         for ax, first, second in _planes(figure, n):

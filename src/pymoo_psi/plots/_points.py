@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from pymoo_psi._validation import Array, Mask, Names, counted
-from pymoo_psi.page import SHADES
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import Style, literal, view
 from pymoo_psi.table import Kind, TestTable, read_table, value_ranks
@@ -242,26 +241,6 @@ def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
         "feasible, dominated": (_DOMINATED, feasible & ~pareto),
         PARETO: (_PARETO, pareto),
     }
-
-
-def shaded_groups(table: TestTable, shares: Array) -> Groups:
-    """Return the tests in groups, the Pareto-optimal ones by shares, the larger the darker.
-
-    Args:
-        table: The tests.
-        shares: ``(k,)`` shares of the feasible designs, from 0 to 1.
-    """
-    groups = _groups(table)
-    del groups[PARETO]
-    share = np.full(len(table), np.nan)
-    share[table.feasible_ranking().rows] = shares
-    share[~table.pareto()] = np.nan
-    low = -1.0
-    for colour, high in SHADES.items():
-        marker = Marker("D", colour, _PARETO.size, _PARETO.level + high)
-        groups[f"up to {100 * high:g} %"] = (marker, (share > low) & (share <= high))
-        low = high
-    return groups
 
 
 def _column(table: TestTable, name: str, chosen: int | None) -> Column:
