@@ -1,4 +1,4 @@
-"""Problems of other people: every problem of pymoo and of cmo, where that is installed."""
+"""Problems of other people: every problem of pymoo."""
 
 import contextlib
 import importlib
@@ -7,6 +7,7 @@ import pkgutil
 import warnings
 
 import numpy as np
+import pymoo.problems
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
@@ -38,9 +39,8 @@ def problems(package):
 
 
 @pytest.mark.filterwarnings("ignore")  # of the models
-@pytest.mark.parametrize("package", ["pymoo.problems", "cmo.problems"])
-def test_every_problem_gives_its_own_values(package):
-    found = [*problems(pytest.importorskip(package))]
+def test_every_problem_gives_its_own_values():
+    found = [*problems(pymoo.problems)]
     assert len(found) > 60
     for problem in found:
         table = investigate(problem, 4)

@@ -152,20 +152,6 @@ def test_a_part_of_a_part_is_the_part_by_both(width):
     refused("from 1.0 to 2.0", Restricted, Restricted(Beam(), outer), {"width": 0.5})
 
 
-@pytest.mark.parametrize("make", [Beam, lambda: VectorizedSphereChute(0.4)])
-def test_refined_bounds_lead_to_a_part(make):
-    table = investigate(make(), 128)
-    limits = {"f1": float(np.median(table.F[table.feasible(), 0]))}
-    lower, upper = table.under(limits=limits).refined_bounds()
-    finer = investigate(Restricted(make(), (lower, upper)), 128)
-    numeric = ~np.isnan(lower)
-    np.testing.assert_array_equal(finer.layout.lower[numeric], lower[numeric])
-    np.testing.assert_array_equal(finer.layout.upper[numeric], upper[numeric])
-    assert set(map(str, finer.X[:, ~numeric].ravel())) == set(
-        map(str, table.X[:, ~numeric].ravel())
-    )
-
-
 @pytest.mark.parametrize(
     "box", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
 )

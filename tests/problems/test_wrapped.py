@@ -19,7 +19,6 @@ from pymoo_psi import (
     Required,
     Restricted,
     Robust,
-    SurrogatePSI,
     investigate,
 )
 from pymoo_psi.problems import WrappedProblem
@@ -101,16 +100,6 @@ def test_investigations_of_a_new_wrapper_are_those_of_the_problem_written_by_han
     expected = investigate(written, 48)
     same(investigate(wrapped, 48), expected)
     same(minimize(wrapped, PSI(48, block_size=10)).algorithm.table, expected)
-
-
-@pairs
-def test_surrogates(pair, tmp_path):
-    tables = []
-    for name, problem in zip(("wrapped", "written"), pair(), strict=True):
-        run = SurrogatePSI(28, n_points=20, study=tmp_path / f"{name}.db")
-        tables.append(minimize(problem, run, seed=1).algorithm.table)
-    np.testing.assert_array_equal(tables[0].X, tables[1].X)
-    same(*tables)
 
 
 @pairs
