@@ -41,6 +41,11 @@ def lab():
     )
 
 
+@pytest.fixture
+def options(study_file):
+    return RunOptions(study=study_file)
+
+
 RESULTS = pd.DataFrame({"a": [0.5, 0.25, 0.75], "f": [1.5, 2.5, 1.0], "g": [2.0, 1.0, 3.0]})
 
 
@@ -55,9 +60,8 @@ def as_csv(frame, lab, path):
 
 
 @pytest.mark.parametrize("source_of", [as_csv, as_study, lambda frame, lab, path: frame])
-def test_outputs_that_are_expressions_are_computed(source_of, lab, tmp_path):
+def test_outputs_that_are_expressions_are_computed(source_of, lab, options, tmp_path):
     source = source_of(RESULTS.assign(h=1.0), lab, tmp_path / "source.db")
-    options = RunOptions(study=tmp_path / "s.db")
     remarks = import_tests(lab, source, options).remarks
     assert remarks == ("3 of 3 tests taken, 0 known already.",)
     table = read_table(options.study)
@@ -66,8 +70,7 @@ def test_outputs_that_are_expressions_are_computed(source_of, lab, tmp_path):
     assert (table.status == "ok").all()
 
 
-def test_a_contradiction_is_said_and_the_computed_value_counts(lab, tmp_path):
-    options = RunOptions(study=tmp_path / "s.db")
+def test_a_contradiction_is_said_and_the_computed_value_counts(lab, options):
     frame = RESULTS.assign(h=1.0, ratio=[0.75, 99.0, 0.333333], double=[2.5, np.nan, 77.0])
     _, *remarks = import_tests(lab, frame, options).remarks
     assert remarks == [
@@ -88,14 +91,13 @@ def test_a_contradiction_is_said_and_the_computed_value_counts(lab, tmp_path):
     )
 
 
-def test_operands_of_what_is_needed_are_needed(lab, tmp_path):
-    options = RunOptions(study=tmp_path / "s.db")
+def test_operands_of_what_is_needed_are_needed(lab, options):
     needed = "a column that the problem needs must be one of .* got"
     refused(f"{needed} 'h'", import_tests, lab, RESULTS, options)
     given = RESULTS.assign(ratio=1.0, double=1.0)
     refused(f"{needed} 'h'", import_tests, lab, given, options)
     refused(f"{needed} 'a'", import_tests, lab, given.drop(columns="a").assign(h=1.0), options)
-    assert not (tmp_path / "s.db").exists()
+    assert not options.study.exists()
 
 
 def exported(study, path):
@@ -138,16 +140,14 @@ def test_a_noisy_study_keeps_its_tests_beside_those_of_others(tmp_path):
     assert len(read_table(second, repeats=False)) == 26
 
 
-def test_repeats_of_a_model_without_noise_are_refused(lab, tmp_path):
-    options = RunOptions(study=tmp_path / "s.db")
+def test_repeats_of_a_model_without_noise_are_refused(lab, options):
     frame = pd.concat([RESULTS, RESULTS.head(1)]).assign(h=1.0)
     assert import_tests(lab, frame, options).remarks[0] == "3 of 4 tests taken, 0 known already."
     frame["f"] = [1.0, 2.0, 3.0, 4.0]
     refused("one of each design if the model is not noisy", import_tests, lab, frame, options)
 
 
-def test_names_may_have_the_units_of_the_problem(lab, tmp_path, in_folder):
-    options = RunOptions(study=tmp_path / "s.db")
+def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
     RESULTS.assign(h=1.0).rename(columns={"f": "f [kg]"}).to_csv("old.csv", index=False)
     assert len(import_tests(lab, "old.csv", options)) == 3
     RESULTS.assign(h=1.0).rename(columns={"f": "f [g]"}).to_csv("old.csv", index=False)
@@ -170,14 +170,13 @@ def test_means_of_tests_are_no_tests(tmp_path):
         )
 
 
-def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(tmp_path):
+def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_path):
     problem = get_problem("bnh")
     table = investigate(problem, 64)
     assert "infeasible" in table.status
     frame = pd.DataFrame({name: table[name] for name in table.layout.columns})
     frame["status"] = table.status
     frame.to_csv(tmp_path / "old.csv", index=False)
-    options = RunOptions(study=tmp_path / "s.db")
     tests = import_tests(problem, tmp_path / "old.csv", options)
     assert tests.remarks[0] == "64 of 64 tests taken, 0 known already."
     assert tests.status.tolist() == table.status.tolist()
@@ -186,11 +185,11 @@ def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(tmp_path):
     assert (new["proposal_round"] > 0).all()  # the 64 tests stand for the first points
 
 
-def test_values_outside_the_bounds_are_named(tmp_path):
+def test_values_outside_the_bounds_are_named(options):
     problem = get_problem("bnh")
     frame = pd.DataFrame({"x1": [1.0, 6.0, -2.0], "x2": 1.0, "f1": 1.0, "f2": 2.0})
     frame[["g1", "g2"]] = -1.0
-    tests = import_tests(problem, frame, RunOptions(study=tmp_path / "s.db"))
+    tests = import_tests(problem, frame, options)
     assert tests.remarks[1:] == ("x1 is outside 0 to 5 in 2 tests, the first 6.",)
     assert tests["x1"].tolist() == [1, 6, -2]
 
@@ -213,14 +212,14 @@ def test_choices_outside_a_box_are_tests_too(tmp_path):
 
 
 @pytest.mark.parametrize("value", [np.inf, "1,5x", ""])
-def test_a_value_that_no_variable_has_is_refused(value, tmp_path):
+def test_a_value_that_no_variable_has_is_refused(value, options):
     frame = pd.DataFrame({"x": [0.5, value], "m": "steel", "f1": 1.0}).astype({"x": object})
     refused(
         "row 2, x must be one real number",
         import_tests,
         Material(),
         frame,
-        RunOptions(study=tmp_path / "s.db"),
+        options,
     )
 
 

@@ -1,8 +1,5 @@
 """A study of whatever algorithm: nothing is lost, nothing evaluated twice, runs go on as one run."""
 
-from concurrent.futures import ThreadPoolExecutor
-from importlib.metadata import version
-
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -126,20 +123,6 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     assert numbers.dtype == np.int64
     F = problem.table.F[[rows[number] for number in numbers]]
     np.testing.assert_array_equal(F, result.pop.get("F"))
-
-
-@pytest.mark.skipif(version("pymoo") == "0.6.1.5", reason="all threads draw from one generator")
-def test_two_runs_at_once_share_the_work(tmp_path):
-    models = [Model(), Model()]
-
-    def run(model):
-        return population(solved(recorded(model, tmp_path / "s.db"), nsga3()))
-
-    with ThreadPoolExecutor(2) as threads:
-        first, second = threads.map(run, models)
-    seen = models[0].seen + models[1].seen
-    assert len(seen) == len(set(seen)) == len(read_table(tmp_path / "s.db"))
-    assert first == second
 
 
 # One batch

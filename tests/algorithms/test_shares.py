@@ -68,23 +68,6 @@ def test_mistakes(options, message, in_folder):
     refused(message, of_investigate, 8, **options)
 
 
-def test_a_merged_table_goes_on_as_a_study(tmp_path):
-    parts = [of_psi(100, share=(k, 2)) for k in (1, 2)]
-    parts[0].merge(parts[1]).to_study(tmp_path / "s.db")
-    calls = []
-
-    class Counted(Holed):
-        def name(self):
-            return "Holed"
-
-        def _evaluate(self, x, *args, **kwargs):
-            calls.append(len(x))
-            super()._evaluate(x, *args, **kwargs)
-
-    assert investigate(Counted(), 150, study=tmp_path / "s.db").equals(of_psi(150))
-    assert sum(calls) == 50
-
-
 def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path):
     whole = investigate(CHUTE, 3000)
     kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, investigate
@@ -250,25 +250,3 @@ def test_a_repeated_design_has_the_outputs_of_its_first_test(tmp_path, block_siz
     x, y = table.X.T
     np.testing.assert_array_equal(table.column("heat"), np.where(x == 3, 10.0 + y, np.nan))
     assert table.repeats.sum() == len(table) - len(set(map(tuple, table.X.tolist()))) > 0
-
-
-@pytest.mark.parametrize("elementwise", [True, False])
-def test_designs_that_recur_are_evaluated_once_and_not_where_they_violate_a_requirement(
-    elementwise,
-):
-    calls = []
-
-    class Grid(Problem):
-        def __init__(self):
-            options = {"xl": 0, "xu": 5, "vtype": int, "elementwise": elementwise}
-            super().__init__(n_var=2, n_obj=2, **options)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            a, b = np.transpose(x)
-            calls.extend(map(tuple, np.reshape(x, (-1, 2)).tolist()))
-            out["F"] = np.stack([a + b, 9 - a], axis=-1)
-
-    table = investigate(Grid(), 100, requirements=["x1 >= x2"], block_size=20)
-    assert sorted(calls) == sorted({(a, b) for a, b in table.X.tolist() if a >= b})
-    assert table.numbers.tolist() == list(range(1, 101))
-    np.testing.assert_array_equal(np.isfinite(table.F[:, 0]), table.X[:, 0] >= table.X[:, 1])

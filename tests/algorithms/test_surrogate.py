@@ -255,9 +255,10 @@ def test_proposals_are_stored_before_they_are_tested(study_file, undisturbed):
 
 
 @posix
-def test_an_asynchronous_run_killed_again_is_one_run(tmp_path):
+@pytest.mark.parametrize("case", ["asynchronous", "evidence"])
+def test_runs_killed_again_and_again_lose_and_repeat_nothing(case, tmp_path):
     """The benchmark, with fewer kills; it ends with an error where anything differs."""
-    command = [sys.executable, "-m", "benchmarks.kills", "asynchronous", "2"]
+    command = [sys.executable, "-m", "benchmarks.kills", case, "2"]
     root = Path(__file__).parents[2]
     environment = os.environ | {"PYTHONPATH": f"{root / 'src'}{os.pathsep}{root}"}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)

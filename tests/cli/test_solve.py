@@ -84,31 +84,6 @@ def test_a_problem_is_solved_as_asked(said):
     said("solve", "models:Beam", "--points", 64, "--box", box)
 
 
-def test_a_formulation_directs_the_surrogates(said):
-    """The second half of a study follows a decision made after the first."""
-    from models import Beam
-
-    asked = Formulation(
-        ["mass", "stiffness"], maximize=["stiffness"], limits={"height": (None, 100), "stress": 120},
-        computed={"stiffness": "5 / deflection"}, omitted=["overstress"],
-    )  # fmt: skip
-    asked.to_json("asked.json")
-    words = ["solve", "models:Beam", "--algorithm", "surrogate", "--study", "beam.db", "--seed", 0]
-    said(*words, "--points", 32)
-    undirected = read_table("beam.db")
-    assert "stiffness (max)" in said(*words, "--points", 56, "--decision", "asked.json")
-    table = read_table("beam.db")
-    np.testing.assert_array_equal(table.X[:32], undirected.X)
-    is_feasible = table.under(asked).feasible()
-    assert is_feasible[32:].mean() > 0.5 > 0.2 > is_feasible[:32].mean()
-    directed = SurrogatePSI(56, study="beam.db", formulation=asked)
-    result = minimize(Beam(), directed, seed=0)
-    assert result.algorithm.evaluator.n_eval == 0
-    rows = result.opt.get("test_point") - 1
-    np.testing.assert_array_equal(result.F, table.F[rows])
-    np.testing.assert_array_equal(np.sort(rows), np.flatnonzero(table.under(asked).pareto()))
-
-
 def test_mixed_variables_are_restricted(said):
     words = ["solve", "models:Mixed", "--points", 64, "--out", "o.csv"]
     said(*words, "--box", "n=2:4,steel=S235|S460", "--study", "s.db")

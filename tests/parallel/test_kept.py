@@ -115,17 +115,6 @@ def test_a_file_that_changes_between_two_calls_counts(folder):
         former |= processes(table)
 
 
-def test_a_module_that_is_reloaded_counts_with_a_runner_too(folder):
-    runner = JoblibRunner(2)
-    options = {"runner": runner, "n_jobs": 1}
-    require(folder.tests(**options), 1)
-    folder.write("helper.py", "FACTOR = 30")
-    folder.reload()
-    here = folder.tests(n_jobs=1)
-    assert here.F.tobytes() == folder.tests(**options).F.tobytes()
-    require(here, 30)
-
-
 def test_an_executor_has_new_code_too(folder):
     with ThreadPoolExecutor(2) as executor:
         options = {"runner": ExecutorRunner(executor), "n_jobs": 1}

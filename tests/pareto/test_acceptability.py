@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from pymoo_psi import CompromiseProgramming, acceptability, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
@@ -51,23 +49,6 @@ def test_a_weighted_sum_of_two_objectives_has_intervals_of_weights():
     result = Acceptability.of(TWO, p=1)
     assert np.abs(result.shares[:, 0] + np.diff(ends)).max() < 1e-3
     assert np.abs(result.central[:, 0] - (ends[1:] + ends[:-1]) / 2).max() < 1e-3
-
-
-def test_a_weighted_sum_of_three_objectives_has_polygons_of_weights():
-    """A design is the best where it loses to no other: half-planes of the first two weights."""
-    corners = [[-1.0, 0, 0], [0, -1, 0], [1, 1, -1]]  # of the simplex, a x + b y + c <= 0
-    result = Acceptability.of(THREE, p=1, places=1)
-    for i, design in enumerate(THREE):
-        d = design - np.delete(THREE, i, axis=0)
-        planes = np.column_stack([d[:, :2] - d[:, 2:], d[:, 2]])
-        planes = np.vstack([planes, corners])
-        sizes = np.linalg.norm(planes[:, :2], axis=1)
-        inside = linprog([0, 0, -1], np.column_stack([planes[:, :2], sizes]), -planes[:, 2])
-        area = 0.0
-        if inside.x[2] > 1e-9:
-            polygon = HalfspaceIntersection(planes, inside.x[:2]).intersections
-            area = ConvexHull(polygon).volume
-        assert result.shares[i, 0] == pytest.approx(2 * area, abs=0.002)  # of a triangle of 1/2
 
 
 def test_equal_weights_are_the_limit_of_a_small_factor():

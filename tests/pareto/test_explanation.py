@@ -116,11 +116,6 @@ def test_rounding_is_no_difference():
     assert explain(F, 1).neighbours.tolist() == [2, -1]
 
 
-def test_a_step_gives_up_least_and_not_the_nearest():
-    F = [[4, 4, 4], [3, 4.5, 6], [0, 5, 5], [0, 5, 5.5], [10, 0, 9], [9, 10, 0]]
-    assert explain(F, 0).neighbours.tolist() == [2, 4, 5]
-
-
 def test_a_step_is_a_hundredth_of_the_range_where_there_is_one():
     """On a dense front the nearest better design of all would tell nothing."""
     x = np.arange(1025) / 1024
@@ -227,14 +222,6 @@ def test_integers_that_label_other_tests_are_refused():
     refused("the name of one design", explain, table, "1")  # no label, though the number of a test
     assert explain(table_of(), "12").row == 1  # without labels that are numbers
     assert explain(table_of(["A", "B", "C", "D", "E"]), "12").row == 1
-
-
-def test_a_table_is_explained_under_its_formulation():
-    table = table_of().under(normalize=False, ranges={"a": (0, 10), "b": (0, 8)})
-    why = explain(table, 11)
-    assert why.sentences == table.explain(11).sentences
-    assert why.ranking.nadir.tolist() == [10, 8]
-    assert not why.ranking.frame.normalize
 
 
 @pytest.mark.parametrize(

@@ -8,18 +8,8 @@ from hypothesis import strategies as st
 
 from pymoo_psi import TestTable, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import nondominated, ranking_of
+from pymoo_psi.pareto import nondominated
 from tests.refusals import refused
-
-
-def test_a_ranking_knows_which_rows_it_ranks():
-    F = [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]]
-    ranking = rank_of_efficiency(F)
-    assert ranking.rows.tolist() == [0, 1, 2]
-    every = np.ones(3, dtype=bool)
-    some = ranking_of(ranking.objectives, every, normalize=True, rows=np.array([2, 5, 7]))
-    assert some.rows.tolist() == [2, 5, 7]
-    assert some.rank.tolist() == ranking.rank.tolist()
 
 
 def test_equally_near_designs_share_a_place_and_frames_are_ordered_by_it():

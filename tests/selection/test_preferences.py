@@ -6,8 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pymoo.decomposition.aasf import AASF
-from pymoo.decomposition.asf import ASF
 
 from pymoo_psi import (
     CompromiseProgramming,
@@ -15,7 +13,6 @@ from pymoo_psi import (
     Knee,
     ReferencePoint,
     SalukvadzeOptimum,
-    lp_tau,
     rank_of_efficiency,
 )
 from pymoo_psi.selection import compare_selectors
@@ -25,12 +22,6 @@ F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
 sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
     lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
 )
-
-
-def smooth_front(n=200):
-    """A convex front with scales of 1, 10 and 100."""
-    shares = lp_tau(n, 3, first=2) + 0.01
-    return (shares / shares.sum(axis=1, keepdims=True)) ** 2 * [1, 10, 100]
 
 
 def in_shares(F, point=0.0):
@@ -57,29 +48,6 @@ def test_the_ideal_as_reference_point_is_the_chebyshev_compromise(F, normalize):
     ideal = rank_of_efficiency(F).ideal
     aspiring = ReferencePoint(ideal, normalize=normalize).do(F)
     assert aspiring.tolist() == CompromiseProgramming(np.inf, normalize=normalize).do(F).tolist()
-
-
-REFERENCE_POINTS = [[0, 0, 0], [0.1, 1, 10], [0.5, 5, 50], [0.9, 0.1, 90], [0.05, 9, 3], [0.3, 0.2, 0.1]]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("weights", "rows"),
-    [
-        ([1, 1, 1], [0, 0, 108, 84, 167, 22]),
-        ([5, 1, 1], [121, 58, 22, 84, 167, 148]),
-        ([1, 3, 2], [162, 0, 63, 84, 167, 138]),
-    ],
-)
-def test_reference_points_choose_what_desdeo_and_pymoo_choose(weights, rows):
-    """The rows are those of desdeo-tools 1.9.0, ``ReferencePointASF`` with rho = 1e-9."""
-    F = smooth_front()
-    found = [ReferencePoint(r, weights=weights).do(F).tolist() for r in REFERENCE_POINTS]
-    assert found == [[row] for row in rows]
-    for point, row in zip(REFERENCE_POINTS, rows, strict=True):
-        _, d = in_shares(F, point)
-        divisors = 1 / np.array(weights)  # pymoo divides by its weights
-        assert ASF().do(d, divisors).argmin() == row
-        assert AASF(rho=1e-9).do(d, divisors).argmin() == row
 
 
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))

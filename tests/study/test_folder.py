@@ -41,14 +41,6 @@ def shares(folder, of, last, parts=None, head=HEAD):
     return whole
 
 
-def test_a_folder_is_read_as_one_study(tmp_path):
-    whole = shares(tmp_path, 5, 47)
-    facts, columns, missing = read_folder(tmp_path)
-    assert bits(of_one_run(columns)) == bits(whole)
-    assert facts.head == read(tmp_path / "share-2-of-5.db")[0]
-    assert missing == ""
-
-
 def test_points_that_are_missing_are_told(tmp_path):
     shares(tmp_path, 4, 20, [1, 3])
     _, columns, missing = read_folder(tmp_path)

@@ -137,22 +137,6 @@ def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
     assert sorted(os.listdir(tmp_path)) == ["ready", "s.db"]
 
 
-def test_many_writers_at_once_lose_nothing_and_repeat_nothing(tmp_path, workers):
-    path, log = tmp_path / "s.db", tmp_path / "log"
-    job = (
-        f"study = begun({str(path)!r}, wait={LONG})\n"
-        "for first in range(1, 81, 4):\n"
-        "    with study.writing():\n"
-        "        if len(study.contents(first, 4)[1]['x']) == 0:\n"
-        f"            say({str(log)!r}, first)\n"
-        "            study.append(block(first, 4))"
-    )
-    pids = [workers.start(job) for _ in range(4)]
-    assert [workers.wait(pid) for pid in pids] == [0] * 4
-    assert bits(read(path)[1]) == bits(block(1, 80))
-    assert sorted(map(int, lines(log))) == list(range(1, 81, 4))
-
-
 def test_readers_see_whole_blocks_while_others_write(study_file, workers):
     begun(study_file)
     expected = block(1, 200)

@@ -15,7 +15,6 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
-    ProgramProblem,
     Recorded,
     Restricted,
     SurrogatePSI,
@@ -23,7 +22,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.algorithms import RunOptions, import_tests
-from pymoo_psi.errors import EvaluationError, StudyMismatchError
+from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.study import Study
 from pymoo_psi.table import Layout, even_part, read_table, sensitivities
 from tests.refusals import refused
@@ -146,52 +145,6 @@ def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, 
     investigate(model, 4, study=study)
     record = Study(study).facts().runs[0].record
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
-
-
-class Weighed(ProgramProblem):
-    """A model with an output that its first version had not."""
-
-    def __init__(self, has_mass):
-        pattern = {"file": "stdout.txt", "pattern": "(.+)"}
-        outputs = {"a": pattern, "b": {"expression": "-width"}}
-        limits = {}
-        if has_mass:
-            outputs["mass"] = {"file": "stdout.txt", "pattern": "(.+)"}
-            limits = {"mass": "<= 1.5"}
-        program = {"command": "echo {width}"}
-        objectives = {"minimize": ["a", "b"]}
-        super().__init__({"width": [1, 2]}, program, outputs, objectives, limits)
-        self.n_evaluated = 0
-
-    def run(self, values, **kwargs):
-        self.n_evaluated += 1
-        return super().run(values, **kwargs)
-
-    def fingerprint(self):
-        return {}
-
-
-def test_tests_that_lack_an_output_with_a_limit_are_made_again_on_request_only(study):
-    investigate(Weighed(False), 4, study=study)
-    model = Weighed(True)
-    table = investigate(model, 4, study=study)
-    assert (model.n_evaluated, table.feasible().sum()) == (0, 0)
-    assert "missing, mass in 4 tests" in table.remarks[0]
-    X = table.X[:2]
-    refused(
-        "an output with a limit is not known",
-        Recorded(model, study).evaluate,
-        X,
-        error=EvaluationError,
-        return_values_of=["F", "G"],
-    )
-    assert model.n_evaluated == 0
-    again = Recorded(model, study, retry="incomplete")
-    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["G"]), X - 1.5)
-    assert model.n_evaluated == 2
-    table = investigate(model, 4, study=study, retry="incomplete")
-    assert model.n_evaluated == 4
-    np.testing.assert_array_equal(table["mass"], table["width"])
 
 
 @pytest.mark.parametrize("name", ["test", "run", "origin", "seconds"])
