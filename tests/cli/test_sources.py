@@ -166,10 +166,7 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(said, tmp_path):
         "5 designs (3 ok, 0 infeasible, 2 incomplete) written",
     ):
         assert text in shown
-    report = re.sub(
-        "<style.*?</style>", "", Path("report.html").read_text("utf-8"), flags=re.DOTALL
-    )
-    report = report[report.index("<main") :]  # not the data by which it can be checked
+    report = Path("report.html").read_text("utf-8").partition("<main")[2]
     assert "5 designs: 3 ok, 0 infeasible, 2 incomplete" in report
     assert "cost is missing" in report
     page = Path("page.html").read_text("utf-8")
@@ -178,10 +175,6 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(said, tmp_path):
         assert not re.search(r"\btest(s|ed)?\b|\bfail", text)
     for source in ("export.csv", "set.csv"):
         assert "5 designs: 3 ok" in repr(read_table(source, drop_incomplete=True))
-    said("solve", "models:Beam", "--points", 48, "--study", "s.db")
-    assert "48 tests: " in repr(read_table("s.db"))
-    said("report", "s.db", "--out", "tests.html")
-    assert "What was tested" in Path("tests.html").read_text("utf-8")
 
 
 def test_a_town_is_no_place_of_a_ranking(said, tmp_path):
@@ -218,15 +211,6 @@ def test_the_choice_comes_back_with_the_designs(sources, said, writer, suffix):
 def test_a_decision_is_a_formulation_with_a_choice(sources, said, tmp_path):
     row = read_table("beam.db").take([6])
     values = {name: float(row.column(name)[0]) for name in ("mass", "deflection")}
-    words = decision(page={"values": values})
-    for command in ("rank", "report", "page"):
-        printed = said(command, *words)
-        assert "Reason: in stock" in printed
-        assert "Chosen: test point 7." in printed
-    report = (tmp_path / "report.html").read_text("utf-8")
-    assert "Test point 7 is chosen" in report
-    assert "Reason: in stock" in report
-    assert '"chosen":"test point 7"' in (tmp_path / "page.html").read_text("utf-8")
     words = decision(page={"values": {"mass": 1.0}})
     assert "test point 7, the chosen design, has changed: mass was 1.0 and is" in joined(
         said("rank", *words)
@@ -276,17 +260,6 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
     pd.testing.assert_frame_equal(written, expected, check_dtype=False)
     for name in ("convergence.csv", "sensitivities.png"):
         assert Path("analysis", name).exists()
-    # Proposals are where the best designs were expected.
-    sought = ["--algorithm", "surrogate", "--points", 48, "--study", "sought.db"]
-    said("solve", "bnh", *sought)
-    for words in ([], ["--limits", "f1<=100"]):
-        printed = joined(said("analyze", "sought.db", *words))
-        for text in (
-            "By the first 20 of 48 tests, the points of a sequence",
-            "Sensitivities not available: f1 must be known of 40 tests or more",
-            "The last doubling, from 10 to 20 tests",
-        ):
-            assert text in printed
     assert "--variables must be named" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
 
 
@@ -297,16 +270,6 @@ def test_export_changes_nothing(sources, said, suffix):
         printed = said("export", source, "--out", f"o-{source}.{suffix}")
         assert "64 tests (" in printed
         assert read_table(f"o-{source}.{suffix}").equals(table)
-
-
-def test_a_zero_whose_sign_was_turned_is_a_plain_zero(said, tmp_path):
-    (tmp_path / "set.csv").write_text("mass,gain\n1,0\n0.5,2\n0.25,5\n")
-    words = ["set.csv", "--maximize", "gain"]
-    printed = said("rank", *words)
-    said("report", *words, "--design", 1)
-    report = (tmp_path / "report.html").read_text("utf-8")
-    for text in (printed, *re.findall(r"<(?:p|td)>(.*?)</", report)):
-        assert not re.search(r"(?<!\w)-0(?![.\d])", text), text
 
 
 YIELDS = "name,price,yield\nA,5,80\nB,4,70\nC,3,60\n"

@@ -662,10 +662,11 @@ def test_the_legend_names_marks_that_are_there(reader):
 
 
 def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said):
-    Path("f.csv").write_text("gain,cost\n-.31415,9\n20000.5,5\n3000.25,7\n-4000,11\n")
-    printed = said("rank", "f.csv")
-    said("page", "f.csv", "--out", "p.html")
-    said("report", "f.csv", "--out", "r.html")
+    Path("f.csv").write_text("gain,cost\n-.31415,9\n20000.5,5\n3000.25,7\n-4000,11\n0,4\n")
+    words = ("f.csv", "--maximize", "gain")  # which turns the sign of a zero
+    printed = said("rank", *words)
+    said("page", *words, "--out", "p.html")
+    said("report", *words, "--design", 5, "--out", "r.html")
     table = visit(Path("p.html").resolve()).text("#table")
     for text in (printed, table, Path("r.html").read_text("utf-8")):
         assert not re.search(r"-0(?![.\d])", text)
