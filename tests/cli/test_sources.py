@@ -308,7 +308,6 @@ def test_what_speaks_against_the_optimum_leads(said, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["rank", "--sheet", "A"], "--sheet must be left out"),
         (["rank", "--maximize", "f9"], "set.csv: --maximize must be one of"),
         (["rank", "--skip-rows", "9"], "--skip-rows must be numbers of lines"),
         (["page", "--average-by", "q"], "--average-by must be one of"),

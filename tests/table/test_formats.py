@@ -79,4 +79,3 @@ def test_other_suffixes_are_refused_by_those_that_there_are(formats, said, tmp_p
     assert rule in said("rank", "set.csv", "--out", "o.json", code=2)
     assert suffixes_for("tests") == [".csv", ".xlsx", ".db", ".records"]
     refused(rule, format_of, "o.json", "designs")
-    refused("sheet must be left out", read_table, "set.csv", sheet="S1")

@@ -17,6 +17,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.population import Population
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
@@ -145,11 +146,11 @@ FILES = {
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "names of a header with blanks": ("  unit cost   mass\n0  1.5  30\n", {}, "put commas between the cells"),
     "as many names as cells": ("unit cost   mass\nA  1.5  30\n", {}, {"cost": [1.5], "mass": [30]}),
-    "a title": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {}, "a name is empty in line 1, .* skip_rows=.1"),
-    "a title of two columns": ("Offers 2026,\nprice,power\n1,5\n2,7\n", {}, "a name is empty in line 1, .* skip_rows=.1"),
+    "a title": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {}, "lacks a name; .* skip_rows="),
+    "a title of two columns": ("Offers 2026,\nprice,power\n1,5\n2,7\n", {}, "lacks a name; .* skip_rows="),
     "a title without separators": ("Offers 2026\nname;price;power\nA;1;5\nB;2;7\n", {}, "line 1 has 1 cell, most lines 3; .* skip_rows=.1"),
     "a title left out": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {"skip_rows": [1]}, {"price": [1, 2], "power": [5, 7]}),
-    "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "a name is empty in line 1, .* skip_rows=.1"),
+    "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "lacks a name; .* skip_rows="),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
     "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
@@ -162,7 +163,7 @@ FILES = {
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
-    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "a name is empty in line 1"),
+    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "lacks a name"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
@@ -601,13 +602,13 @@ def test_results_of_pymoo_are_sources():
     np.testing.assert_array_equal(table.F, result.F)
     np.testing.assert_array_equal(table.X, result.X)
     mixed = Result()
-    mixed.opt, mixed.F = (), np.array([[1.0, 2.0], [2.0, 1.0]])
-    mixed.X = np.array([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}])
+    X = np.array([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}])
+    mixed.opt = Population.new(X=X, F=np.array([[1.0, 2.0], [2.0, 1.0]]))
     table = read_table(mixed)
     assert table.layout.variables == ("width", "wood")
     assert table["wood"].tolist() == ["oak", "ash"]
-    mixed.F = mixed.X = None
-    refused("a result of pymoo with a feasible design", read_table, mixed)
+    mixed.opt = None
+    refused("a result of pymoo with designs", read_table, mixed)
 
 
 class Bounded(ElementwiseProblem):

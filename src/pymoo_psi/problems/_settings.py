@@ -8,7 +8,6 @@ import shlex
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
-from itertools import chain
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -31,7 +30,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._placeholders import BRACES
-from pymoo_psi.table import columns_of_rows, rows_of_text, sides_of_text
+from pymoo_psi.table import cells_of_text, sides_of_text
 
 # How an output can be given.
 WAYS = "given as file with one of pattern, key and column, or as expression"
@@ -214,20 +213,19 @@ class Output:
         """Return the cells of the column."""
         remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
-            rows, _ = rows_of_text(text, range(1, self.header))
-            columns = columns_of_rows(rows)
+            cells, _ = cells_of_text(text, range(1, self.header))
         except ArgumentValueError as error:
             problem = getattr(error, "problem", error)  # without options of the command
             raise ValueError(f"{self.file} is no table: {problem}; {remedy}") from None
-        if self.column not in columns:
-            names = ", ".join(columns)
+        if self.column not in cells:
+            names = ", ".join(cells)
             problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
             raise ValueError(f"{problem}; {remedy}")
-        cells = chain.from_iterable(columns.values())
-        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells)):
+        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells.to_numpy().ravel())):
             # Beside it 1.250 may be a thousand and more.
             raise ValueError(f"{self.file} has decimal commas; write decimal = ','")
-        return columns[self.column]
+        texts: list[str] = cells[self.column].tolist()
+        return texts
 
 
 def _require_inside(argument: str, file: str) -> None:

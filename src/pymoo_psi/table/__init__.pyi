@@ -21,14 +21,13 @@ from ._table import TestTable as TestTable
 
 from ._analysis import alike as alike
 from ._cells import UnfitError as UnfitError
-from ._cells import columns_of_rows as columns_of_rows
 from ._cells import is_blank as is_blank
 from ._cells import where as where
 from ._expression import Expression as Expression
 from ._formats import STUDY as STUDY
+from ._formats import cells_of_text as cells_of_text
 from ._formats import format_of as format_of
 from ._formats import metadata_path as metadata_path
-from ._formats import rows_of_text as rows_of_text
 from ._formats import suffixes_for as suffixes_for
 from ._formulation import NUMBER as NUMBER
 from ._formulation import OPEN as OPEN

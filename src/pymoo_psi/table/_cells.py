@@ -130,62 +130,14 @@ class Column(NamedTuple):
 # From rows to cells
 
 
-def columns_of_rows(rows: RowsByLine) -> dict[str, list[Any]]:
-    """Return the columns of rows by the names in the first of them.
+def cells_of_rows(rows: RowsByLine) -> Cells:
+    """Return rows as cells whose columns have the texts in the first row, as they are, as names.
 
     Raises:
-        ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
-            name occurs twice.
+        ArgumentValueError: There is no row, or they differ in length.
     """
-    header, columns = _divided(rows)
-    if len(rows) < 2:
-        raise UnfitError("it holds column names, but no row", "add a line for each design")
-    names = []
-    for cell in header:
-        # A file without names would lose its first design as names, and nobody would notice.
-        if is_number(cell):
-            raise UnfitError(
-                f"its first line must name the columns, and holds numbers, {cell!r:.40}",
-                "put a line of names above them, or leave lines above it out by skip_rows=",
-            )
-        # A line break could not be typed in an option.
-        names.append(re.sub(r"\s*[\r\n]\s*", " ", str(cell).strip()))
-    if names[0] == "":
-        names[0] = "index"  # data frames write the numbers of rows without a name
-    cells: dict[str, list[Any]] = {}
-    for name, column in zip(names, columns, strict=True):
-        if name in cells:
-            raise UnfitError(
-                f"its header names the column {name!r} {names.count(name)} times",
-                "rename all but one, or leave titles out by skip_rows=",
-            )
-        if name:
-            cells[name] = column
-        elif not all(map(is_blank, column)):  # no comma at the end of every line
-            line = next(iter(rows))
-            raise UnfitError(
-                f"a name is empty in line {line}, which must name the columns",
-                f"if it is a title, skip it by skip_rows=[{line}]; else complete it",
-            )
-    return cells
+    import pandas as pd  # loaded only where cells are read
 
-
-def columns_as_written(rows: RowsByLine) -> dict[str, list[Any]]:
-    """Return the columns of a file of ours by the names in the first row, as they are.
-
-    Raises:
-        ArgumentValueError: The rows differ in length.
-    """
-    header, columns = _divided(rows)
-    return dict(zip(map(str, header), columns, strict=True))
-
-
-def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
-    """Return the first row, and the columns below it.
-
-    Raises:
-        UnfitError: There is no row, or they differ in length.
-    """
     if not rows:
         raise UnfitError("it is empty; it must hold a line of column names, then the designs")
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
@@ -196,15 +148,46 @@ def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
                 f"complete it, or leave it out by skip_rows=[{end}] if it is a title or a note",
             )
     header, *others = rows.values()
-    return header, [[row[j] for row in others] for j in range(usual)]
-
-
-def with_lines(columns: dict[str, list[Any]], rows: RowsByLine) -> Cells:
-    """Return columns as cells that know their lines; the first row has their names."""
-    import pandas as pd
-
     lines = pd.Index([*rows][1:], name=LINE)
-    return pd.DataFrame(columns, index=lines, dtype=object)
+    return pd.DataFrame(others, index=lines, columns=list(map(str, header)), dtype=object)
+
+
+def named_cells(rows: RowsByLine) -> Cells:
+    """Return rows that people wrote as cells with names.
+
+    Raises:
+        ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
+            name occurs twice.
+    """
+    cells = cells_of_rows(rows)
+    if len(cells) == 0:
+        raise UnfitError("it holds column names, but no row", "add a line for each design")
+    names = []
+    for name in cells:
+        # A file without names would lose its first design as names, and nobody would notice.
+        if is_number(name):
+            raise UnfitError(
+                f"its first line must name the columns, and holds numbers, {name!r:.40}",
+                "put a line of names above them, or leave lines above it out by skip_rows=",
+            )
+        # A line break could not be typed in an option.
+        names.append(re.sub(r"\s*[\r\n]\s*", " ", name.strip()))
+    if names[0] == "":
+        names[0] = "index"  # data frames write the numbers of rows without a name
+    cells = cells.set_axis(names, axis="columns")
+    if "" in names:
+        if not cells[[""]].map(is_blank).all(axis=None):  # no comma at the end of every line
+            raise UnfitError(
+                "its first line must name the columns, and lacks a name",
+                "complete it, or leave it out by skip_rows= if it is a title",
+            )
+        cells = cells.drop(columns="")
+    for name in cells.columns[cells.columns.duplicated()]:
+        raise UnfitError(
+            f"its header names the column {name!r} {names.count(name)} times",
+            "rename all but one, or leave titles out by skip_rows=",
+        )
+    return cells
 
 
 def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
@@ -231,15 +214,14 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
             elif name in names:
                 name = f"{name} (index)"
             levels.append(str(name))
-        keys = frame.index.set_names(levels).to_frame()
-        head = {"label": ", ".join(levels)}
+        label = ", ".join(levels)
+        head = {"label": label}
+        cells = cells.reset_index(names=levels)
         if len(levels) > 1:
-            head = {**head, "variables": levels}
-            texts = [", ".join(map(str, key)) for key in frame.index]
-            keys.insert(0, head["label"], texts)
-        cells = pd.concat([keys, cells], axis="columns")
+            head = {"label": label, "variables": levels}
+            cells.insert(0, label, [", ".join(map(str, key)) for key in frame.index])
     cells = cells.astype(object)
-    return cells.where(cells.notna(), None).reset_index(drop=True), head
+    return cells.where(cells.notna(), None), head
 
 
 # The places of cells, for messages

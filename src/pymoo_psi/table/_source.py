@@ -67,7 +67,7 @@ _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 # Columns that follow from others in what we wrote. Other people's mean something else.
 _OF_RANKINGS = (*RANKING_COLUMNS, "mark")
-# Columns of a ranking that all versions have written.
+# By these a ranking is recognized.
 _DISTANCES = ("mu1", "mu2", "mu3")
 # Words by which other programs say that a design has failed.
 _FAILURE = re.compile(
@@ -226,7 +226,7 @@ def _content(
     elif isinstance(source, pd.DataFrame):
         cells, head = cells_of_frame(source)
     elif hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
-        return _table_of_result(source)
+        return _table_of_population(getattr(source, "opt", source))
     else:
         F = real_array("source", source, "or give the path of a file")
         if F.ndim != 2 or F.size == 0:
@@ -241,36 +241,22 @@ def _content(
     return cells.set_index(rows), head
 
 
-def _table_of_result(result: Any) -> TestTable:
-    """Return the designs of a result, an algorithm or a population of pymoo.
+def _table_of_population(population: Any) -> TestTable:
+    """Return the designs of a population of pymoo.
 
     Objectives are called f1, f2, …, constraints g1 and h1, variables x1 or by their names.
     """
-    if isinstance(result, np.ndarray):
-        X, F, G, H = result.get("X", "F", "G", "H")  # type: ignore[attr-defined]
-    else:
-        if hasattr(result, "result"):
-            result = result.result()
-        X, F, G, H = (getattr(result, name, None) for name in "XFGH")
-    if F is None or len(F) == 0:
-        raise invalid("source", "a result of pymoo with a feasible design", Received("none"))
-    F = np.atleast_2d(F)
-    constraints = []
-    for values in (G, H):
-        none = values is None or np.size(values) == 0
-        constraints.append(np.zeros((len(F), 0)) if none else np.atleast_2d(values))
-    X = np.atleast_1d(X)
-    variables: int | list[str] = np.atleast_2d(X).shape[1]
+    if population is None or len(population) == 0:
+        raise invalid("source", "a result of pymoo with designs", Received("none"))
+    X, F, G, H = population.get("X", "F", "G", "H")
+    variables: int | list[str] = len(X[0])
     if isinstance(X[0], Mapping):
-        X = [*X]
         variables = [*X[0]]
-    elif X.ndim == 1:
-        X = np.atleast_2d(X)
-    layout = Layout.of(variables, F.shape[1], *(values.shape[1] for values in constraints))
+    layout = Layout.of(variables, F.shape[1], G.shape[1], H.shape[1])
     label = "design" if "row" in layout.variables else "row"
     numbers = range(1, len(F) + 1)
     layout = replace(layout, label=label)
-    return TestTable.of(numbers, X, F, *constraints, layout=layout, extra={label: [*numbers]})
+    return TestTable.of(numbers, [*X], F, G, H, layout=layout, extra={label: [*numbers]})
 
 
 def _content_of_file(
@@ -283,10 +269,7 @@ def _content_of_file(
         return tests_of_folder(path)
     with path.open("rb") as stream:
         file = SourceFile(path, stream, encoding, skip_rows, sheet)
-        file_format = recognized(file)
-        if sheet is not None and not file_format.has_sheets:
-            raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
-        content = file_format.read(file)
+        content = recognized(file).read(file)
     if isinstance(content, StoredTests):
         return content
     columns, head = content
@@ -338,10 +321,13 @@ def _designs(
     Raises:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
-    is_ranking = {*_DISTANCES} <= {*cells}
-    is_of_tests = _is_of_tests(cells)
+    derived: tuple[str, ...] = ()  # what we wrote, and follows from other columns
+    if {*RESULTS} <= {*cells} and {*map(str, cells["status"])} <= {*STATUSES}:
+        derived = RESULTS
+    elif {*_DISTANCES} <= {*cells}:
+        derived = _OF_RANKINGS
     is_stated = head.get("objectives") or formulation.objectives
-    if not is_stated and (is_of_tests or (is_ranking and "metadata" in head)):
+    if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
         raise UnfitError(
             f"it is without {head.get('metadata', 'its table')}, which says what the columns are",
             "put it beside the file or give the table itself, or say --objectives and --maximize "
@@ -349,28 +335,14 @@ def _designs(
         )
     remarks: list[str] = []
     # A failed design may hold anything, so it is left out before numbers are read.
-    if is_of_tests:
+    if derived == RESULTS:
         cells = _kept(cells, cells["status"] == "ok", "not feasible", remarks)
-    if is_ranking and "mark" in cells:  # exported by the page
+    elif derived and "mark" in cells:  # exported by the page
         cells = _kept(cells, cells["mark"] != "prototype", "prototypes of a page", remarks)
     if is_file:
         texts = cells.map(lambda cell: str(cell).strip())
         cells = _kept(cells, ~texts.duplicated(), "equal to another one in all cells", remarks)
-    return cells, remarks
-
-
-def _is_of_tests(cells: Cells) -> bool:
-    """Whether designs were written with their status, as tests are."""
-    return {*RESULTS} <= {*cells} and {*map(str, cells["status"])} <= {*STATUSES}
-
-
-def _derived(cells: Cells) -> tuple[str, ...]:
-    """Return the names of columns that follow from others, as those that we wrote do."""
-    if _is_of_tests(cells):
-        return RESULTS
-    if {*_DISTANCES} <= {*cells}:
-        return _OF_RANKINGS
-    return ()
+    return cells.drop(columns=[*derived], errors="ignore"), remarks
 
 
 def _kept(cells: Cells, is_kept: Mask | Any, why: str, remarks: list[str]) -> Cells:
@@ -470,8 +442,6 @@ def _table(
     separator = head.get("separator", "")
     labels: set[str | None] = {name for name in cells if name.strip().lower() in _LABELS}
     columns = read_columns(cells, head.get("decimal"), labels, separator)
-    for name in _derived(cells):
-        columns.pop(name, None)
     label = head.get("label")
     if label not in columns:  # also where it follows from others
         label = _label(columns)

@@ -13,7 +13,7 @@ from pathlib import Path
 from pymoo_psi._validation import FilePath, invalid
 from pymoo_psi.table._formats._format import FileFormat, SourceFile, StudyFile, tests_of_folder
 from pymoo_psi.table._formats._others import OtherFile
-from pymoo_psi.table._formats._texts import CsvFile, JsonFile, metadata_path, rows_of_text
+from pymoo_psi.table._formats._texts import CsvFile, JsonFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._xlsx import WorkbookFile
 
 __all__ = [
@@ -23,10 +23,10 @@ __all__ = [
     "WORKBOOK",
     "FileFormat",
     "SourceFile",
+    "cells_of_text",
     "format_of",
     "metadata_path",
     "recognized",
-    "rows_of_text",
     "suffixes_for",
     "tests_of_folder",
 ]

@@ -85,12 +85,10 @@ class FileFormat(ABC):
         writes: What can be written in this format: ``"tests"``, tables of tests as of
             ``pymoo-psi export``; ``"designs"``, designs with their ranking as of ``pymoo-psi
             rank``; both or nothing.
-        has_sheets: Whether the option ``sheet`` selects a part of such a file.
     """
 
     suffix: str
     writes: Collection[str] = ()
-    has_sheets: bool = False
 
     def recognizes(self, file: SourceFile) -> bool:
         """Say whether a file is of this format; by its suffix unless a subclass knows better.

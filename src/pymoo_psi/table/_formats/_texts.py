@@ -29,11 +29,10 @@ from pymoo_psi.table._cells import (
     RowsByLine,
     UnfitError,
     cells_of_frame,
-    columns_as_written,
-    columns_of_rows,
+    cells_of_rows,
     is_blank,
     is_number,
-    with_lines,
+    named_cells,
 )
 from pymoo_psi.table._formats._format import (
     FileFormat,
@@ -84,27 +83,21 @@ class CsvFile(FileFormat):
         metadata = metadata_path(file.path)
         text = file.text
         if not is_marked(metadata):
-            rows, separator = rows_of_text(text, file.skip_rows)
-            stated = {"separator": separator, "metadata": metadata.name}
-            return with_lines(columns_of_rows(rows), rows), stated
+            cells, separator = cells_of_text(text, file.skip_rows)
+            return cells, {"separator": separator, "metadata": metadata.name}
         head, n_rows = _described(metadata)
         if is_of_tests(head):
             separator = head.get("separator", ",")
             rows = _rows([*StringIO(text, newline="")], separator, skipinitialspace=False)
-            columns = columns_as_written(rows)
+            cells = cells_of_rows(rows)
         else:
-            rows, _ = rows_of_text(text, file.skip_rows, has_comments=False)
-            columns = columns_of_rows(rows)
-        n = len(rows) - 1
-        if n_rows != n and not file.skip_rows:
+            cells, _ = cells_of_text(text, file.skip_rows, has_comments=False)
+        if n_rows != len(cells) and not file.skip_rows:
             raise UnfitError(
-                f"it has {counted(n, 'row')}, and {n_rows} by {metadata.name}",
+                f"it has {counted(len(cells), 'row')}, and {n_rows} by {metadata.name}",
                 "restore both, or remove the latter and say --objectives and --maximize",
             )
-        written = {}
-        for name, column in columns.items():
-            written[written_text(name)] = list(map(written_text, column))
-        return with_lines(written, rows), head
+        return cells.map(written_text).rename(columns=written_text), head
 
     def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns, and what they are into a file beside, whole or not at all.
@@ -250,16 +243,16 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
 # Texts of other programs and people
 
 
-def rows_of_text(
+def cells_of_text(
     text: str, skip_rows: Collection[int] = (), *, has_comments: bool = True
-) -> tuple[RowsByLine, str]:
-    """Return the rows of a text, the first with the names of its columns, and its separator.
+) -> tuple[Cells, str]:
+    """Return the cells of a text and the mark between them.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
     Lines that begin with ``#`` may be comments; one that could be a design is refused.
 
     Raises:
-        ArgumentValueError: It is no table.
+        ArgumentValueError: It is no table of named columns with one row or more.
     """
     lines = [*StringIO(text, newline="")]
     # Lines that do not count are blank, so that all others keep their numbers.
@@ -278,7 +271,7 @@ def rows_of_text(
         rows = _names_in_comments(above, len(row)) | rows
     elif separator == " ":
         _require_plain_names(lines[first - 1], len(row))
-    return rows, separator
+    return named_cells(rows), separator
 
 
 def _names_in_comments(comments: Names, n: int) -> RowsByLine:
@@ -311,13 +304,11 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
     Raises:
         ArgumentValueError: A row may be a comment or a design.
     """
-    designs = {}
+    designs: RowsByLine = {}
     for end, row in rows.items():
         if not row[0].startswith("#") or is_blank(row[0]):
             designs[end] = row
-    width = max(map(len, designs.values()), default=0)
-    for end in rows.keys() - designs.keys():
-        if len(rows[end]) == width and all(rows[end]):
+        elif all(row) and all(len(row) == len(design) for design in designs.values()):
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
                 f"leave it out by skip_rows=[{end}] if it is a comment, or rename it",
@@ -398,15 +389,15 @@ class JsonFile(FileFormat):
         """Return the designs, whose keys name the columns."""
         import pandas as pd  # loaded only where JSON is read
 
+        call = f"pandas.read_json('{file.path.name}', lines=True).to_csv('designs.csv')"
         try:
             designs = json.loads(file.text, object_pairs_hook=distinct)
-        except (ValueError, RecursionError) as error:
-            remedy = ""
-            if "Extra data" in str(error):
-                call = f"pandas.read_json('{file.path.name}', lines=True).to_csv('designs.csv')"
-                remedy = f"if it has one object on each line (JSON Lines), export it by {call}"
-            raise UnfitError(f"it is JSON, but no list of designs: {error}", remedy) from None
-        if not isinstance(designs, list) or not all(isinstance(row, dict) for row in designs):
+            if not all(isinstance(row, dict) for row in designs):
+                raise TypeError("it holds other values than objects")
+        except (ValueError, TypeError, RecursionError) as error:
             example = '[{"name": "A", "cost": 1.5}]'
-            raise UnfitError(f"it is JSON, but no list of designs such as {example}")
+            raise UnfitError(
+                f"it is JSON, but no list of designs such as {example}: {error}",
+                f"if it has one object on each line (JSON Lines), export it by {call}",
+            ) from None
         return cells_of_frame(pd.DataFrame(designs))

@@ -24,9 +24,8 @@ from pymoo_psi.table._cells import (
     Cells,
     RowsByLine,
     UnfitError,
-    columns_as_written,
-    columns_of_rows,
-    with_lines,
+    cells_of_rows,
+    named_cells,
 )
 from pymoo_psi.table._formats._format import (
     FileFormat,
@@ -37,7 +36,6 @@ from pymoo_psi.table._layout import headings_of
 
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
-_WIDTH = 16  # the width of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
 _NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a cell with a number does not keep
@@ -48,7 +46,6 @@ class WorkbookFile(FileFormat):
 
     suffix = ".xlsx"
     writes = ("tests", "designs")
-    has_sheets = True
 
     def recognizes(self, file: SourceFile) -> bool:
         """Say whether a file begins as workbooks do."""
@@ -58,8 +55,8 @@ class WorkbookFile(FileFormat):
         """Return the cells of a sheet, with what we wrote of them."""
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
         if is_of_tests(head):
-            return columns_as_written(rows), head
-        return with_lines(columns_of_rows(rows), rows), head
+            return cells_of_rows(rows), head
+        return named_cells(rows), head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
@@ -71,7 +68,6 @@ class WorkbookFile(FileFormat):
         sheet = book.create_sheet("designs")
         sheet.freeze_panes = "A2"
         headings = headings_of(columns, head.get("units", {}))
-        sheet.sheet_format.defaultColWidth = _WIDTH
         make_cell = openpyxl.cell.cell.WriteOnlyCell
         illegal = openpyxl.cell.cell.ILLEGAL_CHARACTERS_RE
 
