@@ -178,17 +178,6 @@ def test_a_limit_on_an_output_that_no_test_has_is_refused_at_the_end(keep, tmp_p
     assert read_table(study).equals(investigate(problem, 32))
 
 
-def test_a_run_with_a_limit_on_an_output_that_no_test_has_finds_nothing_before_it_is_refused():
-    algorithm = PSI(32, limits={"heat": 0.5}, block_size=8)
-    algorithm.setup(Sometimes(gives=False))
-    for _ in range(3):
-        algorithm.next()
-        assert len(algorithm.opt) == 1  # the least infeasible one, as nothing is feasible
-        assert np.isinf(algorithm.pop.get("CV")).all()
-    algorithm.next()
-    refused("a name in limits must be one of .*'heat'", algorithm.result)
-
-
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 @pytest.mark.parametrize("block_size", [7, 64, 1000])
 @pytest.mark.parametrize("name", ["bnh", "osy", "dtlz2"])

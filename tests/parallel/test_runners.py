@@ -338,29 +338,3 @@ def test_a_problem_that_cannot_be_sent_or_loaded_is_an_error(workers):
         [1, 2],
         error=WorkerError,
     )
-
-
-@pytest.mark.parametrize("workers", [{"n_jobs": 1}, {"n_jobs": 2, "in_process": False}])
-def test_an_error_that_cannot_say_what_it_is_costs_one_design(workers):
-    """Nor is one an interrupt whose text raises one; a text of any length ends in one line."""
-
-    class SilentError(Exception):
-        def __str__(self):
-            raise KeyboardInterrupt
-
-    class Silent(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] == 3:
-                raise SilentError
-            if x[0] == 4:
-                raise ValueError("torn " * 2_000_000)
-            out["F"] = x
-
-    runner = JoblibRunner(**workers)
-    problem = FailureTolerant(Silent(n_var=1, n_obj=1, xl=0.0, xu=9.0, elementwise_runner=runner))
-    F = problem.evaluate(np.arange(9.0)[:, None], return_values_of=["F"])
-    assert np.flatnonzero(np.isinf(F[:, 0])).tolist() == [3, 4]
-    silent, long = (failure.reason for failure in problem.failures)
-    assert silent == "SilentError"
-    assert long.startswith("ValueError: torn torn")
-    assert len(long) == 400

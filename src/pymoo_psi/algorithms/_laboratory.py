@@ -235,7 +235,7 @@ class _NewDesigns:
         return designs
 
     def of_surrogates(self, options: RunOptions, store: StudyStore, n: int) -> list[Values]:
-        """Return up to n designs that surrogates propose, one or more."""
+        """Return up to n designs that surrogates propose."""
         if n == 0:
             return []
         import pandas as pd
@@ -252,11 +252,7 @@ class _NewDesigns:
         table = model.under_so_far(table.take(space.has_options(table.X)))
         seed = options.seed or 0
         points = proposed_now(model, table, pending, n, seed, self.round_number - 1)
-        proposals = self._first(space.matrix(points), n)
-        if not proposals:
-            remedy = "tell the results of pending tests, or ask for points of the sequence"
-            raise invalid("the number of designs", "0, as surrogates find no new one", n, remedy)
-        return proposals
+        return self._first(space.matrix(points), n)
 
     def _first(self, X: Designs, n: int) -> list[Values]:
         """Return the first n new ones of some designs; from now on they are known and pending."""

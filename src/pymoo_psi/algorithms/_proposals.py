@@ -137,12 +137,6 @@ def propose(
     return proposals
 
 
-def _expected_gain(gap: Array, error: Array) -> Array:
-    """Return ``(n,)`` by how much normal values are expected to be below their means minus gaps."""
-    z = gap / np.maximum(error, _LEAST_DIVISOR)
-    return np.asarray(error * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z)))
-
-
 def best_and_spread(Y: Array, learned: Learned, task: Task, size: int) -> Rows:
     """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
     order = _best_tests(learned.to(bounded(Y)), learned, task)
@@ -292,7 +286,9 @@ class _Surrogates:
         distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
         least = np.linalg.norm(np.maximum(self.front, 0), axis=1).min()
-        gain = _expected_gain(distance - least, np.linalg.norm(error, axis=1))
+        deviation = np.linalg.norm(error, axis=1)
+        z = (distance - least) / np.maximum(deviation, _LEAST_DIVISOR)
+        gain = deviation * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z))
         return np.asarray(gain - _WORTH_OF_DISTANCE * distance)
 
 

@@ -18,7 +18,7 @@ import statistics
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -48,7 +48,6 @@ _MEASURED_SECONDS = 1e-3
 CHUNK_SECONDS = 0.05
 # Seconds without a result after which the reader of results may do something else.
 POLLING_SECONDS = 0.05
-_LONGEST = 10_000  # characters of an error's message that are read
 
 
 class Cost:
@@ -96,10 +95,7 @@ class Cost:
 
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
-    message = ""
-    with suppress(BaseException):  # the class of a model's error may fail to say what it is
-        message = str(error)[:_LONGEST]
-    text = " ".join(f"{type(error).__name__}: {message}".split()).removesuffix(":")
+    text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
     if len(text) > 400:  # some lines of a terminal, or a cell of a table
         return f"{text[:397]}..."
     return text
