@@ -433,6 +433,6 @@ def run_export(options: Options) -> int:
             say(remark)
     if file_format is STUDY and "problem" not in (table.problem or {}):
         say("The problem of the tests is unknown: no run can continue the study.")
-    size = counted(len(table), table.layout.words.row)
+    size = counted(len(table), table.layout.words["row"])
     say(f"{size} ({table.status_counts()}) written to {out}")
     return 0

@@ -148,9 +148,9 @@ def say_source(
     n_feasible = (table.status == "ok").sum()
     n_failed = (table.status == "failed").sum()
     if n_feasible < len(table):
-        sentence = f"{n_feasible} of {counted(len(table), layout.words.row)} are feasible"
+        sentence = f"{n_feasible} of {counted(len(table), layout.words['row'])} are feasible"
         if n_failed:
-            sentence += f", {n_failed} {layout.words.failed}"
+            sentence += f", {n_failed} {layout.words['failed']}"
         if ranked:
             sentence += "; the others are left out"
         say(f"{sentence}.")

@@ -236,7 +236,7 @@ def designs_of_page(tests: TestTable) -> TestTable:
 def _left_out(table: TestTable) -> list[str]:
     """Return remarks on how many tests are not on the page, and why."""
     counts = {
-        f"{table.layout.words.failed} design": np.sum(table.status == "failed"),
+        f"{table.layout.words['failed']} design": np.sum(table.status == "failed"),
         "infeasible design": np.sum(table.status == "infeasible"),
         "repeated test": table.take(table.feasible()).repeats.sum(),
     }

@@ -200,7 +200,7 @@ class Points:
             outside |= ~column.visible
         text = counted(len(table), "design")
         if failed.any():
-            text += f", {failed.sum()} {table.layout.words.failed}"
+            text += f", {failed.sum()} {table.layout.words['failed']}"
         n_far = (outside & ~failed).sum()
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes"

@@ -20,7 +20,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.table._layout import (
     blank,
     design_matrix,
-    first_rows,
     joined_designs,
     joined_layout,
 )
@@ -99,7 +98,7 @@ def merged(table: TestTable, other: TestTable) -> TestTable:
     _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
     # first[i] is the first row with the number of row i.
     first = rows[inverse]
-    require_one_result(whole, first)
+    _require_one_result(whole, first)
     later = np.flatnonzero(first != np.arange(len(whole)))
     earlier = first[later]
     outputs = whole.outputs.copy()
@@ -108,9 +107,7 @@ def merged(table: TestTable, other: TestTable) -> TestTable:
     for column in extra.values():
         unknown = blank(column[earlier])
         column[earlier[unknown]] = column[later[unknown]]
-    joined = whole._with(outputs=outputs, extra=extra).take(rows)
-    require_one_result(joined)
-    return joined
+    return whole._with(outputs=outputs, extra=extra).take(rows)
 
 
 def require_one_formulation(tables: Sequence[TestTable]) -> None:
@@ -130,39 +127,29 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
         )
 
 
-def require_one_result(table: TestTable, first: Rows | None = None) -> None:
-    """Refuse tests whose results differ from those of the first test of the same design.
+def _require_one_result(table: TestTable, first: Rows) -> None:
+    """Refuse tests whose results differ from those of the first test with the same number.
 
     Args:
         table: The tests.
-        first: ``(n,)`` the row of the first test with the same number. Unless given, tests are
-            compared by their designs, except failed ones.
+        first: ``(n,)`` the row of that test.
     """
-    layout = table.layout
-    columns = {name: table.column(name) for name in layout.columns}
-    if first is None:
-        first = np.arange(len(table))
-        evaluated = np.flatnonzero(~table.failed())
-        first[evaluated] = evaluated[first_rows(table.X[evaluated])]
-    else:
-        columns |= {"status": table.status, **table.extra}
+    optional = {*table.layout.outputs, *table.extra}  # not every table has them
     repeats = np.flatnonzero(first != np.arange(len(table)))
-    for name, column in columns.items():
+    columns = {name: table.column(name) for name in table.columns}
+    for name, column in (columns | {"status": table.status}).items():
         earlier = column[first[repeats]]
         later = column[repeats]
         differing = unequal(earlier, later, _ROUNDING)
-        if name in layout.outputs or name in table.extra:  # not every table has it
+        if name in optional:
             differing &= ~(blank(earlier) | blank(later))
         if differing.any():
             i = differing.argmax()
-            names = [table.take([row]).names[0] for row in (first[repeats[i]], repeats[i])]
-            tests = names[0]
-            if names[1] != tests:
-                tests = f"{' and '.join(names)}, the same design"
+            test = table.take([repeats[i]]).names[0]
             raise invalid(
                 "tests",
-                "the same for each test point and design",
-                Received(f"{earlier[i]} and {later[i]} as {name} of {tests}"),
+                "the same for each test point",
+                Received(f"{earlier[i]} and {later[i]} as {name} of {test}"),
                 "do not join runs of different problems, bounds or versions",
             )
 

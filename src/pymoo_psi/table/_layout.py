@@ -9,11 +9,12 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +31,7 @@ from pymoo_psi._validation import (
     Rows,
     finite_array,
     finite_number,
+    instance,
     integer,
     invalid,
     known_name,
@@ -55,15 +57,9 @@ _KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
 GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 
-class Words(NamedTuple):
-    """What sentences call the rows of a table, and those without values."""
-
-    row: str
-    failed: str
-
-
-_OF_TESTS = Words("test", "failed")
-_OF_DESIGNS = Words("design", "incomplete")
+# What sentences call the rows of a table, and those without values.
+_OF_TESTS = {"row": "test", "failed": "failed"}
+_OF_DESIGNS = {"row": "design", "failed": "incomplete"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +122,13 @@ class Layout:
                 raise invalid("the names of a test table", rule, name, "give it another name")
 
     @property
-    def words(self) -> Words:
+    def words(self) -> dict[str, str]:
         """The words for rows in sentences: tests of a model, which may fail, or designs of a file.
 
         Designs of a file have a column of names and no bounds; they may be incomplete.
 
         Example:
-            >>> Layout.of(["width"], ["mass"], lower=[1], upper=[2]).words.failed
+            >>> Layout.of(["width"], ["mass"], lower=[1], upper=[2]).words["failed"]
             'failed'
         """
         if self.label is None or np.isfinite(self.lower).any():
@@ -371,9 +367,9 @@ def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise wrong_type(group, "a list of names", names)
     for name in names:
-        if not isinstance(name, str):
-            raise wrong_type(group, "names", name)
-        if not name or not is_writable(name):
+        instance(f"a name in {group}", name, str)
+        # UTF-8 has no code for half a surrogate pair, and SQLite ends a text at NUL.
+        if re.search("^$|[\0\ud800-\udfff]", name):
             raise invalid(group, "names of at least one Unicode character", name)
     return tuple(map(str, names))
 
@@ -382,22 +378,12 @@ def unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
     texts = {}
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
-        if not isinstance(name, str) or not isinstance(unit, str):
-            raise wrong_type("units", "names to texts", units)
-        if not (is_writable(name) and unit.isprintable()):
+        text = instance(f"the unit of {name!r}", unit, str).strip()
+        if not text.isprintable():
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
-        if unit.strip():
-            texts[str(name)] = unit.strip()
+        if text:
+            texts[str(name)] = text
     return texts
-
-
-def is_writable(text: str) -> bool:
-    """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
-    # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
-    # What one file could not hold is refused at once, lest a table be written to some files only.
-    if "\0" in text:
-        return False
-    return not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 # Designs as a matrix: float64, int64 or bool where all variables are of that kind, else objects.
@@ -500,15 +486,10 @@ def _plain(name: str, cell: Any) -> float | int | bool | str:
         return finite_number(name, cell)
     if isinstance(cell, int) and -(2**63) <= cell < 2**63:
         return cell
-    if isinstance(cell, str) and is_writable(cell):
+    if isinstance(cell, str):
         return cell
-    error = invalid if isinstance(cell, (int, str)) else wrong_type
-    raise error(
-        f"a value of {name}",
-        "a number, an integer within int64, True, False or Unicode text",
-        cell,
-        "name options of a choice by text",
-    )
+    rule = "a number, an integer within int64, True, False or text"
+    raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
 
 
 def _as_kind(place: str, cell: Any, kind: Kind) -> Any:

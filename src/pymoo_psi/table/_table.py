@@ -410,8 +410,8 @@ class TestTable(Tests, Shown):
     def _none_feasible(self) -> ArgumentValueError:
         words = self.layout.words
         n_failed = self.failed().sum()
-        size = counted(len(self), words.row)
-        received = Received(f"none of {size}, of which {n_failed} {words.failed}")
+        size = counted(len(self), words["row"])
+        received = Received(f"none of {size}, of which {n_failed} {words['failed']}")
         remedy = "loosen the limits, test more points, or see the reasons of failures"
         return invalid("the table", "one with a feasible design", received, remedy)
 
@@ -649,7 +649,7 @@ class TestTable(Tests, Shown):
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance or
-                problem, or in results of a test point or design by more than rounding.
+                problem, or in results of a test point by more than rounding.
             ArgumentTypeError: ``other`` is no table.
 
         Example:

@@ -358,7 +358,7 @@ class Tests:
             names = getattr(layout, f"{word}s")
             if names or word != "output":
                 sizes.append(counted(len(names), word))
-        tests = counted(len(self), layout.words.row)
+        tests = counted(len(self), layout.words["row"])
         if self._n_stored > len(self):
             tests += f", the study has {self._n_stored}"
         return f"TestTable({tests}: {self.status_counts()}; {', '.join(sizes)})"
@@ -381,7 +381,7 @@ class Tests:
             '1 ok, 0 infeasible, 1 failed'
         """
         counts = [f"{np.sum(self.status == status)} {status}" for status in STATUSES]
-        return ", ".join(counts).replace("failed", self.layout.words.failed)
+        return ", ".join(counts).replace("failed", self.layout.words["failed"])
 
     def __len__(self) -> int:
         """Return the number of tested points."""
