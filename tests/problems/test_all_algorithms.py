@@ -1,4 +1,4 @@
-"""Algorithms of pymoo, every multi-objective one, on designs that fail and on worker processes."""
+"""Algorithms of pymoo, every multi-objective one, on designs that fail."""
 
 import contextlib
 import copy
@@ -21,7 +21,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner
+from pymoo_psi import PSI, FailureTolerant
 
 DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=9)
 ARGUMENTS = {
@@ -115,20 +115,6 @@ def test_no_algorithm_of_one_objective_warns_or_returns_a_failed_design(make, ho
     elif result.F is not None:
         assert np.isfinite(result.F).all()
         assert (np.atleast_1d(result.opt.get("failure")) == "").all()
-
-
-@pytest.fixture(scope="module")
-def runner():
-    return JoblibRunner(2, in_process=False)
-
-
-# Their generations differ in kind; older releases of pymoo lack CMOPSO and GDE3.
-@pytest.mark.parametrize("name", sorted({"NSGA2", "MOEAD", "CMOPSO", "GDE3"} & {*ALGORITHMS}))
-def test_workers_change_no_result(name, runner):
-    problems = Half(0.0), Half(0.0, elementwise_runner=runner)
-    results = [minimize(p, made(ALGORITHMS[name]), ("n_gen", 2), seed=1) for p in problems]
-    np.testing.assert_array_equal(results[0].X, results[1].X)
-    np.testing.assert_array_equal(results[0].F, results[1].F)
 
 
 def test_an_algorithm_with_failures_is_copied_and_pickled():

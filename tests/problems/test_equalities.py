@@ -169,13 +169,6 @@ def test_proposals_meet_equalities_and_inequalities(tmp_path):
     assert not any((sequence.F[sequence.pareto()] < design).all(axis=1).any() for design in front)
 
 
-def test_proposals_keep_limits_on_the_shares():
-    limits = {"a": (0.1, 0.3), "b": (None, 0.5), "c": (0.25, None)}
-    algorithm = SurrogatePSI(24, n_points=16, limits=limits)
-    table = minimize(Mixture(*THREE[:3]), algorithm, seed=1).algorithm.table
-    assert table.eligible()[16:].all()
-
-
 def test_a_design_of_others_may_be_rounded_but_not_wrong():
     problem = Required(Mixture(*THREE[:3]))
     X = np.array([[0.333333, 0.333333, 0.333334], [0.3333333333, 0.3333333333, 0.3333333333]])

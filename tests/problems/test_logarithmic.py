@@ -122,20 +122,18 @@ def test_analysis_is_that_of_the_logarithm(tmp_path):
         sensitivities(table)["first_order"], sensitivities(plain)["first_order"], atol=1e-9
     )
     table.to_csv(tmp_path / "table.csv")
-    table.to_study(tmp_path / "table.db")
-    for read in (
-        read_table(tmp_path / "table.csv"),
-        read_table(tmp_path / "table.db"),
-    ):
-        assert read.equals(table)
-        assert read.layout.is_log("area")
+    assert read_table(tmp_path / "table.csv").layout.is_log("area")
     axes = plot_table(table).axes
     assert any(ax.get_xscale() == "log" for ax in axes)
 
 
 @pytest.mark.parametrize(
     ("log", "match"),
-    [(["aera"], "did you mean 'area'"), (["height"], "above 0"), ("area", "a list of variables")],
+    [
+        (["aera"], "did you mean 'area'"),
+        (["height"], "above 0"),
+        ("area", "log must be one of 'area'"),
+    ],
 )
 def test_wrong_scales_are_refused(log, match):
     refused(match, investigate, Wide(log=()), 4, log=log)

@@ -378,7 +378,7 @@ def trajectory(
         The trajectory.
 
     Raises:
-        ArgumentValueError: More than one design, fewer than two points, or as for :func:`motion`.
+        ArgumentValueError: Fewer than two points, or as for :func:`motion`.
         ArgumentTypeError: An argument is not numeric.
 
     Example:
@@ -387,8 +387,6 @@ def trajectory(
         (0.0922, array([-0.367,  0.123]), array([-0.073,  0.   ]))
     """
     columns = broadcast(u1, v_p, parameters)
-    if columns[0].ndim:
-        raise invalid("u1, v_p and the parameters", "numbers, for one design", columns[0].shape)
     u1, v_p, mu, c, r, wx0, wy0, wz0 = (float(column) for column in columns)
     whole = motion(u1, v_p, parameters)
     slip_end = float(whole.slip_end)

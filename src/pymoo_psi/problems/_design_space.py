@@ -275,7 +275,6 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         log = getattr(problem, "log", None)
         if not isinstance(log, (list, tuple)):  # a logger or a file
             log = ()
-    collection("log", log, "a list of variables", "one goes into a list too")
     titles = column_titles(problem, space)
     variables = []
     for variable in space.variables:
