@@ -46,11 +46,6 @@ def test_shares_together_are_the_run(tmp_path, by, sampling):
     assert read_table(tmp_path / "runs").equals(whole)
 
 
-def test_the_first_results_of_all_shares_are_the_beginning_of_the_run():
-    numbers = [of_psi(1000, share=(k, 8)).numbers[:20] for k in range(1, 9)]
-    assert sorted(np.concatenate(numbers)) == list(range(1, 161))
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -147,7 +147,7 @@ class StudyStore(Store):
     ) -> None:
         super().__init__(table)
         self._model = model
-        self._retry = options.retry
+        self._options = options
         # how many requests were read; None before the first look
         self._n_requests: int | None = None
         self._next_look = 0.0  # the time at which requests are read again
@@ -161,8 +161,6 @@ class StudyStore(Store):
         identity = _identity_of_run(head, sampling, model)
         facts, run = self.study.begin(head, identity, share)
         self.run = run.number
-        self._part = options.part
-        self._first_planned = options.first
         self._last_planned = run.last
         self._planned = run.record.get("planned", ())
         self.has_other_runs = len(facts.runs) > 1
@@ -205,18 +203,18 @@ class StudyStore(Store):
         with self.study.reading() as database:
             columns = database.tests_of_run(self.run, first, last)
         tests = self.table(columns, POINT)
-        return tests, self._is_retried(tests, columns, POINT)
+        return tests, self._is_retried(tests, columns)
 
-    def _is_retried(self, tests: TestTable, columns: Columns, number: str) -> Mask:
+    def _is_retried(self, tests: TestTable, columns: Columns) -> Mask:
         """``(n,)`` which of the tests of stored columns are to be evaluated once more.
 
         Tests that lack an objective, as they are older, count as failed in their table only.
         """
-        has_failed = np.isin(tests.numbers, columns[number][columns["status"] == "failed"])
-        if self._retry == "failed":
+        has_failed: Mask = columns["status"] == "failed"
+        if self._options.retry == "failed":
             return has_failed
         is_retried = np.zeros(len(tests), dtype=bool)
-        if self._retry == "incomplete":
+        if self._options.retry == "incomplete":
             for name in (*self.empty.layout.objectives, *self._model.default_limits):
                 is_retried |= np.isnan(tests.column(name))
         return is_retried & ~has_failed
@@ -231,10 +229,9 @@ class StudyStore(Store):
         if not self.has_other_runs:
             return self.empty
         columns = self.study.contents()[1]
-        is_of_other = columns["run"] != self.run
-        columns = {name: cells[is_of_other] for name, cells in columns.items()}
         tests = self.table(columns, "test")
-        return tests.take(~self._is_retried(tests, columns, "test"))
+        is_of_other = columns["run"] != self.run
+        return tests.take(is_of_other & ~self._is_retried(tests, columns))
 
     def state(self) -> object:
         """Return what differs when tests were added or changed."""
@@ -299,16 +296,16 @@ class StudyStore(Store):
 
         It has no further ones while points that it was asked for are not tested.
         """
-        first = self._first_planned
+        first = self._options.first
         last = self._last_planned
         n_planned = max(last - first + 1, 0)
-        if np.isin(self._part.numbers(first, last), self.test_points(first)).all():
+        if np.isin(self._options.part.numbers(first, last), self.test_points(first)).all():
             return n_planned + n_more
         return n_planned
 
     def plan(self, n_points: int) -> None:
         """Note how many points the run is asked for."""
-        ends = [self._first_planned, self._first_planned + n_points - 1]
+        ends = [self._options.first, self._options.first + n_points - 1]
         if ends not in self._planned:
             with self.study.changes() as database:
                 database.reserve(self.run, ends[1])

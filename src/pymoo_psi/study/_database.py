@@ -71,26 +71,6 @@ _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
 
-class _Column(NamedTuple):
-    """A column that is read from the tests of a study.
-
-    Attributes:
-        name: Its name for callers.
-        sql: Its name, or an expression, in SQL.
-        kind: The kind of its cells.
-    """
-
-    name: str
-    sql: str
-    kind: Kind
-
-
-_STATUS = [
-    _Column("status", "status", Kind.CHOICE),
-    _Column("reason", "coalesce(reason, '')", Kind.CHOICE),
-]
-
-
 class Proposal(NamedTuple):
     """A design that is going to be tested.
 
@@ -291,7 +271,7 @@ class Database:
             return
         self.facts.head = head
         self.facts.is_complete = False
-        self._rename_columns(_columns_of_values(stored), present)
+        self._rename_columns(stored, renaming.new_names)
         self._add_columns(present)
         if renaming.turned:
             columns = self.tests()
@@ -299,18 +279,19 @@ class Database:
                 columns[name] = -columns[name]
             self.insert(columns)
 
-    def _rename_columns(self, stored: Sequence[_Column], names: Sequence[str]) -> None:
-        """Give stored columns the names of columns of the head; views and indices follow."""
-        new_columns = {column.name: column.sql for column in _columns_of_values(self.facts.head)}
-        renamed: list[tuple[str, str, str]] = []
-        for column, name in zip(stored, names, strict=True):
-            if column.sql != new_columns[name]:
-                renamed.append((column.sql, new_columns[name], f'"pymoo-psi {len(renamed)}"'))
+    def _rename_columns(self, stored: Head, new_names: Mapping[str, str]) -> None:
+        """Give columns of a stored head their names in the head; views and indices follow."""
+        new_columns = _columns_of_values(self.facts.head)
+        renamed = {}
+        for name, (old, _) in _columns_of_values(stored).items():
+            new, _ = new_columns[new_names.get(name, name)]
+            if old != new:
+                renamed[old] = new
         # By way of names that no column has, as two columns may change theirs for one another.
-        for old, _, between in renamed:
-            self.db.execute(f"ALTER TABLE tests RENAME COLUMN {old} TO {between}")
-        for _, new, between in renamed:
-            self.db.execute(f"ALTER TABLE tests RENAME COLUMN {between} TO {new}")
+        for place, old in enumerate(renamed):
+            self.db.execute(f'ALTER TABLE tests RENAME COLUMN {old} TO "pymoo-psi {place}"')
+        for place, new in enumerate(renamed.values()):
+            self.db.execute(f'ALTER TABLE tests RENAME COLUMN "pymoo-psi {place}" TO {new}')
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
@@ -321,7 +302,7 @@ class Database:
     def _add_columns(self, present: Collection[str]) -> None:
         """Add the columns of the head that are not present."""
         require_other_names(self.facts.head)
-        for name, sql, kind in _columns_of_values(self.facts.head):
+        for name, (sql, kind) in _columns_of_values(self.facts.head).items():
             if name not in present:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
@@ -359,18 +340,23 @@ class Database:
         if not others:
             return
         head = self.facts.head
-        n_compared = len(head["variables"])
+        compared = head["variables"]
         if repeat == 0:
-            n_compared += len(head["objectives"])
-        compared = _columns_of_values(head)[:n_compared]
-        names = ", ".join(column.sql for column in compared)
-        marks = ", ".join("?" * n_compared)
-        self.db.execute(f"CREATE INDEX IF NOT EXISTS designs ON tests ({names})")
+            compared = compared + head["objectives"]
+        stored_columns = _columns_of_values(head)
+        quoted = []
+        values = []
+        for name in compared:
+            sql, kind = stored_columns[name]
+            quoted.append(sql)
+            values.append(columns[name].astype(DTYPES[kind]).tolist())
+        names = ", ".join(quoted)
+        marks = ", ".join("?" * len(quoted))
+        self.db.execute(f"CREATE INDEX IF NOT EXISTS tests_by_design ON tests ({names})")
         # In SQL, 0.0 is -0.0.
         self.db.create_function("design_key", -1, lambda *cells: design_key(cells))
         test_points = columns["test_point"]
         numbers = test_points + self.facts.run(run).start
-        values = [columns[name].astype(DTYPES[kind]).tolist() for name, _, kind in compared]
         self.db.executemany(
             f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, test FROM tests "
             f"WHERE ({names}) = ({marks}) AND design_key({names}) = design_key({marks}) "
@@ -412,13 +398,13 @@ class Database:
         _, rows, stored_rows = np.intersect1d(numbers, stored["test"], return_indices=True)
         new = rows_of(columns, np.setdiff1d(np.arange(len(numbers)), rows))
         changed = self._changed(rows_of(stored, stored_rows), rows_of(columns, rows))
-        n_written = len(new["test"]) + len(changed["test"])
+        n_changed = len(changed["test"])
+        n_written = len(new["test"]) + n_changed
         if n_written:
             self.facts.process = [platform.node(), os.getpid()]
+            self.facts.n_changes += n_changed
             self.widen(columns)
             self.insert(new)
-        if len(changed["test"]):
-            self.facts.n_changes += 1
             self.insert(changed)
         return n_written
 
@@ -460,7 +446,7 @@ class Database:
         n = len(columns["test"])
         cells = {name: columns[name] for name in NOT_VALUES if name in columns}
         cells["reason"] = np.where(columns["reason"] == "", np.array(None), columns["reason"])
-        for name, sql, kind in _columns_of_values(self.facts.head):
+        for name, (sql, kind) in _columns_of_values(self.facts.head).items():
             # NaN where these tests lack an output.
             cells[sql] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
         marks = ", ".join("?" * len(cells))
@@ -492,18 +478,18 @@ class Database:
         self, source: str, arguments: Sequence[int], test_point: str = "test_point"
     ) -> Columns:
         """Return tests of a source in SQL; ``test_point`` is an expression for their points."""
-        columns = [_Column(name, name, Kind.INTEGER) for name in ("test", "run")]
-        columns.append(_Column("test_point", test_point, Kind.INTEGER))
-        for column in _columns_of_values(self.facts.head):
+        expressions = ["test", "run", test_point]
+        kinds = [(name, DTYPES[Kind.INTEGER]) for name in NUMBERS]
+        for name, (sql, kind) in _columns_of_values(self.facts.head).items():
             # With the table: SQLite takes a quoted name that is no column for a text.
-            columns.append(column._replace(sql=f"tests.{column.sql}"))
-        columns += _STATUS
-        query = ", ".join(column.sql for column in columns)
-        dtype = np.dtype([(column.name, DTYPES[column.kind]) for column in columns])
+            expressions.append(f"tests.{sql}")
+            kinds.append((name, DTYPES[kind]))
+        expressions += ["status", "coalesce(reason, '')"]
+        kinds += [(name, DTYPES[Kind.CHOICE]) for name in ("status", "reason")]
         with intact(self.db, self._path):
-            rows = self.db.execute(f"SELECT {query} FROM {source}", arguments)
-            cells = np.fromiter(rows, dtype)
-        return {name: np.ascontiguousarray(cells[name]) for name in dtype.names or ()}
+            query = f"SELECT {', '.join(expressions)} FROM {source}"
+            cells = np.fromiter(self.db.execute(query, arguments), kinds)
+        return {name: np.ascontiguousarray(cells[name]) for name, _ in kinds}
 
     def test_numbers(self) -> Integers:
         """Return the numbers of the tests."""
@@ -549,10 +535,10 @@ def differing(columns: Columns, others: Columns) -> Mask:
     return np.asarray(differ)
 
 
-def _columns_of_values(head: Head) -> list[_Column]:
-    """Return the columns of a head, as the table of tests has them, quoted for SQL."""
+def _columns_of_values(head: Head) -> dict[str, tuple[str, Kind]]:
+    """Return the columns of a head by name: their quoted names in SQL, and their kinds."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
-    columns = []
+    columns = {}
     taken = {*NOT_VALUES}
     for name in columns_of_head(head):
         column = name
@@ -560,7 +546,7 @@ def _columns_of_values(head: Head) -> list[_Column]:
             column += "_"
         taken.add(column.lower())
         quoted = column.replace('"', '""')
-        columns.append(_Column(name, f'"{quoted}"', kinds.get(name, Kind.REAL)))
+        columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
     return columns
 
 
