@@ -254,7 +254,7 @@ def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):
     X = np.array([[0.5, 0.25]])
     np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))
     refused(
-        "was pickled has no executor",
+        "takes no more work",
         pickle.loads(pickle.dumps(problem)).evaluate,
         X,
         error=WorkerError,

@@ -27,7 +27,6 @@ from pymoo_psi._validation import (
     instance,
     integer,
     invalid,
-    job_count,
     known_name,
 )
 from pymoo_psi.algorithms._executor import BlockFilter, Pieces
@@ -513,7 +512,7 @@ def investigate(
         n_jobs: Processes for a vectorised problem; -1 for as many as there are cores. The table
             does not depend on it. For a problem that is evaluated one design at a time, use a
             :class:`~pymoo_psi.JoblibRunner`.
-        runner: Evaluates a vectorised problem instead, such as an
+        runner: Evaluates a vectorised problem instead of these, such as an
             :class:`~pymoo_psi.ExecutorRunner` on a cluster. Each worker generates, evaluates and
             filters ranges of points.
         progress: Show a progress bar in a terminal or a notebook; elsewhere print one line per
@@ -595,17 +594,15 @@ def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runne
     """Return what evaluates a vectorised problem in other processes, if they are asked for.
 
     Raises:
-        ArgumentValueError: The problem is evaluated one design at a time, or both are given.
+        ArgumentValueError: The problem is evaluated one design at a time.
         ArgumentTypeError: An argument has the wrong type.
     """
-    n_jobs = job_count("n_jobs", n_jobs)
-    if runner is not None:
-        instance("runner", runner, Runner)
-    if n_jobs != 1 and runner is not None:
-        raise invalid("n_jobs", "1 if there is a runner", n_jobs)
-    if n_jobs != 1:
+    if runner is None:
+        if n_jobs == 1:
+            return None
         runner = JoblibRunner(n_jobs)
-    if runner is not None and problem.elementwise:
+    instance("runner", runner, Runner)
+    if problem.elementwise:
         received = Received("one that is evaluated one design at a time")
         remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs), or this runner"
         raise invalid("the problem of n_jobs or a runner", "vectorised", received, remedy)

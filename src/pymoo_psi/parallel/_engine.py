@@ -166,18 +166,8 @@ class ExecutorRunner(Runner):
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickles have the settings; the executor stays here."""
-        return partial(type(self), _NoExecutor(), workers=1, timeout=self.timeout), ()
-
-
-class _NoExecutor:
-    """Stands for the executor of a runner that was pickled."""
-
-    def submit(self, *_: Any) -> None:
-        raise WorkerError(
-            "an ExecutorRunner that was pickled has no executor any more; give the problem "
-            "another one: problem.elementwise_runner = ExecutorRunner(executor)"
-        )
+        """Pickles have the settings, and an executor that can do nothing."""
+        return partial(type(self), Executor(), workers=1, timeout=self.timeout), ()
 
 
 class Tasks:
