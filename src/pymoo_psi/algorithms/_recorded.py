@@ -66,6 +66,7 @@ class Recorded(WithTable, WrappedProblem):
     Attributes:
         wrapped: The problem.
         n_evaluated: How many designs this object evaluated rather than read from the study.
+        returned: The numbers of the tests whose values it has returned.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
@@ -119,6 +120,7 @@ class Recorded(WithTable, WrappedProblem):
         self._retried: dict[str, int] = {}  # the test points to be evaluated again, by the design
         self._test_points: set[int] = set()  # those of all tests of the run
         self._state: object = None  # the state of the study when it was last read
+        self.returned: set[int] = set()
         self._read()
         self.n_evaluated = 0
 
@@ -170,6 +172,7 @@ class Recorded(WithTable, WrappedProblem):
                 if missing:
                     self._evaluate(designs[[*missing.values()]], [*missing])
         out = columns_of_values(self._model.problem, [self._values[key] for key in keys])
+        self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
             del out["test_point"]
         for name in return_values_of:  # pymoo would fill in infinity

@@ -54,13 +54,6 @@ def _points(text: str) -> tuple[int, bool]:
     return _COUNT.convert(text, None, None), text.startswith("+")
 
 
-def _require_jobs(_: click.Context, __: click.Parameter, jobs: int) -> int:
-    """Return the number of processes; refuse 0."""
-    if jobs == 0:
-        raise click.BadParameter("it must be 1 or more, or -1 for all cores, got 0")
-    return jobs
-
-
 _COUNT: Any = click.IntRange(1, 10**12)
 _COUNTS = _listed(_COUNT)
 
@@ -118,9 +111,8 @@ _JOBS = _option(
     "jobs",
     "N",
     "Number of processes; -1 uses all cores.",
-    type=click.IntRange(-1),
+    type=int,
     default=1,
-    callback=_require_jobs,
 )
 _TITLE = _option("title", "TEXT", "Title [the file's name].")
 

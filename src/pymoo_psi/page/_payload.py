@@ -26,6 +26,16 @@ Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
+_COMPUTED_BY_PAGE = {
+    "unit": "",
+    "role": "geometric",
+    "maximize": False,
+    "texts": None,
+    "values": None,
+    "notation": ["fixed", 4],
+    "range": [0, 1],
+    "log": False,
+}
 _DIGITS = 4  # a written number resolves so many within the range of its column
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
@@ -207,8 +217,8 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Content]:
         else:
             column |= _packed_numbers(values, optimal, log=layout.is_log(name))
         columns.append(column)
-    for field, name in _GEOMETRIC.items():
-        columns.append(_geometric(field, name))
+    for field, name in _GEOMETRIC.items():  # their values depend on the limits
+        columns.append({"field": field, "name": name, **_COMPUTED_BY_PAGE})
     return columns
 
 
@@ -241,22 +251,6 @@ def written(notation: Notation, value: float) -> str:
     elif abs(value) >= 1e4:
         text = f"{value:,.{decimals}f}".replace(",", "\N{NO-BREAK SPACE}")
     return localized(text)
-
-
-def _geometric(field: str, name: str) -> Content:
-    """Return a column whose values depend on the limits; the script computes them."""
-    return {
-        "field": field,
-        "name": name,
-        "unit": "",
-        "role": "geometric",
-        "maximize": False,
-        "texts": None,
-        "values": None,
-        "notation": ["fixed", 4],
-        "range": [0, 1],
-        "log": False,
-    }
 
 
 def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
