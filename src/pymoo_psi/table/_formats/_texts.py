@@ -280,13 +280,12 @@ def _names_in_comments(comments: Names, n: int) -> RowsByLine:
     Raises:
         UnfitError: Several comments may hold them.
     """
+    lines = [f"{_COMMENT.sub('', comment, count=1).strip()}\n" for comment in comments]
     for separator in _SEPARATORS:
         names: RowsByLine = {}
-        for number, comment in enumerate(comments, start=1):
-            line = _COMMENT.sub("", comment, count=1).strip()
-            (cells,) = _rows([line], separator).values() or ([],)
-            if len(cells) == n > 1:
-                names[number] = cells
+        for number, row in _rows(lines, separator).items():
+            if len(row) == n > 1:
+                names[number] = row
         if len(names) > 1:
             numbers = ",".join(map(str, names))
             raise UnfitError(

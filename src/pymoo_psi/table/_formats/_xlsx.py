@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from pymoo_psi._validation import (
     Entries,
     Head,
     Names,
-    Values,
     counted,
     known_name,
 )
@@ -53,7 +51,25 @@ class WorkbookFile(FileFormat):
 
     def read(self, file: SourceFile) -> tuple[Cells, Head]:
         """Return the cells of a sheet, with what we wrote of them."""
-        head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
+        import pandas as pd
+
+        _openpyxl()
+        head = {}
+        try:
+            with catch_warnings():
+                simplefilter("ignore")  # warnings on drawings and the like, which are not read
+                book = pd.ExcelFile(BytesIO(file.content), engine="openpyxl")
+                titles = list(map(str, book.sheet_names))
+                if titles[1:] == [_HEAD_SHEET]:
+                    for name, *parts in _rows_of_sheet(book, titles.pop()).values():
+                        head[name] = json.loads("".join(parts))
+                rows = _rows_of_sheet(book, _title(titles, file.sheet))
+        except PsiError:
+            raise
+        except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
+            raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
+        for number in file.skip_rows:
+            rows.pop(number, None)
         if is_of_tests(head):
             return cells_of_rows(rows), head
         return named_cells(rows), head
@@ -125,45 +141,14 @@ def _openpyxl() -> Any:
 # Reading
 
 
-def _rows_of_workbook(
-    content: bytes, skip_rows: Collection[int], name: str | None
-) -> tuple[Head, RowsByLine]:
-    """Return the head in a workbook of pymoo-psi, else an empty one, and its rows by number.
-
-    All rows are filled up to one length.
-
-    Raises:
-        ArgumentValueError: It is no workbook, there is no sheet of that name, or it is not known
-            which one is meant.
-        PsiError: openpyxl is not installed.
-    """
-    import pandas as pd
-
-    _openpyxl()
-    try:
-        with catch_warnings():
-            simplefilter("ignore")  # warnings on drawings and the like, which are not read
-            book = pd.ExcelFile(BytesIO(content), engine="openpyxl")
-            titles = list(map(str, book.sheet_names))
-            head: Head = {}
-            if titles[1:] == [_HEAD_SHEET]:
-                head = _sheet_head(_rows_of_sheet(book, titles.pop()))
-            rows = dict(enumerate(_rows_of_sheet(book, _title(titles, name)), start=1))
-    except PsiError:
-        raise
-    except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
-        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    counting = {}
-    for number, row in rows.items():
-        if number not in skip_rows and set(row) != {""}:
-            counting[number] = row
-    return head, counting
-
-
-def _rows_of_sheet(book: Any, title: str) -> list[list[Any]]:
-    """Return the rows of a sheet with their numbers and texts as they are."""
+def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
+    """Return the rows of a sheet that are not blank, their numbers and texts as they are."""
     frame = book.parse(title, header=None, dtype=object, na_filter=False)
-    return [list(map(_typed, row)) for row in frame.itertuples(index=False, name=None)]
+    rows = {}
+    for number, row in enumerate(frame.itertuples(index=False, name=None), start=1):
+        if set(row) != {""}:
+            rows[number] = list(map(_typed, row))
+    return rows
 
 
 def _title(titles: Names, name: str | None) -> str:
@@ -177,18 +162,6 @@ def _title(titles: Names, name: str | None) -> str:
             "name the one with the designs by sheet=",
         )
     return titles[0]
-
-
-def _sheet_head(rows: Iterable[Sequence[Any]]) -> Values:
-    """Return what the second sheet says of the columns on the first one.
-
-    Raises:
-        ValueError: It is damaged.
-    """
-    head = {}
-    for name, *parts in rows:
-        head[str(name)] = json.loads("".join(map(str, parts)))
-    return head
 
 
 def _typed(value: Any) -> Any:
