@@ -397,7 +397,11 @@ def _names_of_roles(
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
     free = [name for name in columns if name not in labels and name not in variables]
-    numbered, guessed = _numbered(free)
+    numbered = [name for name in free if re.fullmatch(r"f\d+", name)]
+    guessed = [name for name in free if re.fullmatch(r"[xu]\d+", name)]
+    # One column called f1 without any x1 is no numbering, and says nothing about the others.
+    if "f1" not in numbered or len(numbered) + len(guessed) < 2:
+        numbered, guessed = [], []
     named = formulation.objectives or stated
     objectives = [name for name in named if name not in formulation.computed] or numbered
     if not objectives:
@@ -408,20 +412,11 @@ def _names_of_roles(
             f"two columns or more must be of numbers, without labels and variables, got {received}",
             "to rank by one alone, name it by objectives=",
         )
-    for group, names in (("objectives", objectives), ("variables", variables)):
-        for name in names:
-            known_name(group, name, columns)
+    for name in objectives:
+        known_name("objectives", name, columns)
+    for name in variables:
+        known_name("variables", name, columns)
     return objectives, [name for name in variables or guessed if name not in objectives]
-
-
-def _numbered(names: Names) -> tuple[list[str], list[str]]:
-    """Return the objectives f1, f2, … and the variables x1, x2, … (or u1, u2, …) among names."""
-    objectives = [name for name in names if re.fullmatch(r"f\d+", name)]
-    variables = [name for name in names if re.fullmatch(r"[xu]\d+", name)]
-    # One column called f1 without any x1 is no numbering, and says nothing about the others.
-    if "f1" in objectives and (variables or len(objectives) > 1):
-        return objectives, variables
-    return [], []
 
 
 # From columns to a table

@@ -42,10 +42,7 @@ any text could be CSV, and what begins like JSON is JSON: insert a further forma
 
 def recognized(file: SourceFile) -> FileFormat:
     """Return the format of a file that is to be read; any text may be CSV."""
-    for file_format in FORMATS:
-        if file_format.recognizes(file):
-            return file_format
-    return CSV
+    return next(file_format for file_format in FORMATS if file_format.recognizes(file))
 
 
 def format_of(path: FilePath, content: str) -> FileFormat:

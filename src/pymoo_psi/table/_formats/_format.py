@@ -174,10 +174,9 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import write_study
 
         layout = replace(table.layout, label=None)
-        tests = table.under(limits={})._with(layout=layout, extra={})
+        plain = table.under(limits={}, chosen=None, positions=(), decided=None)
+        tests = plain._with(layout=layout, extra={})
         head = head_of(tests)
-        for name in ("chosen", "positions", "decided"):
-            head.pop(name, None)
         limits = {}
         for name, limit in limits_of(table.formulation.limits).items():
             if name in table.layout.columns:
