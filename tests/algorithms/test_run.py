@@ -2,8 +2,6 @@
 
 import dataclasses
 import inspect
-import sqlite3
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -140,28 +138,3 @@ def test_keywords_are_those_of_the_options_and_of_pymoo():
     }
     pymoos = {*inspect.signature(Algorithm.__init__).parameters} - {"self", "kwargs"}
     assert {*AlgorithmKeywords.__annotations__} == of_runs | pymoos
-
-
-@pytest.fixture
-def transactions(monkeypatch):
-    """Counts the transactions on all databases."""
-    counts, connect = Counter(), sqlite3.connect
-
-    def connected(*args, **kwargs):
-        db = connect(*args, **kwargs)
-        db.set_trace_callback(lambda text: counts.update([text.split()[0]]))
-        return db
-
-    monkeypatch.setattr(sqlite3, "connect", connected)
-    return counts
-
-
-def test_a_run_with_a_study_needs_a_handful_of_transactions(tmp_path, study_file, transactions):
-    table = investigate(CHUTE, 4096, study=study_file)
-    assert transactions["BEGIN"] <= 7  # made, asked thrice what it holds, and a commit or two
-    transactions.clear()
-    assert investigate(CHUTE, 4096, study=study_file).equals(table)
-    assert transactions["BEGIN"] <= 5  # one of them for requests of people
-    transactions.clear()
-    minimize(CHUTE, PSI(1024, block_size=64, study=tmp_path / "psi.db"))
-    assert transactions["BEGIN"] <= 2 * 16 + 4  # of a block, one to look and one to commit

@@ -126,10 +126,6 @@ def test_nsga3_continues_a_study(said):
     words = ["solve", "models:Mixed", "--algorithm", "nsga3", "--points", 64, "--study", "m.db"]
     words += ["--box", "a=0.5,n=1:2,steel=S235"]
     assert "evaluated 2 designs: 2 tested." in said(*words)
-    words[-1] = "a=0.5,n=2:3,steel=S235"
-    printed = said(*words)
-    assert "of 3 tests in m.db (3 ok, 0 infeasible, 0 failed), by place" in printed
-    assert "by nsga3 evaluated 1 design: 2 tested, 1 of them from the study." in printed
 
 
 def test_a_model_that_hangs_or_dies_fails_alone(said):

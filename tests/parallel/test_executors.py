@@ -7,7 +7,6 @@ import threading
 import time
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
-from multiprocessing.pool import ThreadPool
 
 import numpy as np
 import pytest
@@ -228,25 +227,6 @@ def test_what_has_not_begun_is_given_up_with_the_run():
     minimize(problem, PSI(500, block_size=2), ("n_eval", 2))
     executor.pool.shutdown()
     assert len(begun) < len(executor.sent)
-
-
-def test_pieces_for_a_foreign_runner_fit_its_workers(tmp_path):
-    """With a study the first ones have a design for each of 64 workers."""
-    sizes = []
-
-    class Counting:  # as pymoo's StarmapParallelization
-        def __init__(self, starmap):
-            self.starmap = starmap
-
-        def __call__(self, f, X):
-            sizes.append(len(X))
-            return self.starmap(f, [[x] for x in X])
-
-    with ThreadPool(16) as pool:
-        problem = Sum(elementwise_runner=Counting(pool.starmap))
-        table = investigate(problem, 400, study=tmp_path / "s.db")
-    assert table.equals(investigate(Sum(), 400))
-    assert sizes[0] == min(sizes[:-1]) == 64
 
 
 def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):

@@ -203,12 +203,16 @@ class Beam(ElementwiseProblem):
 """
 
 
-def test_every_runner_refuses_a_changed_file_alike(tmp_path):
-    (tmp_path / "helper.py").write_text("FACTOR = 1.0")
-    (tmp_path / "beam.py").write_text(BEAM)
-    (tmp_path / "script.py").write_text(EDITED)
+def ran(folder, script, **modules):
+    """Run a script beside modules in a process of its own."""
+    for name, text in {"script": script, **modules}.items():
+        (folder / f"{name}.py").write_text(text)
     command = [sys.executable, "script.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+
+
+def test_every_runner_refuses_a_changed_file_alike(tmp_path):
+    done = ran(tmp_path, EDITED, helper="FACTOR = 1.0", beam=BEAM)
     assert (done.stdout, done.stderr) == ("1.0\n" * 9 + "True\n" * 9, "")
 
 
@@ -237,10 +241,7 @@ except WorkerError as error:
 
 def test_a_worker_with_another_version_is_refused(tmp_path):
     """The class of a script is sent; the module that it uses is imported by the worker."""
-    (tmp_path / "helper.py").write_text("FACTOR = 1.0")
-    (tmp_path / "script.py").write_text(MIXED)
-    command = [sys.executable, "script.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = ran(tmp_path, MIXED, helper="FACTOR = 1.0")
     assert "a worker process has another version of helper.py" in done.stdout
 
 
@@ -272,10 +273,7 @@ for _ in range(2):
 
 
 def test_a_class_of_the_main_script_has_new_workers(tmp_path):
-    (tmp_path / "kept.py").write_text("calls = []")
-    (tmp_path / "script.py").write_text(MAIN)
-    command = [sys.executable, "script.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = ran(tmp_path, MAIN, kept="calls = []")
     assert (done.stdout, done.stderr) == ("1.0\n1.0\n", "")
 
 

@@ -272,14 +272,14 @@ def test_a_run_without_a_plan_is_not_over(study_file):
 
 
 def test_a_run_that_people_stopped_says_so(study_file):
-    table = minimize(Stopping(study_file), PSI(200, study=study_file)).algorithm.table
+    table = minimize(Steered(study_file), PSI(200, study=study_file)).algorithm.table
     n_tests = len(table)
     assert 0 < n_tests < 200
     counts, sentence = ends(study_file)
     assert counts == f"{n_tests} of 200 tests"
     assert sentence.startswith("Stopped.")
     # What was stopped is not what goes on.
-    investigate(Stopping(study_file), 200, study=study_file)
+    investigate(Steered(study_file), 200, study=study_file)
     assert ends(study_file) == ["200 of 200 tests", "All planned tests are done."]
 
 
@@ -369,19 +369,21 @@ def test_a_run_answers_in_the_study(study_file):
     assert len(table) == len(investigate(get_problem("bnh"), 9, study=study_file)) == 17
 
 
-class Extending(ElementwiseProblem):
-    """A model; somebody asks for six more tests during evaluation 22, the last of the run."""
+class Steered(ElementwiseProblem):
+    """A model; during one of its evaluations somebody makes requests of a study without any."""
 
-    def __init__(self, study):
+    def __init__(
+        self, study, requests=({"action": "search", "formulation": {}}, {"action": "stop"}), at=1
+    ):
         super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-        self._study = study
-        self._n_evaluated = 0
+        self._study, self._requests, self._at = study, requests, at
 
     def _evaluate(self, x, out, *args, **kwargs):
-        self._n_evaluated += 1
-        if self._n_evaluated == 22 and self._study is not None:
-            with Study(self._study).changes() as database:
-                database.steer({"name": "Bo", "action": "more", "count": 6})
+        self._at -= 1
+        if self._at == 0 and not Study(self._study).facts().steering:
+            for request in self._requests:
+                with Study(self._study).changes() as database:
+                    database.steer({"name": "Bo", **request})
             time.sleep(0.6)  # requests are read twice a second
         out["F"] = [x[0], 1 - x[0] + x[1]]
 
@@ -389,7 +391,8 @@ class Extending(ElementwiseProblem):
 def test_a_round_that_was_cut_off_is_tested_when_there_are_more_tests(study_file):
     def table(n_evaluations, study=None):
         search = SurrogatePSI(n_evaluations, n_points=20, batch=4, study=study)
-        return minimize(Extending(study), search, seed=1).algorithm.table
+        problem = Steered(study, [{"action": "more", "count": 6}], at=22 if study else 0)
+        return minimize(problem, search, seed=1).algorithm.table
 
     extended = table(22, study_file)
     alone = table(28)
@@ -397,31 +400,14 @@ def test_a_round_that_was_cut_off_is_tested_when_there_are_more_tests(study_file
     np.testing.assert_array_equal(extended.X, alone.X)
 
 
-class Stopping(ElementwiseProblem):
-    """A model during whose first evaluation somebody asks to direct and to stop the run."""
-
-    def __init__(self, path):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-        self._path = path
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        study = Study(self._path)
-        if not study.facts().steering:
-            for action in ("search", "stop"):
-                with study.changes() as database:
-                    database.steer({"name": "Bo", "action": action, "formulation": {}})
-        time.sleep(0.01)
-        out["F"] = [x[0], 1 - x[0] + x[1]]
-
-
 def test_any_algorithm_stops_and_is_continued(study_file):
-    problem = Recorded(Stopping(study_file), study=study_file)
+    problem = Recorded(Steered(study_file), study=study_file)
     interrupted(minimize, problem, NSGA2(150), ("n_gen", 2), seed=1)
     search, stop = Study(study_file).facts().steering
     assert "refused" in search["answer"]
     assert stop["answer"] == "done"
     n_tests = len(problem.table)
     assert 0 < n_tests < 150
-    again = Recorded(Stopping(study_file), study=study_file)
+    again = Recorded(Steered(study_file), study=study_file)
     minimize(again, NSGA2(150), ("n_gen", 2), seed=1)
     assert n_tests + again.n_evaluated == len(again.table) == 300
