@@ -469,7 +469,7 @@ def _new_results(
             changes = []
             for name, former in zip(names, others[other], strict=True):
                 text = _text(new[row].values[name])
-                if text != former:
+                if text != former and "nan" not in (text, former):  # those of a failed test
                     changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
             remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
             database.discard("tests", {TEST: other}, other, "corrected")
