@@ -117,7 +117,11 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
             f"study {path} has format {version}, but this version of pymoo-psi reads format "
             f"{_VERSION}; use the version that made it, or export it as CSV with that one"
         )
-    tables = [name for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+    query = (
+        "SELECT name FROM sqlite_master WHERE type = 'table' "
+        "AND name NOT LIKE 'sqlite!_%' ESCAPE '!'"
+    )
+    tables = [name for (name,) in db.execute(query)]
     if application != _APPLICATION and tables:
         raise of_others(path, tables)
     missing = [name for name in _TABLES if name not in tables]

@@ -331,7 +331,7 @@ class Renaming:
     The outputs of a program have names of their own, which stay.
 
     Attributes:
-        new_names: The new names of stored columns by those that they have.
+        new_names: The names of stored objectives and constraints by those that they have.
         turned: Objectives, by their new names, that are maximised now, or no longer: their values
             change sign.
     """
@@ -350,13 +350,12 @@ class Renaming:
         pairs += zip(stored["inequalities"], head["inequalities"][:n_constraints], strict=False)
         pairs += zip(stored["equalities"], head["equalities"], strict=False)
         new_names = dict(pairs)
-        maximized = {new_names.get(name, name) for name in stored.get("maximize", ())}
-        changed = maximized ^ {*head.get("maximize", ())}
-        return cls({old: new for old, new in pairs if old != new}, changed)
+        maximized = {new_names[name] for name in stored.get("maximize", ())}
+        return cls(new_names, maximized ^ {*head.get("maximize", ())})
 
     def __bool__(self) -> bool:
         """Whether anything changes."""
-        return bool(self.new_names or self.turned)
+        return bool(self.turned) or [*self.new_names] != [*self.new_names.values()]
 
     def of_columns(self, columns: Columns) -> Columns:
         """Return stored columns under the new names, and in the new directions."""
