@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, PsiError, TestTable, investigate
+from pymoo_psi import PSI, TestTable, investigate
 from pymoo_psi.table import Layout, constraint_costs, histogram, limit_text
 from tests.refusals import refused
 from tests.table.asked import freed, violations
@@ -134,26 +134,6 @@ def test_kinds_that_are_declared_hold_for_every_block():
     assert np.isnan(joined.refined_bounds()[0][2:]).all()
     whole = TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
     assert whole.X.dtype == np.float64
-
-
-weird = st.recursive(
-    st.one_of(
-        st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=3), st.binary(max_size=2),
-        st.complex_numbers(), st.just(10**400), st.just(np.datetime64("2024-05-01")), st.just(np.ma.masked_array([[1.0]], [[True]])),
-    ),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
-    max_leaves=6,
-)  # fmt: skip
-
-
-@settings(max_examples=75)
-@given(X=weird, F=weird, numbers=st.one_of(st.just([1]), weird))
-def test_whatever_is_given_the_answer_is_a_table_or_a_message(X, F, numbers):
-    try:
-        table = TestTable.of(numbers, X, F)
-    except PsiError:
-        return
-    assert len(table) == len(table.X) == len(table.F)
 
 
 # Constraints

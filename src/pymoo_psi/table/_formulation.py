@@ -575,8 +575,6 @@ def limits_of(limits: Any, argument: str = "limits") -> Values:
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
     limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
-        if not isinstance(column, str):
-            raise wrong_type(argument, "of columns by their names", column)
         limit_by_column[column] = _normal(column, limit)
     return limit_by_column
 

@@ -40,7 +40,7 @@ from pymoo_psi._validation import (
     require_shape,
     wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EQ_TOLERANCE
 
 # Columns that a model cannot have: the number of a test, and what a frame says of it.
@@ -139,8 +139,7 @@ class Layout:
         object.__setattr__(self, name, value)
 
     def _check_kinds(self) -> None:
-        words = [kind.value for kind in Kind]
-        self._set("kinds", tuple(Kind(known_name("kinds", kind, words)) for kind in self.kinds))
+        self._set("kinds", tuple(map(Kind, self.kinds)))
         n = len(self.variables)
         if len(self.kinds) not in (0, n):
             raise invalid("kinds", f"{n} kinds, one for each variable", Received(len(self.kinds)))
@@ -442,8 +441,6 @@ def _array(name: str, value: Any, variables: Names | None) -> AnyArray:
     """Return rows, mappings or a frame as an array of objects."""
     if hasattr(value, "itertuples"):  # a frame of pandas
         value = value.to_dict("records")
-    if not isinstance(value, Iterable):
-        raise wrong_type(name, "an array or rows, or a frame of pandas", value)
     rows = list(value)
     if rows and isinstance(rows[0], Mapping):
         variables = variables or list(rows[0])
@@ -453,10 +450,7 @@ def _array(name: str, value: Any, variables: Names | None) -> AnyArray:
                     name, f"mappings of the variables {', '.join(map(str, variables))}", row
                 )
             rows[i] = [row[variable] for variable in variables]
-    try:
-        return np.array(rows, dtype=object)
-    except ValueError as error:  # rows of unequal length
-        raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
+    return np.array(rows, dtype=object)
 
 
 def _matrix_of_cells(name: str, array: AnyArray, *, real: bool) -> AnyArray:

@@ -618,7 +618,6 @@ class TestTable(Tests, Shown):
 
         Raises:
             ArgumentValueError: A block has another layout, or a test point occurs twice.
-            ArgumentTypeError: A block is no table.
 
         Example:
             >>> first, second = (TestTable.of([n], [[0.1 * n]], [[1.0]]) for n in (1, 2))
@@ -627,8 +626,6 @@ class TestTable(Tests, Shown):
         """
         if not blocks:
             return self
-        for block in blocks:
-            instance("block", block, TestTable)
         tables = [self, *blocks]
         require_one_formulation(tables)
         tested = stacked([table.tested for table in tables])
@@ -650,14 +647,12 @@ class TestTable(Tests, Shown):
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance or
                 problem, or in results of a test point by more than rounding.
-            ArgumentTypeError: ``other`` is no table.
 
         Example:
             >>> ahead = TestTable.of([3, 4], [[0.25], [0.75]], [[1], [3]])
             >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
             array([1, 2, 3, 4])
         """
-        instance("other", other, TestTable)
         return self._asked_as_before(merged(self, other))
 
     def equals(self, other: object) -> bool:
@@ -713,10 +708,8 @@ class TestTable(Tests, Shown):
         # The Pareto set of a million tests is not needed for ten rows.
         results = result_columns(self.columns)
         frame = self.take(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
-        texts = (results["violated"], results["reason"])
-        empty = [name for name in texts if not frame[name].any()]
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}
-        return frame.drop(columns=empty).rename(columns=headings), len(self)
+        return frame.rename(columns=headings), len(self)
 
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""

@@ -23,10 +23,8 @@ from pymoo_psi._validation import (
     Rows,
     Values,
     counted,
-    instance,
     invalid,
     known_name,
-    mapping,
     real_array,
     require_shape,
 )
@@ -125,7 +123,6 @@ class Tests:
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
-        instance("formulation", self.formulation, Formulation)
         layout = self.layout
         numbers = _point_numbers(self.numbers)
         n = len(numbers)
@@ -321,17 +318,17 @@ class Tests:
         if layout is None:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], _width("F", F), _width("G", G), _width("H", H))
-        columns = mapping("outputs", outputs or {}, "names to values")
-        layout = replace(layout, outputs=tuple(dict.fromkeys((*layout.outputs, *columns))))
-        unknown = np.full(real_array("numbers", numbers).shape, np.nan)
-        values = [np.zeros((*unknown.shape, 0))]
-        for name in layout.outputs:
-            column = real_array(f"the output {name!r}", columns.get(name, unknown))
-            require_shape(f"the output {name!r}", column, unknown.shape)
-            values.append(column)
-        arrays = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H}
-        further = np.column_stack(values)
-        return cls(layout, reasons=reasons or {}, extra=extra or {}, outputs=further, **arrays)
+        columns = outputs or {}
+        names = tuple(dict.fromkeys((*layout.outputs, *columns)))
+        further = np.full((len(np.asarray(numbers)), len(names)), np.nan)
+        for j, name in enumerate(names):
+            if name in columns:
+                column = real_array(f"the output {name!r}", columns[name])
+                require_shape(f"the output {name!r}", column, further.shape[:1])
+                further[:, j] = column
+        arrays = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H, "outputs": further}
+        layout = replace(layout, outputs=names)
+        return cls(layout, reasons=reasons or {}, extra=extra or {}, **arrays)
 
     @classmethod
     def empty(cls, layout: Layout | None = None) -> Self:
