@@ -179,7 +179,7 @@ def named_cells(rows: RowsByLine) -> Cells:
         if not cells[[""]].map(is_blank).all(axis=None):  # no comma at the end of every line
             raise UnfitError(
                 "its first line must name the columns, and lacks a name",
-                "complete it, or leave it out by skip_rows= if it is a title",
+                f"complete it, or leave it out by skip_rows=[{next(iter(rows))}] if it is a title",
             )
         cells = cells.drop(columns="")
     for name in cells.columns[cells.columns.duplicated()]:

@@ -130,9 +130,9 @@ def read_table(
 
     Raises:
         OSError: The file cannot be opened.
-        ArgumentValueError: The source is not a table of named columns with at least one design, a
-            row is a summary of others, a required column cannot be read, or the formulation does
-            not fit.
+        ArgumentValueError: The source is not a table of named columns with at least one design, its
+            last row is the sum of all others, a required column cannot be read, or the formulation
+            does not fit.
         StudyError: The file is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
 
