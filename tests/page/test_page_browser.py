@@ -651,16 +651,6 @@ def test_a_brush_from_near_the_best_rejects_no_better_design(reader, frame, k):
     assert None not in reader.state["limits"][OBJECTIVES[k]]
 
 
-def test_the_legend_names_marks_that_are_there(reader):
-    assert reader.text("#key").split() == ["prototype"]
-    reader.page.locator("#table .row").nth(4).click()
-    reader.press("c")
-    assert reader.text("#key").split() == ["chosen", "prototype"]
-    reader.page.locator("#table").focus()
-    reader.press("c", "p")
-    assert reader.text("#key").split() == ["pinned", "prototype"]
-
-
 def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said):
     Path("f.csv").write_text("gain,cost\n-.31415,9\n20000.5,5\n3000.25,7\n-4000,11\n0,4\n")
     words = ("f.csv", "--maximize", "gain")  # which turns the sign of a zero
