@@ -88,16 +88,7 @@ def test_sets_without_a_knee():
 )
 def test_there_is_no_knee_beyond_a_plane_on_which_a_loss_counts_as_a_gain(F):
     """One weight of the plane through the extremes is negative: a distance from it says nothing."""
-    F = np.array(F, dtype=float)
-    front, d = in_shares(F, F.min(axis=0))
-    assert len(front) == len(F)
-    extremes = []
-    for j in range(3):
-        others = np.delete(d, j, axis=1)
-        keys = [(max(row), sum(row), x) for row, x in zip(others.tolist(), d[:, j], strict=True)]
-        extremes.append(d[keys.index(min(keys))])
-    assert np.linalg.solve(extremes, np.ones(3)).min() < 0
-    assert Knee().do(F).tolist() == []
+    assert Knee().do(np.array(F, dtype=float)).tolist() == []
 
 
 SELECTORS = {

@@ -45,6 +45,18 @@ def test_rows_with_one_label_are_one_design(file):
     assert any("3 designs, 8 tests" in remark for remark in table.remarks)
 
 
+def test_a_design_of_ten_tests_has_a_variance_of_its_own():
+    counts = [10, 3, 9]
+    f = np.random.default_rng(2).normal(size=sum(counts)) * np.repeat([5.0, 1.0, 1.0], counts)
+    F = np.column_stack([f, -f])
+    table = TestTable.of(range(1, len(F) + 1), np.repeat([[0], [1], [2]], counts, axis=0), F)
+    errors = table.averaged()["f1 standard error"]
+    groups = np.split(f, np.cumsum(counts)[:-1])
+    pooled = sum(np.var(group) * len(group) for group in groups) / (len(f) - 3)
+    assert errors[0] == pytest.approx(groups[0].std(ddof=1) / np.sqrt(10))
+    assert errors[1:] == pytest.approx(np.sqrt(pooled / np.array([3, 9])))
+
+
 def test_computed_columns_and_limits_are_of_means(file):
     asked = Formulation(
         objectives=["cost", "ratio"], computed={"ratio": "mass / cost"}, limits={"mass": 5.1}
@@ -95,11 +107,6 @@ def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
 def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
     frame = FRAME.assign(x=range(8))
     refused(f"^repeats must be.*{rule}", read_table, frame, ASKED, variables=["x"], repeats=column)
-
-
-def test_labels_that_never_recur_are_refused():
-    frame = FRAME.assign(variant=list("abcdefgh"))
-    refused("recurs", read_table, frame, ASKED, error=ArgumentValueError, repeats="variant")
 
 
 def test_repeats_that_are_not_declared_are_reported():

@@ -28,7 +28,6 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, percent
 from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, has_runs, value_ranks
 from pymoo_psi.table._table import TestTable
@@ -42,6 +41,7 @@ _FOLDER = re.compile(r"; see \S.*$")
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
 _BY_ALGORITHM = "an algorithm"  # samplings that follow no sequence
 _BY_PEOPLE = "tests of "
+_SAMPLE = "an even sample of one set of bounds"
 _COSINES = 10  # terms that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
 _FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
@@ -381,7 +381,7 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
     sampling = str((table.problem or {}).get("sampling") or "")
     if _BY_ALGORITHM in sampling:
-        raise _uneven("those that an algorithm has chosen")
+        raise invalid("the tests", _SAMPLE, Received("those that an algorithm has chosen"))
     if PROPOSAL_ROUND in table.layout.outputs:
         # Tests that failed have no round.
         proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
@@ -407,10 +407,6 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     return table, tuple(sentences)
 
 
-def _uneven(received: str) -> ArgumentValueError:
-    return invalid("the tests", "an even sample of one set of bounds", Received(received))
-
-
 def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
     """Return the run of a study that has most points of a sequence, and its tests."""
     runs = (table.problem or {}).get("runs", {})
@@ -419,7 +415,8 @@ def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
         if not str(points.get("sampling")).startswith((_BY_ALGORITHM, _BY_PEOPLE)):
             sizes[run] = np.sum(table.extra[RUN] == int(run))
     if not any(sizes.values()):  # tests of a run may all be those of another one
-        raise _uneven("tests that algorithms or people have chosen")
+        received = Received("tests that algorithms or people have chosen")
+        raise invalid("the tests", _SAMPLE, received)
     run = max(sizes, key=lambda run: sizes[run])
     points = runs[run]
     lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
