@@ -1,7 +1,7 @@
 """Repeated tests of a design: their mean, and how sure a decision on means is.
 
 The noise of an objective is taken to be normal and independent. Its variance is pooled from the
-differences between tests of the same designs, unless a design has many tests of its own.
+differences between tests of the same designs, unless a design has five tests or more.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
 _VARIABLES = "variables"
-_MANY_TESTS = 10  # of a design, from which on the variance is its own
+_MANY_TESTS = 5  # of a design, from which on the variance is its own
 _SAMPLES = 1000
 _MANY = 2000  # designs above which there are fewer samples
 _SAMPLES_OF_MANY = 200
