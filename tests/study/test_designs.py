@@ -1,5 +1,6 @@
 """Options that are printed alike, and names that a study cannot have."""
 
+import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice
 
@@ -32,3 +33,9 @@ def test_models_of_options_that_look_alike_are_different(study_file):
 
 def test_an_option_is_restricted_by_its_type():
     refused("one of 12, '12', 'oak'", Restricted, Typed(), {"a": 12.0}, error=ArgumentValueError)
+
+
+@pytest.mark.parametrize("suffix", ["-journal", "-wal", "-SHM", ".pymoo-psi-lock"])
+def test_files_that_belong_to_a_study_are_refused(suffix, study_file):
+    name = f"{study_file}{suffix}"
+    refused("study must be named unlike files beside", investigate, Typed(), 4, study=name)

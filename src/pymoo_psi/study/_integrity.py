@@ -20,6 +20,8 @@ else:
     import fcntl
 
 _LOCK = ".pymoo-psi-lock"  # appended to the name of a study, for its first run
+# The ends of the names of files that SQLite, and this package, keep beside a study and delete.
+BESIDE = ("-journal", "-wal", "-shm", _LOCK)
 # Seconds between two attempts to lock a study, the first ones and the later ones: hundreds of
 # writers must not keep a shared file system busy.
 _FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3

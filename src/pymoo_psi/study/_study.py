@@ -68,7 +68,7 @@ from pymoo_psi.study._facts import (
     require_same_model,
     with_outputs,
 )
-from pymoo_psi.study._integrity import intact, locked, reported
+from pymoo_psi.study._integrity import BESIDE, intact, locked, reported
 
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
 # What is in such files is no study, and other programs would not open one by such a name.
@@ -97,6 +97,9 @@ class Study:
             rule = "a database with a name such as designs.db"
             remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
             raise invalid("study", rule, os.fspath(path), remedy)
+        if self.path.lower().endswith(BESIDE):
+            remedy = "a study deletes such files"
+            raise invalid("study", "named unlike files beside a study", os.fspath(path), remedy)
         self.wait = wait
         self._head: Head | None = None  # the head of the run that was begun
         self._id: str | None = None  # the study in use, as another file may take its place
