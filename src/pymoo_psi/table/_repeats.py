@@ -81,7 +81,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
         return np.where(n == 0, values[first], sums / np.maximum(n, 1))
 
     F = means(tested.F)
-    deviations = (tested.F - F[design])[usable]
+    deviations = tested.F[usable] - F[design[usable]]
     deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F[usable])] = 0.0
     errors = _standard_errors(_sums(deviations**2, design[usable], len(first)), counts)
     outputs = means(tested.outputs)
