@@ -105,8 +105,7 @@ def propose(
     if learned is None:
         return _distant_points(seen, risk, batch, task, random)
 
-    surrogates = _Surrogates(task, learned)
-    surrogates.risk = risk
+    surrogates = _Surrogates(task, learned, risk)
     recent = task.eligible[-_MISSES_BEFORE_CAUTION:]
     if task.is_narrowed and task.eligible.any() and not recent.any():
         surrogates.caution = 1.0
@@ -211,25 +210,25 @@ class _Surrogates:
     Args:
         task: The task of the search.
         learned: What is learned of its tests.
+        risk: By how much designs are near failures.
 
     Attributes:
         rows: ``(n,)`` the rows of the tests that are learned.
         T: ``(n, q)`` their outputs on their scales.
         processes: The surrogate of each output.
         contraction: As :func:`_contraction` returns it.
-        risk: By how much designs are near failures; nothing is avoided unless it is given.
         caution: How many standard deviations a mean has to keep away from its limits.
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
-    def __init__(self, task: Task, learned: Learned) -> None:
+    def __init__(self, task: Task, learned: Learned, risk: Risk) -> None:
         self.rows = np.searchsorted(task.numbers, learned.numbers)
         self.T = learned.to(bounded(task.Y[self.rows]))
         self.processes = learned.processes(self.T)
         self.task = task
         self.contraction = _contraction(learned, task.n_obj)
-        self.risk: Risk = lambda Z: np.zeros(len(Z))
+        self._risk = risk
         self.caution = 0.0
         self.ranges = np.zeros((2, task.n_obj))
         self.front = np.zeros((0, task.n_obj))
@@ -247,7 +246,7 @@ class _Surrogates:
             for j, _, _ in task.limits:
                 margins[:, j] = self.caution * self.processes[j].deviation(Z)
         excess = task.excess(T, self._learned, margins)
-        columns = [excess, self.risk(Z), task.violations(points)]
+        columns = [excess, self._risk(Z), task.violations(points)]
         return T[:, : task.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:

@@ -44,9 +44,7 @@ _GROWTH = 1.1
 _BATCH = 8
 _FIRST_BATCH = 2
 _FEW_ELIGIBLE = 64
-# Part of the name of a run in its study, as 0.3.0 wrote it: with another one, a study would not
-# continue, but begin another run.
-_DEFAULT_BATCHES = "4, from 64 tests on 8"
+_DEFAULT_BATCHES = "2, from 64 tests on 8"  # in the name of a run in its study
 # The points of the sequence show a heavy tail. More of them would tell less than as many proposals.
 _POINTS = 20
 # The surrogates of an asynchronous run learn from at most this many tests when lengths are fitted
