@@ -60,6 +60,7 @@ WORDS = {
     "PSI(8, retry={})": ("incomplete", "all"),
     "SurrogatePSI(16, sampling={})": ("lhs", "LHS"),
     "QMCSampling({})": ("halton", "hamilton"),
+    "FailureTolerant(bnh, failed_as={})": ("penalty", "penalties"),
     "SphereChute(0.4, model={})": ("rolling", "rollin"),
 }
 

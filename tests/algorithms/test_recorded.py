@@ -180,17 +180,18 @@ def test_names_senses_and_outputs_are_those_of_the_problem_or_told(tmp_path):
 # Failures
 
 
-def test_a_tolerant_problem_may_stand_within_or_without(tmp_path):
+@pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
+def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as):
     X = batch(12)
-    expected = FailureTolerant(Model(fails=True))
+    expected = FailureTolerant(Model(fails=True), failed_as=failed_as)
     answers = values(expected, X)
     for name in ("within", "without"):
         for _ in range(2):  # then from the file
             model, path = Model(fails=True), tmp_path / f"{name}.db"
             if name == "within":
-                problem = Recorded(FailureTolerant(model), study=path)
+                problem = Recorded(FailureTolerant(model, failed_as=failed_as), study=path)
             else:
-                problem = FailureTolerant(Recorded(model, study=path))
+                problem = FailureTolerant(Recorded(model, study=path), failed_as=failed_as)
             assert problem.n_ieq_constr == expected.n_ieq_constr
             for got, answer in zip(values(problem, X), answers, strict=True):
                 np.testing.assert_array_equal(got, answer)

@@ -11,15 +11,16 @@ numbers, NaN, or infinite although the design is feasible.
 from __future__ import annotations
 
 import copy
+import zlib
 from collections.abc import Generator, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
-from pymoo_psi._validation import AnyArray, Array
+from pymoo_psi._validation import AnyArray, Array, Mask, known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
     Result,
@@ -30,7 +31,7 @@ from pymoo_psi.parallel import (
     one_line,
     same_folder,
 )
-from pymoo_psi.pareto import competes, meets_constraints
+from pymoo_psi.pareto import competes, constraint_violation, meets_constraints
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import (
@@ -330,7 +331,9 @@ class FailureTolerant(WrappedProblem):
     objectives and violates an additional inequality constraint, the last column of ``G``, which is
     0 for every other design. A failed design is never in the ``res.F`` of an algorithm.
 
-    MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints, and so no such problem.
+    MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints. For these ``failed_as="penalty"``
+    gives failed designs finite objectives instead, worse than all before and always the same for
+    the same design; the number of constraints is the wrapped problem's.
 
     ``pop.get("failure")`` returns the reason for each individual, empty if it did not fail;
     ``problem.failures`` also lists designs that an algorithm has dropped. PSI and ``investigate``
@@ -344,6 +347,7 @@ class FailureTolerant(WrappedProblem):
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables.
+        failed_as: ``"constraint"`` or ``"penalty"``.
 
     Attributes:
         wrapped: The problem.
@@ -352,6 +356,7 @@ class FailureTolerant(WrappedProblem):
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem.
+        ArgumentValueError: ``failed_as`` is unknown.
 
     Example:
         >>> import numpy as np
@@ -371,11 +376,18 @@ class FailureTolerant(WrappedProblem):
     same_front = True
     tolerates_failures = True
 
-    def __init__(self, problem: Any) -> None:
+    def __init__(
+        self, problem: Any, *, failed_as: Literal["constraint", "penalty"] = "constraint"
+    ) -> None:
         require_problem(problem)
         problem = with_requirements(untolerant(problem))
+        self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.failures: list[EvaluationError] = []
-        super().__init__(problem, n_ieq_constr=problem.n_ieq_constr + 1)
+        self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
+        n_ieq_constr = problem.n_ieq_constr
+        if self.failed_as == "constraint":
+            n_ieq_constr += 1
+        super().__init__(problem, n_ieq_constr=n_ieq_constr)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
@@ -387,8 +399,32 @@ class FailureTolerant(WrappedProblem):
         failed = out["failure"] != ""
         for i in np.flatnonzero(failed):
             self.failures.append(EvaluationError(copy.copy(X[i]), out["failure"][i]))
-        out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
+        if self.failed_as == "constraint":
+            out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
+        else:
+            self._penalise(X, out, failed)
         return self.formatted(X, out, return_values_of)
+
+    def _penalise(self, X: Any, out: Values, failed: Mask) -> None:
+        """Give failed designs objectives that are worse than any that did not fail so far."""
+        F = out["F"]
+        sizes = np.where(np.isfinite(F), np.abs(F), -np.inf)
+        self._largest = np.maximum(self._largest, sizes.max(axis=0, initial=-np.inf))
+        largest = np.where(np.isfinite(self._largest), self._largest, _VIOLATION)
+        # About as large as other values, since algorithms scale by the range of a population. A
+        # power of 2, so that a design has the same objectives until the values double: dynamic
+        # algorithms evaluate designs twice, and another value is to them a change of the problem.
+        level = np.exp2(np.minimum(np.ceil(np.log2(largest + 1)), 1022))
+        for i in np.flatnonzero(failed):
+            vector = isinstance(X[i], np.ndarray) and X[i].dtype != object
+            content = X[i].tobytes() if vector else repr(X[i]).encode()
+            # Each design gets another value, as some algorithms fail with equal ones.
+            fraction = (1 + zlib.crc32(content)) / 2**33
+            F[i] = level * (1.0 + fraction)
+        # pymoo reads this violation even if a problem has no constraints, and then leaves failed
+        # designs out of its optimum
+        violation = constraint_violation(out["G"], out["H"])
+        out["CV"] = np.where(failed, _VIOLATION, violation)[:, None]
 
 
 def untolerant(problem: Any) -> Any:
