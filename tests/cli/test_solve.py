@@ -94,7 +94,7 @@ def test_mixed_variables_are_restricted(said):
     assert {*written()["steel"]} == {"S355"}
     said(*words, "--box", "a=0.5")
     assert {*written()["a"]} == {0.5}
-    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "n of box must be")):
+    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "n of --box must be")):
         assert message in said(*words, "--box", box, code=2)
 
 

@@ -224,7 +224,7 @@ def test_what_has_not_begun_is_given_up_with_the_run():
 
     executor = Gated()
     problem = Sum(seconds=0.06, elementwise_runner=ExecutorRunner(executor, workers=4))
-    minimize(problem, PSI(500, block_size=2), ("n_eval", 2))
+    minimize(problem, PSI(500, block_size=2), ("n_gen", 1))
     executor.pool.shutdown()
     assert len(begun) < len(executor.sent)
 

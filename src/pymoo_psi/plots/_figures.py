@@ -461,8 +461,8 @@ def plot_indicators(comparison: Comparison) -> Drawing:
         >>> comparison = compare(
         ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
         ... )
-        >>> print(*(ax.get_ylabel().split(" (")[0] for ax in plot_indicators(comparison).axes))
-        hypervolume IGD+ additive epsilon optimum distance
+        >>> [ax.get_ylabel().split()[0] for ax in plot_indicators(comparison).axes]
+        ['hypervolume', 'IGD+', 'additive', 'optimum']
     """
     from pymoo_psi.comparison import Comparison
 

@@ -709,7 +709,9 @@ class TestTable(Tests, Shown):
         results = result_columns(self.columns)
         frame = self.take(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}
-        return frame.rename(columns=headings), len(self)
+        texts = (results["violated"], results["reason"])
+        empty = [name for name in texts if not frame[name].any()]
+        return frame.drop(columns=empty).rename(columns=headings), len(self)
 
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""
