@@ -177,9 +177,11 @@ def named_cells(rows: RowsByLine) -> Cells:
     cells = cells.set_axis(names, axis="columns")
     if "" in names:
         if not cells[[""]].map(is_blank).all(axis=None):  # no comma at the end of every line
+            n_empty = counted(names.count(""), "name")
+            are = "is" if names.count("") == 1 else "are"
             raise UnfitError(
-                "its first line must name the columns, and lacks a name",
-                f"complete it, or leave it out by skip_rows=[{next(iter(rows))}] if it is a title",
+                f"{n_empty} {are} empty in its first line, which must name the columns",
+                f"if it is a title, skip it by skip_rows=[{next(iter(rows))}]; else complete it",
             )
         cells = cells.drop(columns="")
     for name in cells.columns[cells.columns.duplicated()]:
