@@ -1,11 +1,14 @@
 """What is a placeholder, what is refused as it could be one, and what stays as it is."""
 
+import random
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from pymoo_psi import ProgramProblem
+from pymoo_psi import ProgramProblem, PsiError
+from tests.mutations import mutated, toml_file
 from tests.refusals import refused
 
 BRACKET = Path(__file__).parents[2] / "benchmarks" / "real" / "bracket" / "bracket.toml"
@@ -145,3 +148,101 @@ minimize = ["Fläche"]
     assert ProgramProblem.from_toml(path).run({"Höhe": 1.5}).outputs == {"Fläche": 1.5}
     path.write_text(text.replace('"Höhe"', "Höhe"), "utf-8")
     refused('line 2.*stands in quotes, as "Höhe"', ProgramProblem.from_toml, path)
+
+
+# Random files
+
+REAL, INTEGER = ("", ":.6g", ":08.3f", ":e", ":>12.4f"), ("", ":d", ":03d", ":g")
+NAMES = ("x", "width", "Höhe", "l_2", "seed_", "name")
+ORDINARY = ("{y}", "{}", "{101}", '{"k": 1}', "$y", "100 %", "{ a b }", "}", "ä", "'", "a", "1e5")
+
+
+class RandomFile:
+    """A file of a problem and its template at random, and what is to become of them.
+
+    Each piece of a line is known to be a placeholder, ordinary, or refused; pieces are apart.
+    """
+
+    def __init__(self, seed):
+        self.rng = rng = random.Random(seed)
+        self.marks = rng.choice(("{name}", "{name}", "@name@", "<<name>>", "%{name}"))
+        self.before, self.after = self.marks.split("name")
+        names = rng.sample(NAMES, 2)
+        self.design = {names[0]: rng.uniform(-1e3, 1e3), names[1]: rng.randint(-99, 99)}
+        self.formats = dict(zip(names, (REAL, INTEGER), strict=True))
+        self.line_refused = 0
+        lines, expected = [], []
+        for number in range(1, rng.randint(2, 9)):
+            pieces = [self.piece() for _ in range(rng.randint(0, 4))]
+            if seed % 2 and not self.line_refused and rng.random() < 0.5:
+                pieces.insert(rng.randint(0, len(pieces)), (self.refused(), ""))
+                self.line_refused = number
+            lines.append(" ".join(text for text, _ in pieces))
+            expected.append(" ".join(text for _, text in pieces))
+        end = rng.choice(("\n", "\r\n"))
+        self.text, self.expected = end.join(lines), end.join(expected)
+
+    def marked(self, text):
+        return f"{self.before}{text}{self.after}"
+
+    def piece(self):
+        """Return a placeholder, doubled marks, or other text, and what becomes of it."""
+        name = self.rng.choice([*self.design])
+        form = self.rng.choice(self.formats[name])
+        value = format(self.design[name], form[1:])
+        single = self.marked(f"{name}: 6")
+        others = [name, *ORDINARY]
+        if "{" not in self.before:
+            others += [f"${{{name}}}", f"{{{name}: 6}}", f'f"{{{name}}}"']
+        filled = 2 * [(self.marked(name + form), value)] + [(self.marked(single), single)]
+        return self.rng.choice([*filled, *zip(others, others, strict=True)])
+
+    def refused(self):
+        """Return what could be a placeholder."""
+        real, integer = self.design
+        texts = [f"{real}: 60", f"{real}:60", f" {integer} ", f"{real}!r", f"2*{real}", f"{real}:d"]
+        texts = list(map(self.marked, texts))
+        if self.marks == "{name}":
+            texts += [f"${{{real}}}", f'f"{{{real}}}"', f"{{{{{{{real}}}}}}}"]
+        return self.rng.choice(texts)
+
+    @property
+    def content(self):
+        """The sections of the file; the command has all variables."""
+        kinds = dict(zip(self.design, ("real", "integer"), strict=True))
+        command = " ".join(["true", *map(self.marked, self.design)])
+        return {
+            "variables": {name: {"bounds": [-1000, 1000], "kind": kinds[name]} for name in kinds},
+            "program": {
+                "command": command,
+                "template": "template",
+                "files": ["in.txt"],
+                "marks": self.marks,
+            },
+            "outputs": {"m": {"file": "out.txt", "pattern": "(.+)"}},
+            "objectives": {"minimize": ["m"]},
+        }
+
+
+def test_random_files_are_filled_as_plainly_or_refused_by_line(tmp_path):
+    """Of 200 files each is filled as by plain replacement, or refused by file and line."""
+    (tmp_path / "template").mkdir()
+    path = tmp_path / "model.toml"
+    n_refused = 0
+    for seed in range(200):
+        file = RandomFile(seed)
+        (tmp_path / "template" / "in.txt").write_bytes(file.text.encode())
+        path.write_text(toml_file(file.content), "utf-8")
+        if file.line_refused:
+            message = f"model.toml: in.txt, line {file.line_refused}: a placeholder must be"
+            refused(message, ProgramProblem.from_toml, path)
+            n_refused += 1
+        else:
+            run = ProgramProblem.from_toml(path).run(file.design, keep=True)
+            assert (run.folder / "in.txt").read_bytes().decode() == file.expected
+            assert run.words == ["true", *map(str, file.design.values())]
+        # The same with a slip of the hand: a problem, or an error of the package.
+        path.write_text(toml_file(mutated(file.content, file.rng)), "utf-8")
+        with suppress(PsiError):
+            ProgramProblem.from_toml(path)
+    assert 50 < n_refused < 150
