@@ -123,8 +123,8 @@ def test_options_are_in_the_signature_with_their_defaults(owner):
         if field.name in shown and (owner, field.name) != (Recorded, "study"):
             assert shown[field.name] == field.default
     missing = {
-        PSI: {"repeat"},
-        SurrogatePSI: {"repeat", "share", "block_size"},
+        PSI: {"repeat", "runner", "keep"},
+        SurrogatePSI: {"repeat", "share", "block_size", "runner", "keep"},
         investigate: set(),
         Recorded: {field.name for field in dataclasses.fields(RunOptions)},
     }
@@ -133,7 +133,7 @@ def test_options_are_in_the_signature_with_their_defaults(owner):
 
 def test_keywords_are_those_of_the_options_and_of_pymoo():
     of_runs = {*PointKeywords.__annotations__}
-    assert of_runs | {"share", "block_size", "repeat"} == {
+    assert of_runs | {"share", "block_size", "repeat", "runner", "keep"} == {
         f.name for f in dataclasses.fields(RunOptions)
     }
     pymoos = {*inspect.signature(Algorithm.__init__).parameters} - {"self", "kwargs"}

@@ -13,7 +13,6 @@ from ._surrogate import SurrogatePSI as SurrogatePSI
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._executor import Pieces as Pieces
 from ._imported import import_tests as import_tests
 from ._laboratory import ask_tests as ask_tests
 from ._laboratory import tell_tests as tell_tests

@@ -74,22 +74,6 @@ class Block(NamedTuple):
         return Block(self.numbers[rows], self.tests.take(rows), n_called)
 
 
-class Pieces(NamedTuple):
-    """How pieces of a vectorised model are evaluated.
-
-    Attributes:
-        runner: What evaluates them; ``None`` is this process.
-        keep: Which tests of a piece are needed: ``"all"``, the ``"feasible"`` ones, or their
-            ``"pareto"`` set.
-    """
-
-    runner: Runner | None = None
-    keep: str = "all"
-
-
-HERE: Pieces = Pieces()
-
-
 class BlockFilter:
     """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
 
@@ -415,16 +399,13 @@ class InPieces(Executor):
         return Block(numbers, tests, len(numbers), np.repeat(seconds, sizes))
 
 
-def executor_of(
-    model: Model, options: RunOptions, n_points: int | None = None, pieces: Pieces = HERE
-) -> Executor:
+def executor_of(model: Model, options: RunOptions, n_points: int | None = None) -> Executor:
     """Return the executor for a model.
 
     Args:
         model: The model.
         options: The options of the run.
         n_points: How many points there are; ``None`` evaluates together what is submitted together.
-        pieces: How pieces of a vectorised model are evaluated.
 
     Raises:
         ArgumentValueError: The model is noisy, and is called for several designs together.
@@ -435,7 +416,7 @@ def executor_of(
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
         raise invalid("problem", rule, model.inner, remedy)
-    runner = pieces.runner
+    runner = options.runner
     smallest = _SMALLEST
     largest = _LARGEST
     seconds = _SECONDS
@@ -452,5 +433,5 @@ def executor_of(
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         largest = min(_LARGEST, max(_SMALLEST, points_of_a_worker))
     largest = options.block_size or largest
-    task = PieceTask(model, BlockFilter(pieces.keep, model))
+    task = PieceTask(model, BlockFilter(options.keep, model))
     return InPieces(task, min(smallest, largest), largest, seconds, runner)

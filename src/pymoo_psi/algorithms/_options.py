@@ -26,6 +26,7 @@ from pymoo_psi.algorithms._sampling import (
     UniformSampling,
     uniform_sampling,
 )
+from pymoo_psi.parallel import Runner
 from pymoo_psi.problems import require_known_keywords
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import ALL, Share
@@ -77,8 +78,8 @@ class AlgorithmKeywords(PointKeywords, total=False):
 class RunOptions:
     """The options of a run: which points are tested, how, and where tests are stored.
 
-    They are described where users give them: those of every run by :class:`PSI`, ``repeat`` by
-    :func:`investigate`.
+    They are described where users give them: those of every run by :class:`PSI`, ``repeat``,
+    ``runner`` and ``keep`` by :func:`investigate`.
 
     Raises:
         ArgumentValueError: A count is out of range, or there is no such action or share.
@@ -103,6 +104,8 @@ class RunOptions:
     requirements: Any = None
     repeat: int = 1
     block_size: int | None = None
+    runner: Runner | None = None
+    keep: Literal["all", "feasible", "pareto"] = "all"
 
     def __post_init__(self) -> None:
         """Check what can be checked without a problem."""

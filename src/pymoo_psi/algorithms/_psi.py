@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import BlockFilter, Pieces
+from pymoo_psi.algorithms._executor import BlockFilter
 from pymoo_psi.algorithms._options import (
     AlgorithmKeywords,
     PointKeywords,
@@ -542,17 +542,16 @@ def investigate(
     further = {"repeat": repeat, "share": share, "block_size": block_size}
     settings, _ = run_options("investigate", options, PointKeywords, **further)
     require_problem(problem)
-    runner = _runner_of_pieces(problem, n_jobs, runner)
     known_name("keep", keep, ("all", "feasible", "pareto"))
     is_noisy = getattr(problem, "noisy", False)
-    pieces = Pieces(runner, keep)
-    if is_noisy:
-        pieces = Pieces(runner)  # until tests are averaged
+    settings = replace(settings, runner=_runner_of_pieces(problem, n_jobs, runner))
+    if not is_noisy:  # else all are needed until they are averaged
+        settings = replace(settings, keep=keep)
 
     def tested(run: Run) -> TestTable:
-        return _tests_of(run, pieces, progress)
+        return _tests_of(run, settings.keep, progress)
 
-    run, table = repeated_tests(tested, problem, n_points, settings, pieces)
+    run, table = repeated_tests(tested, problem, n_points, settings)
     model = run.model
     if is_noisy:
         table = BlockFilter(keep, model)(averaged_repeats(table))
@@ -568,10 +567,10 @@ def investigate(
     return table
 
 
-def _tests_of(run: Run, pieces: Pieces, progress: bool) -> TestTable:
+def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     # Workers may have filtered their tests already; then it takes hardly any time.
-    block_filter = BlockFilter(pieces.keep, run.model)
+    block_filter = BlockFilter(keep, run.model)
     n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -584,7 +583,7 @@ def _tests_of(run: Run, pieces: Pieces, progress: bool) -> TestTable:
             n_tested += len(block.numbers)
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))
-            if pieces.keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
+            if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
                 tests = by_number(tables)
                 tables = [tests.take(run.model.under_so_far(tests).pareto())]
     return by_number(tables)

@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from functools import partial
 from typing import Any
 
@@ -31,7 +30,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import HERE, Block, Executor, Pieces, executor_of
+from pymoo_psi.algorithms._executor import Block, Executor, executor_of
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -55,15 +54,6 @@ COMPUTED = 20.0
 # Tests after which there is a commit in any case, so that their tables are joined only once.
 _MANY = 2**16
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
-
-
-class _Step(Enum):
-    """What a run has done in one step."""
-
-    STORED = "stored the tests that were evaluated"
-    STARTED = "started further points, some of which may have a test already"
-    WAITED = "waited for a test"
-    NOTHING = "nothing, as nothing was left to do"
 
 
 @dataclass
@@ -218,7 +208,7 @@ class Run:
             if self._steered == "stop":
                 break
             if self._steered == "pause":
-                self._step()
+                self._advance()
             elif self._ask(least - len(progress.points)) == 0 and not self.source.wait():
                 break
         return progress.points.at(slice(0, count))
@@ -325,36 +315,30 @@ class Run:
         return len(points)
 
     def _advance(self) -> bool:
-        """Do steps, the last of which may make tests ready; return whether anything was left."""
-        step = _Step.WAITED
-        while step is _Step.WAITED:
-            step = self._step()
-        return step is not _Step.NOTHING
-
-    def _step(self) -> _Step:
-        """Store tests, start points or wait for a test."""
+        """Store tests or start points, as soon as there are some; return whether any were left."""
         if self._session is None:
             self._session = _Session(self.store)
             if self._repeats is not None:
                 self._repeats.restart()
         session = self._session
-        self._follow_requests()
-        if self._is_commit_due(session):
-            self._keep_evaluated(session)
-            return _Step.STORED
-        points = self._next_to_start()
-        if len(points):
-            self._start(points, session)
-            return _Step.STARTED
-        if self.executor.n_pending_tasks:
-            session.computed += self.executor.wait()
-            return _Step.WAITED
-        if self._steered == "pause":
-            time.sleep(_PAUSE_SECONDS)
-            return _Step.WAITED
+        while True:
+            self._follow_requests()
+            if self._is_commit_due(session):
+                self._keep_evaluated(session)
+                return True
+            points = self._next_to_start()
+            if len(points):
+                self._start(points, session)
+                return True
+            if self.executor.n_pending_tasks:
+                session.computed += self.executor.wait()
+            elif self._steered == "pause":
+                time.sleep(_PAUSE_SECONDS)
+            else:
+                break
         if self._steered == "stop":
             self._progress.drop_untested()
-        return _Step.NOTHING
+        return False
 
     def _is_commit_due(self, session: _Session) -> bool:
         """Whether to store the evaluated tests now."""
@@ -526,7 +510,6 @@ def run_of_sequence(
     n_points: int,
     options: RunOptions,
     *,
-    pieces: Pieces = HERE,
     method: str = "",
     n_first: int | None = None,
     repeat: int = 1,
@@ -537,8 +520,6 @@ def run_of_sequence(
         problem: A pymoo problem.
         n_points: How many points the run has, those of other shares too.
         options: The options of the run.
-        pieces: How pieces of a vectorised problem are evaluated, and which tests are needed; all
-            are kept where they are to be stored or repeated.
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
         n_first: How many of the points, at most, are of the sequence.
@@ -562,12 +543,12 @@ def run_of_sequence(
     store.plan(n_points)
     repeats = None
     # Workers evaluate points of which this process sees only the tests.
-    is_here = model.problem.elementwise or pieces.runner is None
+    is_here = model.problem.elementwise or options.runner is None
     if model.space.finite and not model.noisy and is_here:
         repeats = Repeats(model, store.known())
     if options.study is not None or repeats is not None:
-        pieces = pieces._replace(keep="all")
-    executor = executor_of(model, options, len(points), pieces)
+        options = replace(options, keep="all")
+    executor = executor_of(model, options, len(points))
     continued = None
     if sampling.extendable and options.share is None:
         continued = partial(unit_points, options, n_dim=n_dim)
@@ -579,7 +560,6 @@ def repeated_tests(
     problem: Any,
     n_points: int,
     options: RunOptions,
-    pieces: Pieces,
 ) -> tuple[Run, TestTable]:
     """Return the run of the first tests of all designs, and these tests followed by repeats.
 
@@ -588,7 +568,6 @@ def repeated_tests(
         problem: A pymoo problem.
         n_points: How many points the run has.
         options: The options of the run.
-        pieces: As for :func:`run_of_sequence`.
 
     Raises:
         ArgumentValueError: There are repeats, and the problem is not noisy, or of shares.
@@ -598,11 +577,11 @@ def repeated_tests(
         raise invalid("repeat", "1 for a model that is not noisy", options.repeat, remedy)
     if options.repeat > 1 and options.share:
         raise invalid("repeat", "1 with a share, which has one run", options.repeat)
-    first = run_of_sequence(problem, n_points, options, pieces=pieces)
+    first = run_of_sequence(problem, n_points, options)
     table = tested(first)
     options = replace(options, more=False)
     for repeat in range(2, options.repeat + 1):
-        run = run_of_sequence(problem, first.n_points, options, pieces=pieces, repeat=repeat)
+        run = run_of_sequence(problem, first.n_points, options, repeat=repeat)
         tests = tested(run)
         table = table.extended(renumbered(tests, tests.numbers + table.numbers.max()))
     return first, table

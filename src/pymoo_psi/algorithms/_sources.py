@@ -93,14 +93,12 @@ class Points:
             return others
         if len(others) == 0:
             return self
-        coordinates = None
-        if self.coordinates is not None or others.coordinates is not None:
-            coordinates = np.concatenate([self.cube_points, others.cube_points])
         numbers = np.concatenate([self.numbers, others.numbers])
-        parts = []
-        for first, second in ((self.rounds, others.rounds), (self.designs, others.designs)):
-            parts.append(None if first is None else np.concatenate([first, second]))
-        return Points(numbers, self.n_dim, coordinates, *parts)
+        parts: list[Any] = [self.coordinates, self.rounds, self.designs]
+        for j, part in enumerate((others.coordinates, others.rounds, others.designs)):
+            if part is not None:
+                parts[j] = np.concatenate([parts[j], part])
+        return Points(numbers, self.n_dim, *parts)
 
 
 class Source:

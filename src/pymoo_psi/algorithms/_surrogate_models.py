@@ -552,7 +552,7 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     rates = _rates(x[d:-3])
     scale = np.exp(-x[:d])
     S = _bent(Z, rates) * scale
-    K, slope = _matern(S, S)
+    K, slope = _matern(S)
     trends = []
     for log_weight, B in zip(x[-2:], _trends(Z), strict=True):
         trends.append(np.exp(log_weight) * (B @ B.T))
@@ -623,11 +623,10 @@ def _trends(Z: Array) -> list[Array]:
     return [linear, quadratic]
 
 
-def _matern(A: Array, B: Array) -> tuple[Array, Array]:
+def _matern(S: Array) -> tuple[Array, Array]:
     """Return Matérn's kernel of scaled designs, and a factor of its derivative by log lengths."""
-    squares_A = (A**2).sum(axis=1)
-    squares_B = (B**2).sum(axis=1)
-    squares = squares_A[:, None] + squares_B - 2 * (A @ B.T)
+    sizes = (S**2).sum(axis=1)
+    squares = sizes[:, None] + sizes - 2 * (S @ S.T)
     r = np.sqrt(np.maximum(squares, 0)) * _ROOT5
     e = np.exp(-r)
     kernel = (r + 1 + r * r / 3) * e

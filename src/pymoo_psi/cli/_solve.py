@@ -20,7 +20,6 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import (
     Model,
-    Pieces,
     Recorded,
     Run,
     RunOptions,
@@ -255,7 +254,7 @@ def _by_psi(plan: Plan, show: Show) -> Result:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move.
     block_size = min(65_536, max(64, -(-plan.n_points // 32)))
-    options = replace(plan.options, block_size=block_size)
+    options = replace(plan.options, block_size=block_size, runner=plan.runner)
     statuses: Counter[str] = Counter()
     called = []
 
@@ -270,8 +269,7 @@ def _by_psi(plan: Plan, show: Show) -> Result:
                 _show_counts(show, statuses, run.n_left)
         return by_number(tables)
 
-    pieces = Pieces(plan.runner)
-    _, tests = repeated_tests(tested, plan.problem, plan.n_points, options, pieces)
+    _, tests = repeated_tests(tested, plan.problem, plan.n_points, options)
     return _result(plan, tests, sum(called))
 
 
