@@ -117,14 +117,6 @@ class Reader:
     def field(self, name):
         return self.page.get_by_label(name, exact=True)
 
-    def tab_to(self, name):
-        """Press Tab until an element has the focus."""
-        for _ in range(200):
-            self.page.keyboard.press("Tab")
-            if self.page.evaluate("document.activeElement.id") == name:
-                return
-        raise AssertionError(f"Tab does not reach {name}")
-
     def type_limit(self, name, value):
         self.field(name).fill(value)
         self.field(name).press("Enter")
@@ -263,20 +255,16 @@ def frame():
 def test_it_opens_with_the_best_compromise_in_words(reader, frame):
     ranking = rank_of_efficiency(minimised(frame))
     best = str(frame["number"][ranking.salukvadze[0]])
-    assert reader.page.inner_text("h1") == "Beams <&> such"
     count = f"400 of 400 designs within the limits, {ranking.pareto.sum()} Pareto-optimal"
-    assert reader.text("#count") == count
-    words = reader.text("#verdict-words")
-    assert f"{best}" in words
-    assert "Salukvadze optimum" in words
+    assert (reader.text("h1"), reader.text("#count")) == ("Beams <&> such", count)
     assert reader.text("#verdict-title").startswith("Proposed")
+    assert reader.text(".best strong") == best
     rows = reader.page.locator("#verdict-table tbody tr").all_inner_texts()
     shares = explain(ranking).shares
     assert "weakest" in rows[int(np.argmax(shares))]
     assert f"{round(100 * shares[0])} %" in rows[0]
     assert reader.shown[:2] == ["prototype", best]
     assert set(reader.shown) == labels(frame, ranking.pareto) | {"prototype"}
-    assert not reader.page.is_visible("#meaning p")
 
 
 # Limits
@@ -295,27 +283,20 @@ def test_an_end_of_a_slider_moves_alone(reader):
     assert reader.state["limits"]["mass"] == [limit, limit]
     reader.press("Home")
     assert reader.state["limits"]["mass"] == [None, limit]
-    assert reader.field("mass [kg], at most").input_value() == repr(limit)
-    high.focus()
-    reader.press("End")
-    assert reader.state["limits"] == {}
 
 
 def test_what_is_no_number_is_no_limit(reader):
     reader.type_limit("mass [kg], at most", "1.2.3")
-    assert reader.state["limits"] == {}
-    assert reader.field("mass [kg], at most").get_attribute("aria-invalid") == "true"
-    reader.type_limit("cost, total, at least", "0")
     field = reader.field("mass [kg], at most")
+    assert field.get_attribute("aria-invalid") == "true"
+    reader.type_limit("cost, total, at least", "0")
     assert field.input_value() == "1.2.3"  # stays to be mended, whatever else is set
     reader.type_limit("cost, total, at least", "")
+    assert reader.state["limits"] == {}
     reader.type_limit("mass [kg], at most", "6e-1")
-    assert reader.state["limits"] == {"mass": [None, 0.6]}
     reader.type_limit("mass [kg], at least", "0.7")
     assert reader.state["limits"] == {"mass": [None, 0.6]}
     assert "above the upper" in reader.text("#messages")
-    reader.type_limit("mass [kg], at least", "")
-    assert reader.field("mass [kg], at least").get_attribute("aria-invalid") == "false"
 
 
 def test_categories_and_dominated_designs_are_ticked(reader, frame):
@@ -329,19 +310,15 @@ def test_categories_and_dominated_designs_are_ticked(reader, frame):
 
 
 def test_designs_are_pinned_and_compared(reader):
-    ranking = rank_of_efficiency(minimised(beams()))
+    """The numbers are compared with Python's in test_page_logic.py."""
     first, second = reader.shown[5:7]
     reader.set(pins=[first, second])
     heads = reader.page.locator("#compare-table thead th").all_inner_texts()
-    assert "prototype" in heads[1]
-    assert "base" in heads[1]
-    column = next(k for k, head in enumerate(heads) if second in head)
-    cell = reader.page.locator("#compare-table tbody tr").first.locator("th, td").nth(column)
+    for head, name in zip(heads[1:], ("prototype", "proposed", first, second), strict=True):
+        assert name in head
+    cell = reader.page.locator("#compare-table tbody tr").first.locator("th, td").nth(4)
     mass = beams().set_index("number").loc[second, "mass"]
-    share = (1.4 - mass) / (ranking.nadir - ranking.ideal)[0]
-    text = cell.inner_text()
-    assert ("better" if share > 0 else "worse") in text
-    assert float(text.split()[-2]) == pytest.approx(abs(100 * share), rel=0.05)
+    assert ("better" if mass < 1.4 else "worse") in cell.inner_text()
     reader.click(reader.page.get_by_label(f"× {first} out of the comparison"))
     assert reader.state["pins"] == [second]
 
@@ -354,10 +331,8 @@ def test_the_nearest_designs_that_are_better_than_the_chosen_one(reader):
         f"D.Logic.explain(D.data, D.ranking, D.data.rowOf.get('{label}')).steps.map((s) => [s.names, D.data.names[s.row]])"
     )
     texts = reader.page.locator("#steps-table tr").all_inner_texts()
-    assert len(texts) == len(steps) > 0
     for text, (names, _) in zip(texts, steps, strict=True):
-        assert all(name in text for name in names)
-        assert "better in" in text
+        assert all(name in text for name in [*names, "better in"])
     reader.page.locator("#steps-table button.small").first.focus()
     reader.press("Enter")
     assert reader.state["pins"] == [steps[0][1]]
@@ -374,19 +349,10 @@ def test_undo_and_redo(fresh):
     fresh.type_limit("mass [kg], at most", "0.7")
     states.append(fresh.state)
     # A drag is one step, however many positions it passes.
-    fresh.until("D.resting")
-    box = fresh.field("cost, total, upper limit").bounding_box()
-    y = box["y"] + box["height"] / 2
-    fresh.page.mouse.move(box["x"] + box["width"] - 6, y)
-    fresh.page.mouse.down()
-    for share in (0.9, 0.8, 0.7, 0.6):
-        fresh.page.mouse.move(box["x"] + share * box["width"], y)
-        fresh.settle()
-    fresh.page.mouse.up()
-    fresh.settle()
+    fresh.brush("[aria-label='cost, total, upper limit']", (0.98, 0.5), (0.6, 0.5))
     states.append(fresh.state)
     assert "cost, total" in states[2]["limits"]
-    fresh.click(fresh.page.locator("#count"))
+    fresh.click("#count")
     fresh.press("Control+z")
     assert fresh.state == states[1]
     fresh.click("#undo")
@@ -400,29 +366,19 @@ def test_undo_and_redo(fresh):
     fresh.field("cost, total, at least").press("Control+z")
     fresh.settle()
     assert fresh.state == states[2]
-    assert fresh.field("mass [kg], at most").input_value() == "0.7"
 
 
 def test_nothing_is_chosen_until_somebody_chooses(reader):
-    text = json.loads(reader.download("#save"))
+    assert json.loads(reader.download("#save"))["chosen"] is None
     assert reader.file_name == "Beams_such-decision.json"
-    best = reader.ask("D.data.names[D.verdict.row]")
-    assert text["chosen"] is None
-    other = reader.shown[4]
+    best, other = reader.ask("D.data.names[D.verdict.row]"), reader.shown[4]
     reader.set(chosen=other, reason="Stiffer.")
-    assert reader.text("#verdict-title") == "Chosen"
-    assert reader.text(".best strong") == other
-    said = reader.text(".lead")
-    assert said.startswith(f"{other} is chosen instead of {best}: better in ")
+    assert (reader.text("#verdict-title"), reader.text(".best strong")) == ("Chosen", other)
+    assert reader.text(".lead").startswith(f"{other} is chosen instead of {best}: better in ")
     values = beams().set_index("number").loc[other]
     first = reader.page.locator("#verdict-table tbody tr").first.inner_text()
     assert f"{values['mass']:.3f}" in first  # the table is of the chosen design
-    text = json.loads(reader.download("#save"))
-    assert text["chosen"] == other
-    reader.page.locator("#preferences summary").click()
-    reader.set(preference={"weights": {}, "aspiration": dict(zip(OBJECTIVES, values[OBJECTIVES], strict=True))})  # fmt: skip
-    assert reader.text("#preference-words").startswith(f"First by your preferences: {other}. ")
-    reader.page.locator("#preferences summary").click()
+    assert json.loads(reader.download("#save"))["chosen"] == other
 
 
 @pytest.fixture
@@ -431,27 +387,19 @@ def member(visit, page_file, tmp_path):
 
     def saved(name, choose, limits, keys=False):
         reader = visit(page_file)
-        page = reader.page
         for label, value in limits.items():
             reader.type_limit(label, value)
         for k in choose:  # a change of mind is another choice under the same name
             label = reader.shown[k]
             if keys:
-                reader.tab_to("table")
-                reader.press("Home", *["ArrowDown"] * k, "Enter")
-                assert reader.state["chosen"] != label
-                reader.press("c")
+                reader.page.locator("#table").focus()
+                reader.press("Home", *["ArrowDown"] * k, "Enter", "c")
             else:
-                page.locator("#table .row").nth(k).click()
-                reader.click(page.get_by_label(f"Choose: {label}").first)
+                reader.page.locator("#table .row").nth(k).click()
+                reader.click(reader.page.get_by_label(f"Choose: {label}").first)
             assert reader.state["chosen"] == label
-            page.keyboard.type(f"{name} wants it.")
-            if keys:
-                reader.tab_to("position-name")
-            else:
-                page.locator("#position-name").click()
-            page.keyboard.press("Control+a")
-            page.keyboard.type(name)
+            reader.page.keyboard.type(f"{name} wants it.")
+            reader.page.fill("#position-name", name)
             reader.press("Tab", "Enter")
         path = tmp_path / f"{name}.json"
         path.write_text(reader.download("#save"), "utf-8")
@@ -479,36 +427,28 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
         # Nothing else has changed.
         assert states[-1] | {"positions": []} == opened
     assert states[0] == states[1] == states[2]
-    state = fresh.state
-    assert [one["name"] for one in state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
+    assert [one["name"] for one in fresh.state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
     head = fresh.page.locator("#position-table thead b").all_inner_texts()
     assert head == ["Ann", "Ben", "Cy"]
     cells = fresh.page.locator("#position-table tbody tr").all_inner_texts()
     assert any(text.startswith("mass [kg]") and "gives up" in text for text in cells)
-    choices = {one["name"]: one["chosen"] for one in state["positions"]}
-    fresh.until("D.resting")
-    said = fresh.text("#separation")
-    assert f"Ben ({choices['Ben']}) against Ann ({choices['Ann']}): " in said
-    assert "has the least greatest regret" in said
     # Decided for what Ben holds; Cy agrees nevertheless, Ann dissents.
     fresh.click(fresh.page.get_by_label("Show: Ben"))
+    of_ben = fresh.state["chosen"]
     assert fresh.state["reason"] == "Ben wants it."
     assert fresh.page.get_by_label("Ben agrees").is_checked()
     fresh.page.get_by_label("Cy agrees").check()
     fresh.click("#decide")
-    assert fresh.text("#decided").startswith("Decided on ")
-    assert f"for {choices['Ben']} by Ben and Cy. Dissent: Ann." in fresh.text("#decided")
+    assert f"for {of_ben} by Ben and Cy. Dissent: Ann." in fresh.text("#decided")
     path = tmp_path / "all.json"
     path.write_text(fresh.download("#save"), "utf-8")
     decision = Formulation.read_json(path)
     assert decision.decided["dissent"] == ["Ann"]
-    assert [one["name"] for one in decision.positions] == ["Ann", "Ben", "Ben", "Cy"]
     table = read_table(beams(), decision)
-    ben = positions_frame(table).set_index("name").loc["Ben"]
-    assert ben["choice"] == choices["Ben"]
-    assert [fresh.page.locator("#separation li").nth(k).inner_text() for k in range(3)] == [
-        *separation_sentences(table)[:3]
-    ]
+    assert positions_frame(table).set_index("name").loc["Ben", "choice"] == of_ben
+    fresh.until("D.resting")
+    expected = separation_sentences(table)[:3]
+    assert fresh.page.locator("#separation li").all_inner_texts()[:3] == expected
     # Another choice undoes the decision.
     fresh.page.locator("#table").focus()
     fresh.press("Home", "ArrowDown", "c")
@@ -517,9 +457,8 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     another = visit(page_file)
     another.page.set_input_files("#file", path)
     another.click("#messages button:text('Take those of the file')")
-    assert another.state["decided"] == decision.decided
-    assert another.state["chosen"] == choices["Ben"]
-    assert another.state["limits"] == decision.limits
+    taken = [another.state[key] for key in ("decided", "chosen", "limits")]
+    assert taken == [decision.decided, of_ben, decision.limits]
 
 
 def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, said, in_folder):
@@ -567,23 +506,17 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     reader.type_limit("mass [kg], at most", repr(float(mass) - 1e-3))
     assert f"{best} would be proposed" in reader.text("#verdict-more")
     reader.until("D.resting")
-    table = reader.page.locator("#relax-table tbody tr")
-    told = table.first.locator("td").nth(1).inner_text()
-    assert told.startswith("from ")
-    switched = told.split(" ")[2]
-    reader.page.locator("#relax-table tbody tr >> nth=0").get_by_label(
-        "Set: mass, at most"
-    ).last.focus()
+    row = reader.page.locator("#relax-table tbody tr").first
+    switched = row.locator("td").nth(1).inner_text().split(" ")[2]
+    row.get_by_label("Set: mass, at most").last.focus()
     reader.press("Enter")
     assert reader.ask("D.data.names[D.verdict.row]") == switched
     reader.until("D.resting")  # who works by keys stays where the limit was
     assert reader.ask("document.activeElement.closest('#relax') !== null")
     reader.click(reader.page.get_by_label("Remove limit: mass, upper"))
-    assert reader.state["limits"] == {}
     # A limit that all others break: the design keeps its limits, and loses its place.
     front = reader.ask("[...D.ranking.front]")
-    cost = beams()["cost, total"].to_numpy()
-    limit = float(np.quantile(cost[front], 0.9))
+    limit = float(np.quantile(beams()["cost, total"].to_numpy()[front], 0.9))
     reader.set(limits={"cost, total": [None, limit]}, fixed=True)
     assert reader.ask("D.data.names[D.verdict.row]") == best
     # The commands rank by the same ranges, of the decision and of what is exported.
@@ -595,8 +528,6 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
         assert table.feasible_ranking().ideal.tolist() == reader.ask("[...D.ranking.ideal]")
     reader.set(limits={"mass": [None, 0.2], "strength": [-0.4, None]})
     assert "No design is left" in reader.text("#verdict")
-    reader.until("D.resting")
-    assert "the same at any" in reader.text("#relax")
 
 
 # Charts and selections
@@ -612,19 +543,21 @@ def test_a_box_sets_the_limits_of_both_columns(reader, frame):
     assert reader.state["limits"] == {}
 
 
+def middle_of_axis(reader, k):
+    """Where the axis of a column is, as a share of the width."""
+    head = reader.page.locator("#parallel-chart .heads span").nth(k).bounding_box()
+    plot = reader.page.locator("#parallel-chart .plot").bounding_box()
+    return (head["x"] - plot["x"] + 0.5 * head["width"]) / plot["width"]
+
+
 def test_a_brush_along_an_axis_sets_its_limits(reader):
-    heads = reader.page.locator(".heads span")
-    assert heads.all_inner_texts()[:3] == ["mass [kg]", "cost, total", "strength"]
-    box = reader.page.locator("#parallel-chart .heads span").first.bounding_box()
-    width = reader.page.locator("#parallel-chart .plot").bounding_box()["width"]
-    middle = 0.5 * box["width"] / width
+    middle = middle_of_axis(reader, 0)
     before = reader.ask("D.scale(D.data.by.get('mass'))")
     reader.brush("#parallel-chart .plot", (middle, 0.9), (middle, 0.5))
     low, high = reader.state["limits"]["mass"]
-    scale = reader.ask("D.data.by.get('mass').range")
-    assert width > 200
-    assert low is None or low < scale[0] + 0.2 * (scale[1] - scale[0])
-    assert scale[0] + 0.3 * (scale[1] - scale[0]) < high < scale[0] + 0.7 * (scale[1] - scale[0])
+    start, end = reader.ask("D.data.by.get('mass').range")
+    assert low is None or low < start + 0.2 * (end - start)
+    assert start + 0.3 * (end - start) < high < start + 0.7 * (end - start)
     assert reader.ask("D.scale(D.data.by.get('mass'))") == before  # limits leave the axes be
     # A click on the axis takes the limit away.
     reader.brush("#parallel-chart .plot", (middle, 0.5), (middle, 0.5))
@@ -634,17 +567,11 @@ def test_a_brush_along_an_axis_sets_its_limits(reader):
 @pytest.mark.parametrize("k", range(3))
 def test_a_brush_from_near_the_best_rejects_no_better_design(reader, frame, k):
     """Objective k: its best value is at the bottom, from where a hand begins not quite."""
-    head = reader.page.locator("#parallel-chart .heads span").nth(k).bounding_box()
-    plot = reader.page.locator("#parallel-chart .plot").bounding_box()
-    x = (head["x"] - plot["x"] + 0.5 * head["width"]) / plot["width"]
-    bottom = 1 - 50 / plot["height"]  # of the axis
-    reader.brush("#parallel-chart .plot", (x, bottom - 5 / plot["height"]), (x, 0.4))
-    limit = reader.state["limits"][OBJECTIVES[k]]
-    better, worse = limit
-    if OBJECTIVES[k] == "strength":
-        worse, better = limit
-    assert better is None
-    assert worse is not None
+    x = middle_of_axis(reader, k)
+    height = reader.page.locator("#parallel-chart .plot").bounding_box()["height"]
+    reader.brush("#parallel-chart .plot", (x, 1 - 55 / height), (x, 0.4))
+    is_open = [end is None for end in reader.state["limits"][OBJECTIVES[k]]]
+    assert is_open == [True, False] if OBJECTIVES[k] != "strength" else [False, True]
     reader.click("#reset")
     # In the middle both ends are meant.
     reader.brush("#parallel-chart .plot", (x, 0.45), (x, 0.3))
@@ -664,6 +591,7 @@ def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said):
 
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
+    name = reader.ask(f"D.data.names[{best}]")
     reader.until("D.resting")
     reader.page.locator("#scatter-a .plot").scroll_into_view_if_needed()
     box = reader.page.locator("#scatter-a .plot").bounding_box()
@@ -671,23 +599,18 @@ def test_hovering_tells_label_and_values(reader):
     reader.page.mouse.move(box["x"] + x - 2, box["y"] + y)
     reader.page.mouse.move(box["x"] + x, box["y"] + y)
     reader.settle()
-    tip = reader.text("#tip")
-    assert reader.ask(f"D.data.names[{best}]") in tip
-    assert "mass [kg]" in tip
+    assert all(text in reader.text("#tip") for text in (name, "mass [kg]"))
     reader.page.mouse.click(box["x"] + x, box["y"] + y)
     reader.settle()
-    assert reader.ask("D.inspected") == best
-    assert reader.state["chosen"] is None
-    reader.click(reader.page.get_by_label(f"Choose: {reader.ask(f'D.data.names[{best}]')}").first)
-    assert reader.state["chosen"] == reader.ask(f"D.data.names[{best}]")
+    assert (reader.ask("D.inspected"), reader.state["chosen"]) == (best, None)
+    reader.click(reader.page.get_by_label(f"Choose: {name}").first)
     # A reason belongs to its choice: another one has none yet.
     reader.page.keyboard.type("Light.")
     reader.press("Tab")
-    assert reader.state["reason"] == "Light."
+    assert (reader.state["chosen"], reader.state["reason"]) == (name, "Light.")
     reader.page.locator("#table .row").nth(4).click()
     reader.press("c")
-    assert reader.state["chosen"] == reader.shown[4]
-    assert reader.state["reason"] == ""
+    assert (reader.state["chosen"], reader.state["reason"]) == (reader.shown[4], "")
     assert reader.page.evaluate("document.activeElement.id") == "reason"
 
 
@@ -715,6 +638,7 @@ def test_ticks_are_told_apart_and_say_their_values(opened):
 
 
 def test_export_gives_exactly_what_is_shown(reader, tmp_path):
+    """That it comes back with directions and units is tested in test_page_logic.py."""
     shown = reader.shown
     assert 4 < len(shown) < 400
     text = reader.export(tmp_path / "export.csv")
@@ -725,13 +649,9 @@ def test_export_gives_exactly_what_is_shown(reader, tmp_path):
     assert exported["number"].tolist() == shown
     ranking = rank_of_efficiency(minimised(beams()))
     places = dict(zip(beams()["number"], ranking.place, strict=True))
-    assert [int(cell) for cell in exported["place"][1:]] == [places[label] for label in shown[1:]]
-    assert exported["place"][0] == ""  # a prototype has none
-    # It is ranked, and shown again, in the senses and units of the page.
-    layout = read_table(tmp_path / "export.csv").layout
-    assert (layout.objectives, layout.maximize) == (tuple(OBJECTIVES), ("strength",))
-    assert (layout.variables, layout.label) == (("width", "material"), "number")
-    assert layout.units == {"mass": "kg", "width": "mm"}
+    of_prototype, *others = exported["place"]
+    assert [int(cell) for cell in others] == [places[label] for label in shown[1:]]
+    assert of_prototype == ""
 
 
 def test_the_table_sorts_and_holds_only_rows_in_view(reader):
@@ -741,19 +661,15 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
         reader.click(heading)
         mass = frame.loc[reader.shown[1:], "mass"].to_numpy()
         assert (np.diff(mass) * (-1 if down else 1) >= 0).all()
-    rows = reader.page.locator("#table .row")
-    assert rows.count() < 30 < len(reader.shown)
+    assert reader.page.locator("#table .row").count() < 30 < len(reader.shown)
+    assert reader.page.get_attribute("#table", "aria-rowcount") == str(len(reader.shown) + 1)
     reader.page.locator("#table").focus()
     reader.press("End")
     last = "document.querySelector('#table .row:last-child .label').textContent"
     reader.until(f"{last} === '{reader.shown[-1]}'")
     reader.press("Enter")
-    assert reader.text("#verdict-title") == "Inspected"
-    assert reader.text(".best strong") == reader.shown[-1]
-    assert reader.state["chosen"] is None
-    reader.press("c")
-    assert reader.state["chosen"] == reader.shown[-1]
-    assert reader.page.get_attribute("#table", "aria-rowcount") == str(len(reader.shown) + 1)
+    inspected = [reader.text("#verdict-title"), reader.text(".best strong"), reader.state["chosen"]]
+    assert inspected == ["Inspected", reader.shown[-1], None]
 
 
 def test_a_search_finds_designs_that_are_not_shown(reader, frame):
@@ -763,21 +679,14 @@ def test_a_search_finds_designs_that_are_not_shown(reader, frame):
     reader.until("D.resting")
     assert reader.shown[0] == name
     assert "dominated" in reader.text("#table .row")
-    reader.click("#pin")
-    assert reader.state["pins"] == [name]
-    heavy = frame["mass"].iloc[row] - 1e-3
-    reader.set(limits={"mass": [None, heavy]})
+    reader.set(limits={"mass": [None, frame["mass"].iloc[row] - 1e-3]})
     reader.click("#table .row")
     reader.until("D.resting")
     assert f"{name} is beyond the limits on mass." in reader.text("#verdict-words")
-    for text, fits in {
-        "Steel": frame["material"] == "steel",
-        "nobody": frame["mass"] < 0,
-    }.items():
+    for text, fits in (("Steel", frame["material"] == "steel"), ("nobody", frame["mass"] < 0)):
         reader.page.fill("#search", text)
         reader.until("D.resting")
         assert set(reader.shown) - {"prototype"} == labels(frame, np.flatnonzero(fits))
-    assert reader.page.is_disabled("#pin")
     reader.page.fill("#search", "")
 
 
@@ -856,13 +765,13 @@ def test_paper_has_one_page_with_the_decision(reader):
     assert sheet.count(b"/Type /Page\n") == 1 or sheet.count(b"/Type/Page\n") == 1
     reader.page.emulate_media(media="print")
     text = reader.page.inner_text("body")
-    for told in ("Beams", "mass at most 0.8 kg", "weakest", "Light and strong.", "better"):
-        assert told in text
-    assert "Ranked by fixed ranges" in text
-    assert reader.text("#verdict-title") == "Chosen"
-    assert reader.text(".best strong") == reader.state["chosen"]
     chosen = beams().set_index("number").loc[reader.state["chosen"]]
-    assert f"width = {chosen['width']:.2f} mm, material = {chosen['material']}." in text
+    for told in (
+        *("Beams", "mass at most 0.8 kg", "weakest", "Light and strong.", "better"),
+        *("Ranked by fixed ranges", reader.state["chosen"]),
+        f"width = {chosen['width']:.2f} mm, material = {chosen['material']}.",
+    ):
+        assert told in text
     assert reader.page.is_visible("#parallel canvas >> nth=0")
     for control in reader.page.locator("button:not(.label), input, textarea").all():
         assert not control.is_visible()
@@ -1029,9 +938,7 @@ def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
     (tmp_path / "d.csv").write_text(text, "utf-8")
     asked = Formulation(["Preis", "Masse"], units={"Masse": "%"})
     reader = show(decision_page(tmp_path / "d.csv", asked))
-    cells = reader.text("#table .body").replace("\xa0", " ")
-    assert "4748,36" in cells
-    assert "12 500,25" in cells
+    assert "12 500,25" in reader.text("#table .body").replace("\xa0", " ")
     reader.type_limit("Preis, at most", "4 748,36")
     assert reader.state["limits"] == {"Preis": [None, 4748.36]}
     reader.page.locator("#search").focus()

@@ -91,25 +91,18 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     own.index = [f"test point {number}" for number in TABLE.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
     ranking = rank_of_efficiency(own, maximize=["stiffness"])
-    why = explain(ranking, row=optimum, units={"mass": "kg"})
-    standing, behind, *steps = why.sentences
+    standing, behind, *steps = explain(ranking, row=optimum, units={"mass": "kg"}).sentences
     said = lines(beam, "Reasons against it")
     assert standing in lines(beam, "The proposal")[1]
     assert behind in said
     assert lines(beam, "Alternatives")[1 : 1 + len(steps)] == steps
     told = [line for line in said if line.startswith("Attention: ")]
     assert told == [f"Attention: {caution}" for caution in cautions(beam.ranking)]
-    assert np.array_equal(rows[[optimum]], np.flatnonzero(LIMITED.pareto())[
-        LIMITED.ranking().salukvadze
-    ])  # fmt: skip
 
 
 def test_another_design_is_explained_as_itself():
     numbers = TABLE.numbers[LIMITED.eligible()]
-    best, other = (
-        numbers[decision_report(LIMITED).ranking.salukvadze[0]],
-        numbers[-1],
-    )
+    best, other = numbers[LIMITED.feasible_ranking().salukvadze[0]], numbers[-1]
     assert best != other
     report = decision_report(LIMITED, design=int(other))
     said = lines(report, "The choice")
@@ -118,15 +111,13 @@ def test_another_design_is_explained_as_itself():
     assert str(report).startswith(f"Report on a choice: test point {other} chosen of ")
 
 
-def test_nothing_is_chosen_until_somebody_has():
-    best = LIMITED.best().names[0]
-    chosen = LIMITED.under(chosen=best, reason="It is cheap.")
-    for table, is_chosen in ((LIMITED, False), (chosen, True)):
-        report = decision_report(table)
-        said = lines(report, "The choice" if is_chosen else "The proposal")
-        assert ("is chosen" if is_chosen else "is proposed") in said[0]
-        assert ("Reason: It is cheap." in said) == is_chosen
-        assert ("chosen" in str(report)) == is_chosen
+def test_nothing_is_chosen_until_somebody_has(beam):
+    assert "is proposed" in lines(beam, "The proposal")[0]
+    assert "chosen" not in str(beam)
+    chosen = LIMITED.under(chosen=LIMITED.best().names[0], reason="It is cheap.")
+    first, *others = lines(decision_report(chosen), "The choice")
+    assert "is chosen" in first
+    assert "Reason: It is cheap." in others
 
 
 def test_what_is_known_of_the_design_is_shown_though_others_lack_it():
@@ -140,15 +131,12 @@ def test_what_is_known_of_the_design_is_shown_though_others_lack_it():
 def test_cautions_say_that_they_are_about_the_optimum():
     """Where another design is chosen they would be taken for its own, and so would their lack."""
     F = [[0.0, 4.0], [1.0, 1.0], [0.5, 1.33], [4.0, 0.0]]
-    table = TestTable.of([1, 2, 3, 4], [[1], [2], [3], [4]], F)
-    labels = ["V1", "V2", "V3", "V4"]
-    layout = dataclasses.replace(table.layout, label="version")
-    table = dataclasses.replace(table, layout=layout, extra={"version": labels})
+    table = read_table(pd.DataFrame(F, ["V1", "V2", "V3", "V4"], ["a", "b"]))
     own = decision_report(table)
-    best = labels[own.ranking.salukvadze[0]]
+    (best,) = table.best().names
     against = "Reasons against it"
     cautions = [line for line in lines(own, against) if line.startswith("Attention: ")]
-    other = lines(decision_report(table, design=1), against)
+    other = lines(decision_report(table, design="V1"), against)
     mark = f"Attention to {best}, the optimum: "
     assert [line.replace(mark, "Attention: ") for line in other if mark in line] == cautions != []
 
@@ -178,11 +166,10 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
     free = TABLE.under(limits={"stress": 70}).feasible()
     now, then = (TABLE.column("stiffness")[mask].max() for mask in (LIMITED.feasible(), free))
     assert then > now
-    mass = next(line for line in lines(beam, "What limits cost") if line.startswith("mass"))
-    assert mass == (
+    assert (
         f"mass<=55 | {costs['rejects']['mass<=55']} | {costs['alone']['mass<=55']} | "
         f"stiffness {number(then, 5)} instead of {number(now, 5)}"
-    )
+    ) in lines(beam, "What limits cost")
 
 
 def test_alternatives_are_representatives(beam):
@@ -205,39 +192,32 @@ def test_names_reasons_and_titles_are_text():
     table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, layout=layout)
     html = decision_report(table.under(limits={f"a {EVIL}": 0.8}), title=EVIL, about=[EVIL]).html()
     found = Reader(html)
-    found.text += " ".join(found.sections)
+    text = found.text + " ".join(found.sections)
     assert not {"script", "b"} & {*found.tags}
-    assert found.text.count("<script>alert(1)</script> & \"'$x_{$ <b>") > 9
+    assert text.count("<script>alert(1)</script> & \"'$x_{$ <b>") > 9
     assert "\x01" not in html
-    assert f"{EVIL} \N{REPLACEMENT CHARACTER}" in found.text
+    assert f"{EVIL} \N{REPLACEMENT CHARACTER}" in text
 
 
 def test_nothing_is_loaded_and_nothing_runs(html):
     found = Reader(html)
     assert not {"script", "link", "iframe", "object"} & {*found.tags}
-    addresses = [value for name, value in found.attributes if name in ("src", "href", "srcset")]
-    assert addresses
-    assert all(
-        address.startswith(("data:image/svg+xml;base64,", "#part-")) for address in addresses
-    )
-    policies = [value for name, value in found.attributes if "default-src" in (value or "")]
-    assert policies == [
-        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'"
-    ]
+    for name, value in found.attributes:
+        assert name[:2] != "on"
+        is_address = name in ("src", "href", "srcset")
+        assert not is_address or value.startswith(("data:image/svg+xml;base64,", "#part-"))
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'"
+    assert ("content", policy) in found.attributes
     assert not re.search(r"url\(|@import", html)
-    assert all(name[:2] != "on" for name, _ in found.attributes)
 
 
 def test_no_feasible_design_reports_what_stands_in_the_way():
     report = decision_report(beams().under(limits={"mass": 5.0, "stress": 70}))
     assert report.ranking is None
-    said = lines(report, "The proposal")
-    assert said[0].startswith("None of 96 tests is feasible")
-    ok = TABLE.status == "ok"
-    least = TABLE.column("mass")[ok].min()
+    assert lines(report, "The proposal")[0].startswith("None of 96 tests is feasible")
+    least = TABLE.column("mass")[TABLE.status == "ok"].min()
     _, *rows = lines(report, "What limits cost")
-    assert rows[0].endswith(f"| {least:.5g} kg")
-    assert rows[1].endswith("| kept by some")
+    assert [row.rpartition("| ")[2] for row in rows[:2]] == [f"{least:.5g} kg", "kept by some"]
 
 
 def test_a_limit_on_an_integer_among_variables_of_several_kinds_is_reported():
@@ -270,17 +250,15 @@ def test_small_and_odd_tables(X, F):
 @pytest.fixture
 def written(tmp_path):
     """A report on a decision of a group, as a file, and the table."""
-    names = [f"test point {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]  # fmt: skip
+    names = [f"test point {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
     positions = [
         {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
         {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
         {"name": "Ben", "date": "2026-01-03", "chosen": names[2]},
     ]
     decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
-    table = LIMITED.under(positions=positions, decided=decided)
-    present = beams().take([5])
-    table = table.under(chosen=names[2], reason="So be it.")
-    report = decision_report(table, title="Beams", prototype=present)
+    table = LIMITED.under(positions=positions, decided=decided, chosen=names[2], reason="So be it.")
+    report = decision_report(table, title="Beams", prototype=TABLE.take([5]))
     report.save(tmp_path / "report.html")
     return tmp_path / "report.html", table
 
@@ -289,18 +267,15 @@ def test_the_sheet_has_the_decision_of_the_group(written):
     path, table = written
     html = path.read_text("utf-8")
     sheet = html[: html.index("<nav")]
-    decided = table.formulation.decided
+    chosen = table.formulation.chosen
+    mass, present = table.column("mass")[[table.names.index(chosen), 5]]
+    word = "better" if mass < present else "worse"
     for text in (
-        f"Decided on 2026-01-04 for {decided['chosen']} by Ben.",
-        "Dissent: Ann.",
-        "So be it.",
+        f"Decided on 2026-01-04 for {chosen} by Ben.",
+        *("Dissent: Ann.", "So be it.", "least greatest regret"),
+        f">{float(f'{abs(mass - present):.4g}'):g} {word}<",
     ):
         assert text in sheet
-    chosen, present = table.column("mass")[[table.names.index(decided["chosen"]), 5]]
-    word = "better" if chosen < present else "worse"
-    assert f">{float(f'{abs(chosen - present):.4g}'):g} {word}<" in sheet
     assert sheet.count("date, signature") == 2
-    assert "least greatest regret" in sheet
-    assert html.count("<main>") == 1
     links = re.findall(r'href="#(part-\d+)"', html)
     assert links == re.findall(r'<h2 id="(part-\d+)"', html)
