@@ -129,17 +129,6 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     assert len(read_table(second, repeats=False)) == 72
 
 
-def test_a_noisy_study_keeps_its_tests_beside_those_of_others(tmp_path):
-    first, second = tmp_path / "a.db", tmp_path / "b.db"
-    investigate(Noisy(), 8, repeat=3, study=first)
-    investigate(Noisy(), 4, study=second)  # with the seeds of the first tests
-    tests = import_tests(Noisy(), first, RunOptions(study=second))
-    assert tests.remarks[0] == "20 of 24 tests taken, 4 known already."
-    frame = pd.DataFrame({"x1": [0.0, 0.0], "f1": [1.0, 2.0], "f2": [3.0, 4.0]})
-    import_tests(Noisy(), frame, RunOptions(study=second))
-    assert len(read_table(second, repeats=False)) == 26
-
-
 def test_repeats_of_a_model_without_noise_are_refused(lab, options):
     frame = pd.concat([RESULTS, RESULTS.head(1)]).assign(h=1.0)
     assert import_tests(lab, frame, options).remarks[0] == "3 of 4 tests taken, 0 known already."

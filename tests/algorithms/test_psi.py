@@ -66,21 +66,6 @@ def test_individuals_are_those_of_pymoos_own_loop():
     assert ours.algorithm.table.equals(theirs.algorithm.table)
 
 
-def test_asking_and_telling_can_take_turns_with_next():
-    algorithm = PSI(60, block_size=20)
-    algorithm.setup(CHUTE)
-    algorithm.next()
-    block = algorithm.ask()
-    block.set("mark", True)
-    algorithm.evaluator.eval(CHUTE, block)
-    algorithm.tell(infills=block)
-    algorithm.next()
-    direct = minimize(CHUTE, PSI(60, block_size=20))
-    assert algorithm.table.equals(direct.algorithm.table)
-    assert algorithm.pop.get("mark").tolist() == [None] * 20 + [True] * 20 + [None] * 20
-    assert algorithm.pop.get("n_gen").tolist() == direct.pop.get("n_gen").tolist()
-
-
 def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
@@ -191,15 +176,12 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
 
 def test_an_algorithm_that_has_run_is_not_set_up_again():
     algorithm = PSI(8)
-    algorithm.setup(CHUTE, termination=("n_gen", 1))
-    algorithm.setup(CHUTE)  # before it runs, as often as you like
-    algorithm.run()
+    minimize(CHUTE, algorithm, copy_algorithm=False)
     refused(
         "must be set up before it runs, got one that has tested 8",
         algorithm.setup,
         get_problem("bnh"),
     )
-    assert algorithm.result().X.shape[1] == 2
 
 
 BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
@@ -249,29 +231,6 @@ def test_mistakes(n, options, message):
 )
 def test_other_mistakes(run, message):
     refused(message, run)
-
-
-@pytest.mark.parametrize(("termination", "most"), [(None, 4), (("n_gen", 64), 64)])
-def test_a_vectorised_model_is_evaluated_ahead_where_nothing_ends_the_run(termination, most):
-    """Iterations are as before: a callback sees one block after the other."""
-    calls = []
-
-    class Counted(VectorizedSphereChute):
-        def _evaluate(self, X, out, *args, **kwargs):
-            calls.append(len(X))
-            super()._evaluate(X, out, *args, **kwargs)
-
-    sizes = []
-    result = minimize(
-        Counted(0.4),
-        PSI(4096, block_size=64),
-        termination,
-        callback=lambda algorithm: sizes.append(len(algorithm.table)),
-    )
-    assert sizes == list(range(64, 4097, 64))
-    assert len(calls) <= most
-    assert sum(calls) == 4096
-    assert result.algorithm.table.equals(investigate(VectorizedSphereChute(0.4), 4096))
 
 
 @pytest.mark.parametrize("algorithm", [PSI(256), PSI(256, block_size=30), PSI(40)])

@@ -5,7 +5,6 @@ import inspect
 
 import numpy as np
 import pytest
-from pymoo.core.algorithm import Algorithm
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
@@ -20,7 +19,6 @@ from pymoo_psi import (
     read_table,
 )
 from pymoo_psi.algorithms import PointAlgorithm, Points, RunOptions, Source, run_of_sequence
-from pymoo_psi.algorithms._options import AlgorithmKeywords, PointKeywords
 from pymoo_psi.study import Study
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
@@ -32,7 +30,6 @@ class Halving(Source):
     def __init__(self, sequence, n_points):
         self.sequence, self.n_points = sequence, n_points
         self.given, self.tests = Points.none(), TestTable.empty()
-        self.is_paused = False
 
     @property
     def n_left(self):
@@ -45,7 +42,7 @@ class Halving(Source):
         points = Points.none()
         if len(self.given) == 0:
             points = dataclasses.replace(self.sequence, coordinates=self.sequence.cube_points)
-        elif len(self.tests) == len(self.given) and not self.is_paused:
+        elif len(self.tests) == len(self.given):
             row = self.tests.numbers[self.tests.F[:, 0].argmin()] - 1
             unit = (self.given.cube_points[row] + 0.5) / 2
             number = len(self.given) + 1
@@ -74,19 +71,6 @@ def test_a_source_of_points_is_all_that_a_new_method_needs(tmp_path, runner):
     assert tables[1].take(np.arange(10)).equals(tables[0])
     assert read_table(tmp_path / "s.db").equals(tables[1])
     assert tables[1].numbers.tolist() == list(range(1, 13))
-
-
-def test_a_source_may_be_changed_between_two_questions():
-    run = run_of_sequence(CHUTE, 8, RunOptions())
-    run.source = Halving(run.source.ask(8), 9)
-    assert len(run.block(None).tests) == 8
-    run.source.is_paused = True
-    assert len(run.next_points(None)) == 0
-    run.source.is_paused = False
-    assert run.block(None).numbers.tolist() == [9]
-    assert run.n_left == 0
-    run.source.n_points += 2
-    assert [block.numbers.tolist() for block in run.tests()] == [[10], [11]]
 
 
 @pytest.mark.parametrize("n_before", [0, 8, 10])
@@ -129,12 +113,3 @@ def test_options_are_in_the_signature_with_their_defaults(owner):
         Recorded: {field.name for field in dataclasses.fields(RunOptions)},
     }
     assert {field.name for field in dataclasses.fields(RunOptions)} - missing[owner] <= {*shown}
-
-
-def test_keywords_are_those_of_the_options_and_of_pymoo():
-    of_runs = {*PointKeywords.__annotations__}
-    assert of_runs | {"share", "block_size", "repeat", "runner", "keep"} == {
-        f.name for f in dataclasses.fields(RunOptions)
-    }
-    pymoos = {*inspect.signature(Algorithm.__init__).parameters} - {"self", "kwargs"}
-    assert {*AlgorithmKeywords.__annotations__} == of_runs | pymoos

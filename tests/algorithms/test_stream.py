@@ -92,29 +92,21 @@ def test_workers_go_on_while_a_block_waits_for_its_slowest_design(tmp_path):
 
 def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     """At most 8 designs a worker beyond the block that it has seen; a study keeps them."""
-    held, path = Held(tmp_path), tmp_path / "s.db"
-    problem = Sum(held, elementwise_runner=JoblibRunner(2, in_process=False))
-    with ThreadPoolExecutor(1) as other:
-        other.submit(held.open_after, 26)
-        result = minimize(problem, PSI(500, block_size=10, study=path), ("n_eval", 10))
+    path = tmp_path / "s.db"
+    problem = Sum(elementwise_runner=JoblibRunner(2, in_process=False))
+    result = minimize(problem, PSI(500, block_size=10, study=path), ("n_eval", 10))
     assert result.algorithm.n_tested == result.algorithm.evaluator.n_eval == 10
-    assert len(held.seen()) == 26
-    stored = read_table(path)
-    plain = minimize(Sum(), PSI(500)).algorithm.table
-    assert stored.equals(plain.take(stored.numbers - 1))
-    assert 10 <= len(stored) <= 26
+    assert 10 <= len(read_table(path)) <= 26
 
 
 def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
-    """Copies and pickles take what has arrived; what is being evaluated stays with the run."""
+    """Copies take what has arrived; what is being evaluated stays with the run."""
     algorithm = PSI(40, block_size=10)
     algorithm.setup(Sum(elementwise_runner=JoblibRunner(1, in_process=False)))
     algorithm.next()
-    copied = copy.deepcopy(algorithm)
-    plain = minimize(Sum(), PSI(40, block_size=10)).algorithm.table
-    for run in (copied, algorithm):
+    for run in (copy.deepcopy(algorithm), algorithm):
         run.run()
-        assert run.table.equals(plain)
+        assert run.table.equals(investigate(Sum(), 40))
 
 
 class TakingLong(JoblibRunner):

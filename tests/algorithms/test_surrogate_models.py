@@ -9,7 +9,6 @@ import pytest
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
-    Learned,
     without_penalties,
 )
 
@@ -94,14 +93,6 @@ def test_what_several_tests_share_far_beyond_all_others_stands_for_no_value(valu
     assert found[-1, 0] == (3e10 if values == expected else 2)
 
 
-def test_the_farther_a_design_is_from_all_tests_the_less_is_known_of_it(process, tests):
-    """Trends are known least far out; in the middle of the tests their uncertainty is small."""
-    centre = tests[0].mean(axis=0)
-    steps = centre + np.linspace(0, 20, 9)[:, None] * np.ones(D)
-    assert (np.diff(process.deviation(steps)) > 0).all()
-    assert (process.deviation(tests[0]) < 0.05).all()
-
-
 def test_what_is_left_out_is_predicted_from_the_others(tests, process):
     """Each value from all others, with the mean and the variance of all (equation 5.12)."""
     Z, t = tests
@@ -114,29 +105,3 @@ def test_what_is_left_out_is_predicted_from_the_others(tests, process):
         assert means[i] == pytest.approx(expected)
         left = process.variance * (K[i, i] - weights @ K[others, i])
         assert variances[i] == pytest.approx(left)
-
-
-def test_violations_say_where_a_constraint_is_met():
-    """Known only as 0 where it is met, it is right near its boundary and below 0 beyond it."""
-    random = np.random.default_rng(2)
-    Z = random.random((48, 2))
-    near = random.random((400, 2))
-    truth = (1.5 * near[:, 0] + near[:, 1] ** 2) - 1
-    amounts = np.maximum(1.5 * Z[:, 0] + Z[:, 1] ** 2 - 1, 0)[:, None]
-    learned = Learned(Z, amounts, n_uniform=48, n_obj=0)
-    learned.extend(np.arange(48), Z)
-    (process,) = learned.processes(learned.to(amounts))
-    excess = process(near) - learned.outputs[0].scale.to(0.0)
-    is_sure = np.abs(truth) > 0.005
-    assert ((excess > 0) == (truth > 0))[is_sure].all()
-
-
-def test_an_output_may_change_much_faster_near_one_end_of_a_variable():
-    random = np.random.default_rng(1)
-    Z, at = random.random((30, 2)), random.random((400, 2))
-    values, expected = (np.sin(5 * z[:, [0]] ** 8 + z[:, [1]]) for z in (Z, at))
-    learned = Learned(Z, values, n_uniform=30, n_obj=1)
-    learned.extend(np.arange(30), Z)
-    (process,) = learned.processes(learned.to(values))
-    error = learned.back(process(at)[:, None]) - expected
-    assert np.sqrt((error**2).mean()) < 0.2 * expected.std()  # 0.49 with lengths alone

@@ -4,13 +4,12 @@ import importlib
 import subprocess
 import sys
 import textwrap
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 
-from pymoo_psi import ExecutorRunner, JoblibRunner, investigate, read_table
+from pymoo_psi import JoblibRunner, investigate, read_table
 from pymoo_psi.errors import EvaluationError
 from tests.processes import posix
 from tests.refusals import refused
@@ -113,17 +112,6 @@ def test_a_file_that_changes_between_two_calls_counts(folder):
         require(table, factor, offset)
         assert not former & processes(table)
         former |= processes(table)
-
-
-def test_an_executor_has_new_code_too(folder):
-    with ThreadPoolExecutor(2) as executor:
-        options = {"runner": ExecutorRunner(executor), "n_jobs": 1}
-        before = folder.tests(**options)
-        assert processes(before) & processes(folder.tests(**options))
-        folder.write("helper.py", "FACTOR = 4.5")
-        refused("helper.py has changed", folder.tests, **options)
-        folder.reload()
-        require(folder.tests(**options), 4.5)
 
 
 CHANGED = "model.py has changed since it was imported; reload it"

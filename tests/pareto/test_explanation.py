@@ -145,83 +145,76 @@ def table_of(labels=None):
     return TestTable.of(numbers, X, [[0.0, 0.0], *ROWS], G, layout=layout, extra=extra)
 
 
-@pytest.mark.parametrize("F", [np.array(ROWS), labelled(range(4)), rank_of_efficiency(ROWS)])
-def test_a_design_of_an_array_goes_by_its_row(F):
-    assert explain(F, 2).row == explain(F, row=2).row == 2
-    assert compare_designs(F, [2, 0]).rows.tolist() == [2, 0]
-    assert compare_designs(F, rows=[2, 0]).rows.tolist() == [2, 0]
-    assert explain(F).row == 1  # the Salukvadze optimum
-    refused("design must be the name .* or row, got 4", explain, F, 4)
-    refused("row must be a row of F, from 0 to 3, got 4", explain, F, row=4)
+ARRAY = np.array(ROWS)
+LETTERS = labelled(["A", "B", "C", "C"])
+INTEGERS = labelled([3, 2, 1, 0])
+PLAIN = table_of()
+LABELLED = table_of(["A", "B", "C", "D", "E"])
+NUMBERED = table_of(["A", "11", "13", "D", "E"])
+REVERSED = table_of([14, 13, 12, 11, 10])
 
 
-def test_a_design_with_a_label_goes_by_its_label():
-    frame = labelled(["A", "B", "C", "C"])
-    for F in (frame, rank_of_efficiency(frame)):
-        assert explain(F, "B").row == explain(F, row=1).row == 1
-        assert compare_designs(F, ["B", "A"]).rows.tolist() == [1, 0]
-        refused("design must be the name .* as a text, .* got 1", explain, F, 1)
-        for label in ("C", "D"):
-            refused(f"the name of one design as a text, .* got '{label}'", explain, F, label)
-    names = ["pA-7", "mTorr", "row 3", "B"]
-    starts = [re.split(" is | has ", str(explain(labelled(names), row=i)))[0] for i in range(3)]
-    assert starts == ["pA-7", "mTorr", "Row 3"]  # a name of the user's is not respelt
+@pytest.mark.parametrize(
+    ("source", "design", "row"),
+    [
+        (ARRAY, 2, 2),
+        (ARRAY, None, 1),  # the Salukvadze optimum
+        (labelled(range(4)), 2, 2),
+        (rank_of_efficiency(ROWS), 2, 2),
+        (LETTERS, "B", 1),
+        (rank_of_efficiency(LETTERS), "B", 1),
+        (INTEGERS, "3", 0),
+        (rank_of_efficiency(INTEGERS), "3", 0),
+        (PLAIN, None, 1),
+        (PLAIN, 12, 1),  # row 2 of the table and row 1 of the ranking of the feasible designs
+        (PLAIN, "12", 1),
+        (PLAIN.feasible_ranking(), 12, 1),
+        (LABELLED, 12, 1),
+        (LABELLED, "12", 1),
+        (LABELLED, "C", 1),
+        (LABELLED.feasible_ranking(), "C", 1),
+        (NUMBERED, 14, 3),
+        (NUMBERED, "13", 1),
+        (REVERSED, "name 12", 1),
+    ],
+)
+def test_a_design_goes_by_its_label_or_the_number_of_its_row_or_test(source, design, row):
+    assert explain(source, design).row == row
+    if design is not None:
+        assert compare_designs(source, [design, design]).rows.tolist() == [row, row]
 
 
-def test_labels_that_are_integers_are_not_taken_for_rows():
-    frame = labelled([3, 2, 1, 0])
-    for F in (frame, rank_of_efficiency(frame)):
-        assert explain(F, "3").row == explain(F, row=0).row == 0
-        assert compare_designs(F, ["3", "1"]).rows.tolist() == [0, 2]
-        refused("as a text, such as '3', .* got 3", explain, F, 3)
-        refused("name of one design as a text, .* got 0", compare_designs, F, [0, 1])
+@pytest.mark.parametrize(
+    ("source", "design", "message"),
+    [
+        (ARRAY, 4, "design must be the name .* or row, got 4"),
+        (LETTERS, 1, "design must be the name .* as a text, .* got 1"),
+        (LETTERS, "C", "the name of one design as a text, .* got 'C'"),
+        (LETTERS, "D", "the name of one design as a text, .* got 'D'"),
+        (INTEGERS, 3, "as a text, such as '3', .* got 3"),
+        (PLAIN, 3, "the name of one design as a text, .* or the number of a test or row, got 3"),
+        (PLAIN, 10, "be a feasible .* infeasible; violations"),
+        (LABELLED, "A", "be a feasible .* infeasible; violations"),
+        (LABELLED, "F", "design must be"),
+        (REVERSED, 12, "such as 'name 14', .* got 12; .* give the name, or row="),
+        (REVERSED, "1", "the name of one design"),  # no label, though the number of a test
+    ],
+)
+def test_what_names_no_design_is_refused(source, design, message):
+    refused(message, explain, source, design)
+    refused("design", compare_designs, source, [design, design])
 
 
-@pytest.mark.parametrize("labels", [None, ["A", "B", "C", "D", "E"], ["A", "11", "13", "D", "E"]])
-def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels):
-    """Test 12 is row 2 of the table and row 1 of the ranking of the feasible designs."""
-    table = table_of(labels)
-    ranking = table.feasible_ranking()
-    for number in (12, 14):
-        why = explain(table, number)
-        row = table.numbers.tolist().index(number)
-        name = table.names[row]
-        assert why.row == row - 1
-        assert why.ranking.rows[why.row] == row
-        others = [
-            table.explain(number),
-            table.explain(name),
-            table.explain(row=row),
-            explain(table, name),
-            explain(table, row=row),
-            explain(ranking, number, units={"a": "kg"}),
-            explain(ranking, name, units={"a": "kg"}),
-        ]
-        assert {other.sentences for other in others} == {why.sentences}
-    assert explain(table).sentences == table.explain().sentences == explain(table, 12).sentences
-    two = compare_designs(table, [12, 11])
-    assert two.sentences == compare_designs(table, table.names[2:0:-1]).sentences
-    assert two.sentences == compare_designs(table, rows=[2, 1]).sentences
-    assert two.sentences == compare_designs(ranking, [12, 11], units={"a": "kg"}).sentences
-    for infeasible in (10, table.names[0]):
-        refused("be a feasible .* infeasible; violations", explain, table, infeasible)
-    refused(
-        "design must be the name of one design as a text, .* or the number of a test or row, got 3",
-        explain,
-        table,
-        3,
-    )
-    refused("design must be", explain, table, "F")
-    refused("row must be a feasible design, got .* infeasible", explain, table, row=0)
+def test_rows_are_those_of_the_source():
+    of_ranking = explain(PLAIN.feasible_ranking(), row=1, units={"a": "kg"})
+    assert of_ranking.sentences == explain(PLAIN, row=2).sentences == PLAIN.explain(12).sentences
+    assert compare_designs(PLAIN, rows=[2, 1]).rows.tolist() == [1, 0]
 
 
-def test_integers_that_label_other_tests_are_refused():
-    table = table_of([14, 13, 12, 11, 10])
-    refused("such as 'name 14', .* got 12; .* give the name, or row=", explain, table, 12)
-    assert explain(table, "name 12").row == explain(table, row=2).row == 1
-    refused("the name of one design", explain, table, "1")  # no label, though the number of a test
-    assert explain(table_of(), "12").row == 1  # without labels that are numbers
-    assert explain(table_of(["A", "B", "C", "D", "E"]), "12").row == 1
+def test_a_name_of_the_users_is_not_respelt():
+    frame = labelled(["pA-7", "mTorr", "row 3", "B"])
+    starts = [re.split(" is | has ", str(explain(frame, row=i)))[0] for i in range(3)]
+    assert starts == ["pA-7", "mTorr", "Row 3"]
 
 
 @pytest.mark.parametrize(
@@ -230,6 +223,8 @@ def test_integers_that_label_other_tests_are_refused():
         (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be one of 'price'"),
         (lambda: explain(CARS, 2.5), TypeError, "design must be an integer >= 0, got 2.5"),
         (lambda: explain(CARS, True), TypeError, "design must be an integer >= 0, got True"),
+        (lambda: explain(ARRAY, row=4), ValueError, "row must be a row of F, from 0 to 3, got 4"),
+        (lambda: explain(PLAIN, row=0), ValueError, "row must be a feasible design, got .* infeasible"),
         (lambda: explain(CARS, row=-1), ValueError, "row must be an integer >= 0, got -1"),
         (lambda: explain(CARS, 0, row=0), ValueError, "design must be left out where row is given, got 0"),
         (lambda: compare_designs(CARS, rows=[0, -1]), ValueError, "rows must be an integer >= 0, got -1"),

@@ -1,12 +1,10 @@
 """Algorithms of pymoo, every multi-objective one, on designs that fail."""
 
 import contextlib
-import copy
 import inspect
 import pkgutil
 from importlib import import_module
 
-import cloudpickle
 import numpy as np
 import pymoo.algorithms.moo
 import pytest
@@ -133,15 +131,3 @@ def test_penalties_are_worse_than_all_before_and_a_design_keeps_its_own():
     worse = FailureTolerant(Half(0.5), failed_as="penalty")
     before = worse.evaluate(np.array([0.0, 0.0, 0.0]))
     assert (before > worse.evaluate(np.ones((1, 3)))).all()
-
-
-def test_an_algorithm_with_failures_is_copied_and_pickled():
-    algorithm = made(ALGORITHMS["RVEA"])
-    algorithm.setup(FailureTolerant(Half(0.5)), termination=("n_gen", 6), seed=1)
-    for _ in range(3):
-        algorithm.next()
-    copies = copy.deepcopy(algorithm), cloudpickle.loads(cloudpickle.dumps(algorithm))
-    for one in (algorithm, *copies):
-        result = one.run()
-        assert one.opt is result.opt
-        assert (result.opt.get("failure") == "").all()

@@ -66,14 +66,6 @@ def test_every_search_is_that_of_the_logarithms(search):
     np.testing.assert_allclose(found.F, plain.F, rtol=1e-9, atol=1e-9)
 
 
-def test_the_wrapper_serves_other_algorithms():
-    scaled = LogScaled(Wide())
-    found = minimize(scaled, NSGA2(20), ("n_eval", 200), seed=1)
-    plain = minimize(Plain(), NSGA2(20), ("n_eval", 200), seed=1)
-    np.testing.assert_allclose(found.X, plain.X, atol=1e-9)
-    np.testing.assert_allclose(exponents(scaled.original(found.X)), plain.X, atol=1e-9)
-
-
 def test_requirements_hold_for_the_values_of_logarithmic_variables():
     wide = Wide()
     wide.requirements = ["area <= 1"]
