@@ -145,7 +145,7 @@ def assert_equal_rankings(one, other):
     for name in ("criteria", "place", "rank", "pareto", "salukvadze", "lengths", "ideal", "nadir"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
     assert list(one.objectives.labels) == list(other.objectives.labels)
-    np.testing.assert_array_equal(one.objectives.values, other.objectives.values)
+    pd.testing.assert_frame_equal(one.to_frame(), other.to_frame())
     assert repr(one) == repr(other)
 
 
@@ -164,11 +164,6 @@ def test_limits_leave_what_removed_rows_leave(seed):
     )
     assert_equal_rankings(limited.ranking(), left.ranking())
     assert_equal_rankings(limited.feasible_ranking(), left.feasible_ranking())
-    for one, other in (
-        (limited.ranking(), left.ranking()),
-        (limited.feasible_ranking(), left.feasible_ranking()),
-    ):
-        pd.testing.assert_frame_equal(one.to_frame(), other.to_frame())
     assert cautions(limited) == cautions(left)
     np.testing.assert_array_equal(acceptability(limited), acceptability(left))
     np.testing.assert_array_equal(Acceptability.of(limited).central, Acceptability.of(left).central)
@@ -299,21 +294,16 @@ def asked_of_page(table, names):
     }
 
 
-def test_fixed_ranges_hold_everywhere_and_are_named(said, tmp_path):
+def test_fixed_ranges_hold_everywhere_and_are_named():
     frame = pd.DataFrame({"cost": [1.0, 2.0, 8.0], "mass": [8.0, 2.0, 1.0]}, ["A", "B", "C"])
     ranges = {"cost": (0, 4), "mass": (0, 4)}
     table = read_table(frame, Formulation(["cost", "mass"], ranges=ranges, limits={"cost": 3}))
     assert "Behind the best in cost by 1 (25 % of its fixed range)" in str(table.explain("B"))
     # Beyond a range, only units tell.
-    why = table.explain("A").sentences[1]
-    assert why.startswith("Behind the best in mass by 6; ")
-    html = decision_report(table, design="A").html()
-    text = Reader(html).text
-    assert "The ranges are fixed." in text
-    assert "mass | 8 | 2 | 0 | 4 | 6" in text
-    figure = plot_ranking(table.feasible_ranking())
-    assert figure.axes[0].get_ylabel() == "share of the fixed range (0 is best)"
-    assert figure.axes[0].get_ylim()[1] > 2
+    assert "Behind the best in mass by 6; " in str(table.explain("A"))
+    assert "The ranges are fixed." in Reader(decision_report(table)).text
+    axes = plot_ranking(table.feasible_ranking()).axes[0]
+    assert axes.get_ylabel() == "share of the fixed range (0 is best)"
 
 
 class Geared(ElementwiseProblem):
@@ -323,22 +313,6 @@ class Geared(ElementwiseProblem):
 
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [x["gear"] + x["teeth"], (5 - x["teeth"]) ** 2 - x["gear"]]
-
-
-def test_a_page_opens_with_the_same_of_the_designs_left():
-    """What it says from then on is tested against Python, which limits by removing the rows."""
-    for example in EXAMPLES:
-        tables = (example.limited, example.left)
-        limited, left = (payload_of(decision_page(table)) for table in tables)
-        for key in ("cautions", "normalize", "objectives"):
-            assert limited.get(key) == left.get(key)
-        shades = shades_by_name(limited)
-        assert all(shades[name] == of_left for name, of_left in shades_by_name(left).items())
-
-
-def shades_by_name(payload):
-    values = [shade["values"] for shade in payload["shades"]]
-    return dict(zip(payload["names"], zip(*values, strict=True), strict=True))
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")

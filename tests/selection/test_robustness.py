@@ -107,12 +107,8 @@ def test_named_designs_and_bounds_of_the_scenario():
     kept = robustness(Mixed, designs, **options)
     assert kept.infeasible_share.tolist() == [0, np.mean(kept.scenarios[:, 0] < 0.75), 0]
     assert designs == kept.X.tolist()
-    frame = kept.to_frame()
-    assert frame.columns.tolist()[:3] == ["a", "m", "b"]
-    assert frame.loc[2, "m"] == "y"
-    assert frame.loc[2, "pareto_share"] == 0
-    table = robustness(Beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9)
-    frame = table.to_frame()
+    assert kept.to_frame().columns.tolist()[:3] == ["a", "m", "b"]
+    frame = robustness(Beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9).to_frame()
     assert frame["optimum_share"].is_monotonic_decreasing
     np.testing.assert_array_equal(frame.sort_index()[["x1", "x2"]], X)
 
