@@ -1,10 +1,17 @@
-"""Names of the package: imported at their first use, and found by those of other packages."""
+"""Names of the package, and of its arguments.
+
+Names are imported at their first use, and found by those of other packages. In errors an argument
+has the name that the user has given it, such as that of an option.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import lazy_loader
@@ -37,6 +44,31 @@ _OTHER_NAMES = {
         "sobol": "lp_tau",
     },
 }
+
+
+# What errors call arguments that the user has not given, or by another name.
+_NAMES: ContextVar[Mapping[str, str]] = ContextVar("_NAMES", default=MappingProxyType({}))
+
+
+@contextmanager
+def named_as(names: Mapping[str, str]) -> Iterator[None]:
+    """Give arguments other names in errors."""
+    before = _NAMES.set({**_NAMES.get(), **names})
+    try:
+        yield
+    finally:
+        _NAMES.reset(before)
+
+
+def name_of(subject: str) -> str:
+    """Return the subject of an error, in which an argument has the name that the user knows.
+
+    The argument is the subject, or ends it: "'f9' in limits".
+    """
+    place, blank, argument = subject.rpartition(" ")
+    if place and not place.endswith((" of", " in", ":")):
+        return subject
+    return f"{place}{blank}{_NAMES.get().get(argument, argument)}"
 
 
 def require_no_other_name(owner: str, name: str) -> None:

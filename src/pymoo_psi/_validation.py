@@ -10,16 +10,15 @@ import difflib
 import json
 import math
 import numbers
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from contextvars import ContextVar
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from os import PathLike
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi._names import name_of
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 
 Array = NDArray[np.float64]
@@ -36,20 +35,6 @@ Columns = dict[str, AnyArray]  # of a table: n cells each, by name
 Head = Mapping[str, Any]  # what the columns of a table mean, as values that JSON can hold
 FilePath = str | PathLike[str]
 Class = TypeVar("Class")
-
-
-# What errors call arguments that the caller has not given.
-_NAMES: ContextVar[Mapping[str, str]] = ContextVar("_NAMES", default=MappingProxyType({}))
-
-
-@contextmanager
-def named_as(names: Mapping[str, str]) -> Iterator[None]:
-    """Give arguments other names in errors."""
-    before = _NAMES.set(names)
-    try:
-        yield
-    finally:
-        _NAMES.reset(before)
 
 
 def counted(n: int, one: str) -> str:
@@ -73,8 +58,7 @@ def wrong_type(name: str, rule: str, received: object, remedy: str = "") -> Argu
 
 
 def _message(name: str, rule: str, received: object, remedy: str) -> str:
-    name = _NAMES.get().get(name, name)
-    message = f"{name} must be {rule}, got {_shown(received)}"
+    message = f"{name_of(name)} must be {rule}, got {_shown(received)}"
     if remedy:
         return f"{message}; {remedy}"
     return message

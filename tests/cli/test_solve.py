@@ -239,5 +239,5 @@ def test_texts_that_a_decision_keeps_are_limits_of_every_search(said, algorithm)
     decision = {"objectives": ["f1", "f2"], "limits": {"steel": ["S355"]}}
     Path("d.json").write_text(json.dumps(decision))
     options = ("--points", 24, "--decision", "d.json", "--algorithm", algorithm, "--out", "o.csv")
-    assert "steel=S355 (option or decision)" in said("solve", "models:Mixed", *options)
+    assert "Limits: steel=S355" in said("solve", "models:Mixed", *options)
     assert set(read_table("o.csv")["steel"]) == {"S355"}

@@ -71,12 +71,12 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     edit("<= 4", "<= 2.5")
     edit("2*width*height", "3*width*height")
     text = said(*solve, "--points", "12")
-    assert "tip<=2.5 (beam.toml)" in text
+    assert "tip<=2.5" in text
     table = read_table("beam.db")
     assert table.limits == {"tip": (-float("inf"), 2.5)}
     assert table["mass"].tolist() == (3 * table["width"] * table["height"]).tolist()
     text = said(*solve, "--points", "12", "--limits", "tip<=3")
-    assert "tip<=3 (option or decision)" in text
+    assert "tip<=3" in text
     # an output more: it is read from the folders that are kept
     edit(
         "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"

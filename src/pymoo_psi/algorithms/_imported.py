@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import Columns, Received, counted, invalid, named_as
+from pymoo_psi._names import named_as
+from pymoo_psi._validation import Columns, Received, counted, invalid
 from pymoo_psi.algorithms._laboratory import design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions

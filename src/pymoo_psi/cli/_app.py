@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 
 import click
 
+from pymoo_psi._names import named_as
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 plus the number of the signal, the convention of shells
@@ -44,9 +45,9 @@ def path_in(text: str | Path) -> Path:
     return Path(os.path.expanduser(text))
 
 
-def _listed(kind: Any, mark: str = ",") -> Callable[[str], tuple[Any, ...]]:
-    """Return the type of an option that lists values with a mark between them."""
-    return lambda text: tuple(kind.convert(part, None, None) for part in text.split(mark))
+def _counts(mark: str) -> Callable[[str], tuple[int, ...]]:
+    """Return the type of an option that lists numbers with a mark between them."""
+    return lambda text: tuple(_COUNT.convert(part, None, None) for part in text.split(mark))
 
 
 def _points(text: str) -> tuple[int, bool]:
@@ -55,7 +56,7 @@ def _points(text: str) -> tuple[int, bool]:
 
 
 _COUNT: Any = click.IntRange(1, 10**12)
-_COUNTS = _listed(_COUNT)
+_COUNTS = _counts(",")
 
 
 def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> click.Option:
@@ -221,7 +222,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
         "share",
         "K/N",
         "Test part K of N only; --study is a folder.",
-        type=_listed(_COUNT, "/"),
+        type=_counts("/"),
     ),
     _choice(
         "retry",
@@ -498,7 +499,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Without any words click reports a mistake, code 2; here they ask for help, code 0.
     words = list(arguments) or ["--help"]
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), named_as(_typed_names(words)):
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             # app.main() would handle errors in its own way. The name is for
             # 'python -m pymoo_psi'.
@@ -521,12 +522,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error(f"pymoo-psi: interrupted; {remark}")
         return _INTERRUPTED
     # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    print_error(f"pymoo-psi: error: {_as_typed(' '.join(message.split()), words)}")
+    line = " ".join(message.split()).replace("study_key", "--study-key")
+    print_error(f"pymoo-psi: error: {_RECOMMENDED.sub(_as_option, line)}")
     return 2
 
 
-# Arguments of `read_table` that messages recommend as "skip_rows=[1]".
-_READING_NAMES = ("decimal", "drop_incomplete", "encoding", "objectives", "sheet", "skip_rows")
+# Arguments of `read_table` as messages recommend them.
+_RECOMMENDED = re.compile(
+    r"\b(decimal|drop_incomplete|encoding|objectives|sheet|skip_rows)="
+    r"(True|'.*?'|\[[\d,]+\]|)(?![.\w])"
+)
 
 # Arguments of Python that have other names in a command.
 _TYPED = {
@@ -540,29 +545,19 @@ _TYPED = {
 }
 
 
-def _as_typed(message: str, words: Sequence[str]) -> str:
-    """Return the message of an error in which the argument that it names is the option.
+def _typed_names(words: Sequence[str]) -> dict[str, str]:
+    """Return the options that were typed, by the names of their arguments in Python."""
+    names = {}
+    for word in words:
+        option, _, _ = word.partition("=")
+        names[option.lstrip("-").replace("-", "_")] = option
+    return names | _TYPED
 
-    What such a message is about ends with the argument: "'f9' in limits must be ...".
 
-    Args:
-        message: The message, in one line.
-        words: The words of the command.
-    """
-    message = message.replace("study_key", "--study-key")  # which no command calls otherwise
-    for name in _READING_NAMES:
-        option = f"--{name.replace('_', '-')}"
-        message = re.sub(rf"\b{name}=(?:True|\[([\d,]+)\])", rf"{option} \1", message)
-        message = re.sub(rf"\b{name}=(?=')", f"{option} ", message)
-        message = re.sub(rf"\b{name}=(?![.'\w])", option, message)
-    subject, must, rule = message.partition(" must be ")
-    before, _, argument = subject.rpartition(" ")
-    option = _TYPED.get(argument, f"--{argument.replace('_', '-')}")
-    typed = [word.partition("=")[0] for word in words]
-    is_named = before == "" or before.endswith((" of", " in", ":"))
-    if must and is_named and (argument in _TYPED or option in typed):
-        return f"{before} {option}{must}{rule}".strip()
-    return message
+def _as_option(match: re.Match[str]) -> str:
+    """Return an argument of Python with its value as an option."""
+    value = match[2].strip("[]").removesuffix("True")
+    return f"--{match[1].replace('_', '-')} {value}".rstrip()
 
 
 def _show_warning(

@@ -45,7 +45,6 @@ from pymoo_psi.pareto import (
 from pymoo_psi.table import (
     STUDY,
     Formulation,
-    Layout,
     TestTable,
     certainty_sentences,
     constraint_costs,
@@ -53,7 +52,6 @@ from pymoo_psi.table import (
     format_of,
     number_column,
     positions_frame,
-    read_table,
     separation_sentences,
     suffixes_for,
 )
@@ -193,16 +191,13 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
 
 def run_page(options: Options) -> int:
     """Write the page and say where it is. Its reader can move the limits that it opens with."""
-    from pymoo_psi.page import decision_page
+    from pymoo_psi.page import decision_page, existing_designs
 
     path = options.file
     out = options.out
     table, formulation = opened_by_options(options, _HTML)
-    page = decision_page(
-        table,
-        prototype=_prototype(options, formulation, table.layout),
-        title=_title(options, formulation),
-    )
+    prototype = existing_designs(options.prototype, table, **_of_writer(options))
+    page = decision_page(table, prototype=prototype, title=_title(options, formulation))
     # The decisions that the page saves repeat the formulation of the table.
     saved = replace(formulation, limits=page.formulation.limits)
     further = _command_for_more(path, table)
@@ -234,31 +229,13 @@ def run_live(options: Options) -> int:
     return 0
 
 
+def _of_writer(options: Options) -> Values:
+    """Return how numbers and texts are written, which depends on who writes files."""
+    return {"decimal": options.decimal, "encoding": options.encoding}
+
+
 def _title(options: Options, formulation: Formulation) -> str:
     return options.title or str(formulation.page.get("title") or options.file.stem)
-
-
-def _prototype(options: Options, formulation: Formulation, layout: Layout) -> TestTable | None:
-    """Return the existing designs with the objectives of the table, if they are given."""
-    if options.prototype is None:
-        return None
-    maximize = [name for name in layout.objectives if name in layout.maximize]
-    same = replace(
-        formulation,
-        objectives=layout.objectives,
-        maximize=maximize,
-        omitted=(),
-        limits={},
-        page={},
-    )
-    # Number format and encoding usually depend on who writes the files; skipped lines and units
-    # depend on the file.
-    return read_table(
-        options.prototype,
-        same,
-        decimal=options.decimal,
-        encoding=options.encoding,
-    )
 
 
 def run_report(options: Options) -> int:
@@ -267,6 +244,7 @@ def run_report(options: Options) -> int:
     Returns:
         0, or 1 if no design is feasible; the report then says which limits reject most designs.
     """
+    from pymoo_psi.page import existing_designs
     from pymoo_psi.report import decision_report
 
     path = options.file
@@ -280,7 +258,7 @@ def run_report(options: Options) -> int:
         design=options.design,
         title=_title(options, formulation),
         about=[origin, *table.remarks, *remarks],
-        prototype=_prototype(options, formulation, table.layout),
+        prototype=existing_designs(options.prototype, table, **_of_writer(options)),
     )
     command = shlex.join(["pymoo-psi", "report", str(path), *typed_options([*vars(options)])])
     further = _command_for_more(path, table, typed_options(OF_FORMULATION))

@@ -54,11 +54,9 @@ from pymoo_psi.table import (
     TestTable,
     alike,
     averaged_repeats,
-    is_of_texts,
-    limit_text,
-    limits_of,
     read_table,
     suffixes_for,
+    written_limits,
 )
 
 _N_REASONS = 3  # most frequent reasons of failures
@@ -86,15 +84,14 @@ class Plan:
     Attributes:
         problem: The problem.
         n_points: How many designs to evaluate, in all or more.
-        options: The options of the run.
-        formulation: The formulation that applies: that of the options upon that of the problem.
+        options: The options of the run, with the formulation that applies: that of the command upon
+            that of the problem.
         runner: What evaluates a problem that takes many designs at once, if not this process.
     """
 
     problem: Problem
     n_points: int
     options: RunOptions
-    formulation: Formulation
     runner: Runner | None
 
 
@@ -155,7 +152,9 @@ def run_solve(options: Options) -> int:
         say(f"This run by {options.algorithm} evaluated {evaluated}: {counts}.")
     if not result.table.eligible().any():
         return 1
-    _say_limits(options, formulation, plan)
+    limits = written_limits(result.table)
+    if limits:
+        say(f"Limits: {', '.join(limits)}.")
     if formulation.limits and not options.box:
         _say_box(result.table)
     return 0
@@ -192,7 +191,7 @@ def _plan(options: Options, problem: Problem, n_points: int, settings: RunOption
     require_free_names((*model.layout.columns, *model.formulation.computed))
     settings = replace(settings, formulation=model.formulation)
     runner = set_runner(problem, options)
-    return Plan(problem, n_points, settings, model.formulation, runner)
+    return Plan(problem, n_points, settings, runner)
 
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
@@ -247,7 +246,7 @@ def _under(tests: TestTable, plan: Plan) -> TestTable:
     has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
     if not has_values.any():
         return tests
-    return tests.under(plan.formulation)
+    return tests.under(plan.options.formulation)
 
 
 def _by_psi(plan: Plan, show: Show) -> Result:
@@ -279,7 +278,7 @@ def _by_surrogate(plan: Plan, show: Show) -> Result:
     options = plan.options
     algorithm = SurrogatePSI(
         plan.n_points,
-        formulation=plan.formulation,
+        formulation=options.formulation,
         sampling=options.sampling,
         study=options.study,
         study_key=options.study_key,
@@ -392,19 +391,6 @@ def _say_remarks(result: Result) -> None:
     if len(counts) > _N_REASONS:
         texts.append(counted(len(counts) - _N_REASONS, "other reason"))
     say(f"Failed: {'; '.join(texts)}")
-
-
-def _say_limits(options: Options, formulation: Formulation, plan: Plan) -> None:
-    """Print which limits apply, if any, and where each is from."""
-    limits_of_options = limits_of(formulation.limits)
-    texts = []
-    for name, limit in limits_of(plan.formulation.limits).items():
-        source = options.problem
-        if name in limits_of_options or is_of_texts(limit):
-            source = "option or decision"
-        texts.append(f"{limit_text(name, limit)} ({source})")
-    if texts:
-        say(f"Limits: {', '.join(texts)}.")
 
 
 def _say_box(table: TestTable) -> None:

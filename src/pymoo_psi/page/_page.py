@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
+from pymoo_psi._validation import Entries, FilePath, Names, Received, counted, invalid, known_name
 from pymoo_psi.page._payload import payload, roles, values_of
 from pymoo_psi.pareto import cautions
 from pymoo_psi.table import Allowed, Formulation, TestTable, certainty_sentences, read_table
@@ -73,7 +73,7 @@ class DecisionPage(Framed):
         """
         return _html_of(self.title, payload(self, live))
 
-    def save(self, path: str | PathLike[str]) -> None:
+    def save(self, path: FilePath) -> None:
         """Write the page, whole or not at all.
 
         Raises:
@@ -204,8 +204,14 @@ def _limits_of_page(table: TestTable) -> dict[str, Allowed]:
     return limits
 
 
-def existing_designs(source: Any, table: TestTable) -> TestTable | None:
-    """Return designs from any source with the objectives of a table; None if there is no source."""
+def existing_designs(source: Any, table: TestTable, **reading: Any) -> TestTable | None:
+    """Return designs from any source with the objectives of a table; None if there is no source.
+
+    Args:
+        source: The source.
+        table: The table.
+        **reading: Arguments of :func:`read_table`.
+    """
     if source is None:
         return None
     layout = table.layout
@@ -220,7 +226,7 @@ def existing_designs(source: Any, table: TestTable) -> TestTable | None:
         computed=table.formulation.computed,
         units=units,
     )
-    return read_table(source, asked)
+    return read_table(source, asked, **reading)
 
 
 def designs_of_page(tests: TestTable) -> TestTable:

@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import Array, Entries, Mask
+from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
 from pymoo_psi.pareto import SENTENCES, localized, nondominated, weight_shares
 from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, Kind, TestTable, has_errors, number_column
 
 if TYPE_CHECKING:
     from pymoo_psi.page._page import DecisionPage
 
-Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
@@ -54,7 +52,7 @@ _SHADES = {
 _LARGEST = np.finfo(float).max
 
 
-def payload(page: DecisionPage, live: Entries | None) -> Content:
+def payload(page: DecisionPage, live: Entries | None) -> Values:
     """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
 
     Args:
@@ -119,7 +117,7 @@ def payload(page: DecisionPage, live: Entries | None) -> Content:
     }
 
 
-def _shades(table: TestTable) -> list[Content]:
+def _shades(table: TestTable) -> list[Values]:
     """Return shares of designs by which the page shades them, in classes from light to dark.
 
     They are those within the limits that the page opens with.
@@ -142,7 +140,7 @@ def _shades(table: TestTable) -> list[Content]:
     return shades
 
 
-def rows_of(designs: TestTable) -> Content:
+def rows_of(designs: TestTable) -> Values:
     """Return designs as the script adds them to the page, see ``grow`` in ``logic.js``."""
     columns = []
     for _, name in roles(designs):
@@ -194,7 +192,7 @@ def roles(table: TestTable) -> list[tuple[str, str]]:
     return roles
 
 
-def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Content]:
+def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     """Return the columns of the page: those of the tables, then the geometric criteria.
 
     Args:
@@ -253,7 +251,7 @@ def written(notation: Notation, value: float) -> str:
     return localized(text)
 
 
-def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
+def values_of(name: str, *tables: TestTable) -> AnyArray:
     """Return the ``(n,)`` numbers or texts of a column, of one table after another.
 
     Where a table lacks the column they are NaN or empty. The first table says which they are.
@@ -273,13 +271,13 @@ def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
     return column.astype(np.float64)
 
 
-def _packed_texts(cells: NDArray[Any]) -> Content:
+def _packed_texts(cells: AnyArray) -> Values:
     """Return ``(n,)`` texts as the payload has them: the different ones, and the place of each."""
     texts, places = np.unique(cells.astype(str), return_inverse=True)
     return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
 
 
-def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Content:
+def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Values:
     """Return the numbers of a column as the payload has them, with their scale and digits.
 
     Args:
@@ -374,6 +372,6 @@ def without_outliers(values: Array) -> Array:
     return np.asarray(values[inside])
 
 
-def _base64(values: NDArray[Any]) -> str:
+def _base64(values: AnyArray) -> str:
     little_endian = values.astype(values.dtype.newbyteorder("<"), copy=False)
     return b64encode(little_endian.tobytes()).decode("ascii")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
 from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Names, Received, counted, instance, invalid
+from pymoo_psi._validation import FilePath, Names, Received, counted, instance, invalid
 from pymoo_psi.page import existing_designs
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -110,7 +109,7 @@ class DecisionReport(Framed):
                 plots=plots,
             )
 
-    def save(self, path: str | PathLike[str]) -> None:
+    def save(self, path: FilePath) -> None:
         """Write the report, whole or not at all.
 
         Raises:

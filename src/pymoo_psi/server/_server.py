@@ -15,7 +15,6 @@ from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from html import escape
-from os import PathLike
 from pathlib import Path
 from platform import node
 from tempfile import TemporaryFile
@@ -24,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import known_name
+from pymoo_psi._validation import FilePath, Values, known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
 from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study, further_tests
@@ -41,7 +40,6 @@ _LOOKS = 120  # looks over which the rate is measured
 _GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
-_MOST_CONNECTIONS = 64
 _LONGEST = 2**18  # bytes of a request
 # Notebooks show the page in a frame.
 _FRAMES = "http://127.0.0.1:* http://localhost:* vscode-webview:"
@@ -72,7 +70,7 @@ class GrowingStudy:
         self.study = Study(path)
         self.tests = TestTable.empty()
         self.edition = ""
-        self.progress: dict[str, Any] = {"lines": []}
+        self.progress: Values = {"lines": []}
         self._steer = steer
         self._facts = Facts({})
         self._limits: Any = {}
@@ -293,28 +291,6 @@ def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
     return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[hosts])
 
 
-def _protocol() -> type[asyncio.Protocol]:
-    """Return the protocol of connections, which needs an extra."""
-    from uvicorn.protocols.http.h11_impl import H11Protocol
-
-    connections: list[H11Protocol] = []  # open ones, in the order of their arrival
-
-    class Protocol(H11Protocol):
-        """A connection; if there are too many, the oldest without a request gives way to it."""
-
-        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-            super().connection_made(transport)
-            connections[:] = [one for one in connections if not one.transport.is_closing()]
-            if len(connections) + 1 >= _MOST_CONNECTIONS:
-                for one in connections:
-                    if one.cycle is None or one.cycle.response_complete:
-                        one.transport.close()
-                        break
-            connections.append(self)
-
-    return Protocol
-
-
 def _is_foreign(request: Request) -> bool:
     """Whether a request comes from the page of another site; reading needs no origin."""
     origin = request.headers.get("origin")
@@ -323,7 +299,7 @@ def _is_foreign(request: Request) -> bool:
 
 
 def serve(
-    study: str | PathLike[str],
+    study: FilePath,
     *,
     host: str = "127.0.0.1",
     port: int | None = None,
@@ -372,8 +348,6 @@ def serve(
         application,
         log_level="critical",
         lifespan="off",
-        http=_protocol(),
-        limit_concurrency=_MOST_CONNECTIONS,
         timeout_graceful_shutdown=1,
     )
     say(f"http://{host}:{listening.getsockname()[1]}/{token}/")
@@ -425,7 +399,7 @@ class LiveView:
         )
 
 
-def live(study: str | PathLike[str], *, steer: bool = False, port: int | None = None) -> LiveView:
+def live(study: FilePath, *, steer: bool = False, port: int | None = None) -> LiveView:
     """Return a page that follows a study as it grows, whatever process adds to it.
 
     Args:
