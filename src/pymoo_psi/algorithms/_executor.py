@@ -74,34 +74,6 @@ class Block(NamedTuple):
         return Block(self.numbers[rows], self.tests.take(rows), n_called)
 
 
-class BlockFilter:
-    """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
-
-    If more than half of a large block is kept, later blocks are not filtered: little of them would
-    be left out, and all tests are filtered together in the end.
-
-    Args:
-        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
-        model: The model, under whose formulation they are.
-    """
-
-    def __init__(self, keep: str, model: Model) -> None:
-        self._keep = keep
-        self._model = model
-
-    def __call__(self, tests: TestTable) -> TestTable:
-        """Return the tests of a block that are needed."""
-        if self._keep == "all":
-            return tests
-        table = self._model.under_so_far(tests)
-        if self._keep == "feasible":
-            return tests.take(table.feasible())
-        kept = tests.take(table.pareto())
-        if 2 * len(kept) > len(tests) > _PREDICTIVE:
-            self._keep = "all"
-        return kept
-
-
 class Executor:
     """Evaluates points; it knows nothing of studies, of points still to come, or of algorithms.
 
@@ -291,21 +263,37 @@ class PieceTask:
     depend on something else.
 
     Args:
-        model: The model.
-        block_filter: Returns the tests that are needed.
+        model: The model, under whose formulation tests are needed.
+        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
     """
 
-    def __init__(self, model: Model, block_filter: BlockFilter) -> None:
+    def __init__(self, model: Model, keep: str) -> None:
         self.problem = model.problem
         self._model = model
-        self._filter = block_filter
+        self._keep = keep
 
     def __call__(self, piece: Points) -> tuple[TestTable, float]:
         """Evaluate the points of a piece."""
         began = time.monotonic()
         tests = self._model.evaluated(piece)
         seconds = (time.monotonic() - began) / len(piece)
-        return self._filter(tests), seconds
+        return self.needed(tests), seconds
+
+    def needed(self, tests: TestTable) -> TestTable:
+        """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
+
+        If more than half of a large block is kept, later blocks are not filtered: little of them
+        would be left out, and all tests are filtered together in the end.
+        """
+        if self._keep == "all":
+            return tests
+        table = self._model.under_so_far(tests)
+        if self._keep == "feasible":
+            return tests.take(table.feasible())
+        kept = tests.take(table.pareto())
+        if 2 * len(kept) > len(tests) > _PREDICTIVE:
+            self._keep = "all"
+        return kept
 
 
 class InPieces(Executor):
@@ -433,5 +421,5 @@ def executor_of(model: Model, options: RunOptions, n_points: int | None = None) 
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         largest = min(_LARGEST, max(_SMALLEST, points_of_a_worker))
     largest = options.block_size or largest
-    task = PieceTask(model, BlockFilter(options.keep, model))
+    task = PieceTask(model, options.keep)
     return InPieces(task, min(smallest, largest), largest, seconds, runner)

@@ -128,6 +128,13 @@ class _Laboratory:
         frame[[*self.results, FAILURE]] = None
         return frame
 
+    def designs(self, variables: Names) -> set[tuple[Any, ...]]:
+        """Return the designs that are tested or assigned."""
+        designs = {*self.tests[[*variables]].itertuples(index=False, name=None)}
+        for assignment in self.assignments.values():
+            designs.add(tuple(assignment.design.values()))
+        return designs
+
 
 def _assign(database: Database, run: int, proposal: Proposal) -> _Assignment:
     """Ask people for a test of a run, as its next test point."""
@@ -184,87 +191,71 @@ def ask_tests(
         if with_surrogates:
             n_known = len(laboratory.tests) + len(laboratory.pending)
             n_proposed = max(0, n_tests - max(0, _POINTS - n_known))
-        new = _NewDesigns(model, laboratory)
-        points = new.of_sequence(options, n_tests - n_proposed)
-        proposals = new.of_surrogates(options, store, n_proposed)
-        assignments = []
+        known = laboratory.designs(model.layout.variables)
+        proposals = []
+        for design in _points_of_sequence(model, options, known, n_tests - n_proposed):
+            proposals.append(Proposal(0, 0, store.origin, {"design": design}))
+        if n_proposed > 0:
+            rounds = [assignment.proposal.round for assignment in laboratory.assignments.values()]
+            last_round = max(rounds, default=0)
+            pending = [assignment.design for assignment in laboratory.pending.values()]
+            pending += [proposal.content["design"] for proposal in proposals]
+            X = _proposed_by_surrogates(model, options, store, pending, n_proposed, last_round)
+            for design in _unknown_designs(model, X, known, n_proposed):
+                entries = {"design": design}
+                proposals.append(Proposal(0, last_round + 1, "surrogates", entries))
         with store.study.changes() as database:
-            for design in points:
-                proposal = Proposal(0, 0, store.origin, {"design": design})
-                assignments.append(_assign(database, store.run, proposal))
-            for design in proposals:
-                proposal = Proposal(0, new.round_number, "surrogates", {"design": design})
-                assignments.append(_assign(database, store.run, proposal))
+            assignments = [_assign(database, store.run, proposal) for proposal in proposals]
         return laboratory.frame(assignments)
 
 
-class _NewDesigns:
-    """Designs that are neither tested nor assigned.
+def _points_of_sequence(
+    model: Model, options: RunOptions, known: set[tuple[Any, ...]], n: int
+) -> list[Values]:
+    """Return the first n unknown points of the sequence that meet the requirements."""
+    space = model.space
+    n_points = len(known) + n * _TRIED
+    X = unit_points(options, n_points, len(space.searched)).matrix(space)
+    is_met = (model.violations(X) <= 0).all(axis=1)
+    designs = _unknown_designs(model, X[is_met], known, n)
+    if len(designs) < n:
+        rule = f"at most {len(designs)}, the new designs up to point {n_points}"
+        remedy = "ask for fewer, or loosen the requirements"
+        raise invalid("the number of designs", rule, n, remedy)
+    return designs
 
-    Args:
-        model: The model.
-        laboratory: What is tested and assigned.
 
-    Attributes:
-        round_number: The round of the next proposals.
-    """
+def _proposed_by_surrogates(
+    model: Model,
+    options: RunOptions,
+    store: StudyStore,
+    pending: Sequence[Values],
+    n: int,
+    last_round: int,
+) -> Designs:
+    """Return n designs that surrogates propose beside pending ones."""
+    import pandas as pd
 
-    def __init__(self, model: Model, laboratory: _Laboratory) -> None:
-        self._model = model
-        self._pending = [assignment.design for assignment in laboratory.pending.values()]
-        designs = laboratory.tests[[*model.layout.variables]]
-        self._known = {*designs.itertuples(index=False, name=None)}
-        self.round_number = 1
-        for assignment in laboratory.assignments.values():
-            self._known.add(tuple(assignment.design.values()))
-            self.round_number = max(self.round_number, assignment.proposal.round + 1)
+    from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
 
-    def of_sequence(self, options: RunOptions, n: int) -> list[Values]:
-        """Return the first n new points of the sequence that meet the requirements."""
-        if n == 0:
-            return []
-        space = self._model.space
-        n_points = len(self._known) + n * _TRIED
-        X = unit_points(options, n_points, len(space.searched)).matrix(space)
-        is_met = (self._model.violations(X) <= 0).all(axis=1)
-        designs = self._first(X[is_met], n)
-        if len(designs) < n:
-            rule = f"at most {len(designs)}, the new designs up to point {n_points}"
-            remedy = "ask for fewer, or loosen the requirements"
-            raise invalid("the number of designs", rule, n, remedy)
-        return designs
+    space = model.space
+    designs = model.designs(dict(pd.DataFrame(pending, columns=[*model.layout.variables])))
+    points = space.points(designs[space.has_options(designs)])
+    table = store.whole()
+    table = model.under_so_far(table.take(space.has_options(table.X)))
+    return space.matrix(proposed_now(model, table, points, n, options.seed or 0, last_round))
 
-    def of_surrogates(self, options: RunOptions, store: StudyStore, n: int) -> list[Values]:
-        """Return up to n designs that surrogates propose."""
-        if n == 0:
-            return []
-        import pandas as pd
 
-        from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
-
-        model = self._model
-        space = model.space
-        designs = model.designs(
-            dict(pd.DataFrame(self._pending, columns=[*model.layout.variables]))
-        )
-        pending = space.points(designs[space.has_options(designs)])
-        table = store.whole()
-        table = model.under_so_far(table.take(space.has_options(table.X)))
-        seed = options.seed or 0
-        points = proposed_now(model, table, pending, n, seed, self.round_number - 1)
-        return self._first(space.matrix(points), n)
-
-    def _first(self, X: Designs, n: int) -> list[Values]:
-        """Return the first n new ones of some designs; from now on they are known and pending."""
-        layout = self._model.layout
-        columns = columns_of_designs(layout.variables, layout.kinds, X)
-        designs: list[Values] = []
-        for values in zip(*(column.tolist() for column in columns.values()), strict=True):
-            if values not in self._known and len(designs) < n:
-                self._known.add(values)
-                designs.append(dict(zip(columns, values, strict=True)))
-        self._pending += designs
-        return designs
+def _unknown_designs(model: Model, X: Designs, known: set[tuple[Any, ...]], n: int) -> list[Values]:
+    """Return the first n designs that are not known; from now on they are."""
+    layout = model.layout
+    columns = columns_of_designs(layout.variables, layout.kinds, X)
+    designs: list[Values] = []
+    for values in zip(*(column.tolist() for column in columns.values()), strict=True):
+        if values not in known and len(designs) < n:
+            known.add(values)
+            designs.append(dict(zip(columns, values, strict=True)))
+    return designs
 
 
 # Telling

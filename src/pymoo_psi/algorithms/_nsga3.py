@@ -101,8 +101,6 @@ def nsga3(
     if scaled:
         problem = LogScaled(problem)
     budget = integer("n_evaluations", n_evaluations, minimum=1)
-    if seed is not None:
-        integer("seed", seed, minimum=0)
     require_known_keywords("nsga3", NSGA3, kwargs)
     if problem.n_obj < 2:
         rule = "at least 2 for NSGA-III"

@@ -128,7 +128,11 @@ class Task:
         self.Y = _learned_values(table, outputs, operands, n_uniform, self.unknown)
         self.eligible = table.eligible()
         self.n_obj = len(table.layout.objectives)
-        self.limits = _limits_by_index([*table.layout.constraints, *numeric_limits], outputs)
+        self.limits = []
+        for name in (*table.layout.constraints, *numeric_limits):
+            for j, output in enumerate(outputs):
+                if output.name == name:
+                    self.limits.append((j, output.least, output.greatest))
         self.low, self.high = _limits_of_cube(variables, space, numeric_limits, names)
         self.ranges = _ranges(table)
         self.is_narrowed = bool(numeric_limits)
@@ -240,18 +244,6 @@ def _outputs(
             is_tested = name in tested.columns
             outputs.append(_Output(name, *limit, is_tested, is_limited=True))
     return outputs
-
-
-def _limits_by_index(
-    names: Sequence[str], outputs: Sequence[_Output]
-) -> list[tuple[int, float, float]]:
-    """Return ``(column, least, greatest)`` for the outputs of these names, in their order."""
-    limits = []
-    for name in names:
-        for j, output in enumerate(outputs):
-            if output.name == name:
-                limits.append((j, output.least, output.greatest))
-    return limits
 
 
 def _limits_of_cube(

@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import BlockFilter
+from pymoo_psi.algorithms._executor import PieceTask
 from pymoo_psi.algorithms._options import (
     AlgorithmKeywords,
     PointKeywords,
@@ -554,7 +554,7 @@ def investigate(
     run, table = repeated_tests(tested, problem, n_points, settings)
     model = run.model
     if is_noisy:
-        table = BlockFilter(keep, model)(averaged_repeats(table))
+        table = PieceTask(model, keep).needed(averaged_repeats(table))
     table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(model.under_so_far(table).pareto())
@@ -570,7 +570,7 @@ def investigate(
 def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     # Workers may have filtered their tests already; then it takes hardly any time.
-    block_filter = BlockFilter(keep, run.model)
+    task = PieceTask(run.model, keep)
     n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -579,7 +579,7 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for block in blocks:
-            tables.append(block_filter(block.tests))
+            tables.append(task.needed(block.tests))
             n_tested += len(block.numbers)
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))

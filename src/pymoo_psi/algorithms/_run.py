@@ -11,7 +11,6 @@ workers and any size of a block.
 from __future__ import annotations
 
 import json
-import sys
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
@@ -42,7 +41,7 @@ from pymoo_psi.algorithms._sources import (
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import problem_identity, require_no_permutation
-from pymoo_psi.study import further_tests
+from pymoo_psi.study import LAST, further_tests
 from pymoo_psi.table import Formulation, TestTable, limit_text
 
 # Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
@@ -100,25 +99,21 @@ class _Progress:
         self.last_started = points.numbers.max(initial=self.last_started)
         return points
 
-    def take_all(self) -> Generator[Block]:
-        """Take all tests that are ready."""
-        while self.ready:
-            block = self.ready.pop(0)
-            self.drop(block.numbers)  # a filter may have left out some of their tests
-            yield block
-
     def take(self, last: int) -> list[Block]:
         """Take the ready tests of the points up to a number."""
         blocks = []
         later = []
         for block in self.ready:
             is_due = block.numbers <= last
-            if is_due.any():
+            if is_due.all():  # a filter may have left out some of its tests
+                blocks.append(block)
+            elif is_due.any():
                 blocks.append(block.rows(is_due))
-                self.drop(blocks[-1].numbers)
             if not is_due.all():
                 later.append(block.rows(~is_due))
         self.ready = later
+        for block in blocks:
+            self.drop(block.numbers)
         return blocks
 
     def drop(self, numbers: Numbers) -> None:
@@ -187,10 +182,10 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._progress.n_awaited = sys.maxsize
+        self._progress.n_awaited = LAST
         try:
             while self._advance():
-                yield from self._progress.take_all()
+                yield from self._progress.take(LAST)
         finally:
             self.close()
 

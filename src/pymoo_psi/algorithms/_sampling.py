@@ -78,6 +78,10 @@ class UniformSampling(Sampling):
 
         Raises:
             ArgumentValueError: The points are random, and there is no seed.
+
+        Example:
+            >>> LPTauSampling().identity(8, None)
+            'LP-tau from point 1'
         """
         text = self._name()
         if not self.extendable:
@@ -163,13 +167,7 @@ class LPTauSampling(UniformSampling):
         """
         return lp_tau(n_points, n_dim, first=self.first + first - 1)
 
-    def identity(self, n_points: int, seed: int | None) -> str:
-        """Return what determines the points, by which a study recognises them.
-
-        Example:
-            >>> LPTauSampling().identity(8, None)
-            'LP-tau from point 1'
-        """
+    def _name(self) -> str:
         return f"LP-tau from point {self.first}"
 
 
@@ -231,7 +229,12 @@ class QMCSampling(UniformSampling):
         if first > 1 and not self.extendable:
             rule = f"1 for the engine {self.engine!r}"
             raise invalid("first", rule, first, "use 'sobol' or 'halton'")
-        engine = self._scipy_engine(n_dim, random_state)
+        from scipy.stats import qmc  # takes most of a second to import
+
+        options = {"seed": random_state}
+        if self.engine != "poisson_disk":  # always random
+            options["scramble"] = self.scramble
+        engine = getattr(qmc, _ENGINES[self.engine])(n_dim, **options)
         # A seed gives the same points, whether they are drawn in one part or in several.
         if first > 1:
             points = engine.fast_forward(first - 1).random(n_points)
@@ -245,12 +248,3 @@ class QMCSampling(UniformSampling):
             rule = f"at most {len(points)}, all that the engine {self.engine!r} can place"
             raise invalid("n_samples", rule, n_points, "use another engine")
         return np.asarray(points)
-
-    def _scipy_engine(self, n_dim: int, random_state: Any) -> Any:
-        """Return the engine of SciPy."""
-        from scipy.stats import qmc  # takes most of a second to import
-
-        engine = getattr(qmc, _ENGINES[self.engine])
-        if engine is qmc.PoissonDisk:  # always random
-            return engine(n_dim, seed=random_state)
-        return engine(n_dim, scramble=self.scramble, seed=random_state)

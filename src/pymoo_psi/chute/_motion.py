@@ -14,7 +14,6 @@ from pymoo_psi._validation import (
     Mask,
     Received,
     finite_array,
-    instance,
     integer,
     invalid,
     known_name,
@@ -198,7 +197,7 @@ def broadcast(
     u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None
 ) -> tuple[Array, ...]:
     """Return (u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0), checked and broadcast to one shape."""
-    parameters = instance("parameters", parameters or ChuteParameters(), ChuteParameters)
+    parameters = parameters or ChuteParameters()
     slope = finite_array("u1", u1)
     speed = finite_array("v_p", v_p)
     if (slope < 0).any():

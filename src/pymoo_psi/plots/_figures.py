@@ -22,7 +22,6 @@ from pymoo_psi._validation import (
     Names,
     Received,
     counted,
-    instance,
     invalid,
     known_name,
 )
@@ -452,9 +451,6 @@ def plot_indicators(comparison: Comparison) -> Drawing:
     Args:
         comparison: From :func:`pymoo_psi.compare`.
 
-    Raises:
-        ArgumentTypeError: ``comparison`` is not a comparison.
-
     Example:
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
@@ -464,9 +460,6 @@ def plot_indicators(comparison: Comparison) -> Drawing:
         >>> [ax.get_ylabel().split()[0] for ax in plot_indicators(comparison).axes]
         ['hypervolume', 'IGD+', 'additive', 'optimum']
     """
-    from pymoo_psi.comparison import Comparison
-
-    instance("comparison", comparison, Comparison, "compare(...) returns one")
     with panels(4, 2, height=61.0) as (figure, axes):
         for ax, indicator in zip(axes, _INDICATORS, strict=True):
             plot_indicator(comparison, indicator, ax)

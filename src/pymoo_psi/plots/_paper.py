@@ -16,7 +16,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid
+from pymoo_psi._validation import Array, Mask, Received, counted, invalid
 from pymoo_psi.chute import ChuteParameters, ModelName, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
 from pymoo_psi.plots._points import Column, Points, ranked_groups
@@ -88,7 +88,6 @@ def paper_figures(
 
     Raises:
         ArgumentValueError: The model is unknown or has no case.
-        ArgumentTypeError: ``reproduction`` is not a reproduction.
 
     Example:
         >>> from pymoo_psi.paper import Reproduction, solve_case
@@ -97,7 +96,6 @@ def paper_figures(
         >>> name, figure.caption.split(";")[0]
         ('figure_2', 'Criteria over the variables, as surfaces and as contours')
     """
-    instance("reproduction", reproduction, Reproduction)
     case = _case(reproduction, model)
     yield "figure_2", _surfaces_figure(model)
     for number, (title, coordinates) in _SPACES.items():

@@ -9,7 +9,6 @@ the least is meant. :func:`pymoo_psi.selection.compare_selectors` accepts all of
 
 from __future__ import annotations
 
-import numbers
 import warnings
 from collections.abc import Collection
 from functools import partial
@@ -164,7 +163,7 @@ class CompromiseProgramming(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         # Below 1 it would not be a norm; the comparison rejects NaN, too.
-        if not isinstance(p, numbers.Real) or not p >= 1:
+        if not p >= 1:
             raise invalid("p", "a number from 1 to inf", p)
         self.p: float = float(p)
         self.weights: Array | None = _of_sum_one(weights)
