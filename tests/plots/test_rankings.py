@@ -58,28 +58,20 @@ def test_figures_take_what_is_ranked_or_read():
     result = minimize(get_problem("bnh"), NSGA2(pop_size=20), ("n_gen", 4), seed=1)
     frame = pd.DataFrame(result.F, columns=["f1", "f2"])
     table = TestTable.of(range(1, len(frame) + 1), result.X, result.F)
-    by_places = [plot_ranking(source) for source in (table, result, result.F, frame)]
-    in_pairs = [plot_objectives(source) for source in (table, result, result.F, frame)]
-    matrices = [plot_table(source) for source in (table, result)]
-    for same in (by_places, in_pairs, matrices):
-        for figure in same[1:]:
-            assert figure.caption == same[0].caption
-            for ax, first in zip(shown(figure), shown(same[0]), strict=True):
+    arrays = [result.F, frame]
+    for plot, others in ((plot_ranking, arrays), (plot_objectives, arrays), (plot_table, [])):
+        expected = plot(table)
+        for figure in map(plot, [result, *others]):
+            assert figure.caption == expected.caption
+            for ax, first in zip(shown(figure), shown(expected), strict=True):
                 assert ax.dataLim.bounds == first.dataLim.bounds
-
-
-def test_a_marked_line_has_the_name_only(ranking):
-    figure = plot_ranking(ranking, row=3)
-    assert ranking.name_of(3) in texts(figure)
-    assert not any("chosen" in text for text in texts(figure))
 
 
 def test_one_value_far_from_all_others_does_not_flatten_the_axes():
     costs = [1200, 1350, 2100, 2250, 1800, 1500, 1290, 1990, 45000]
     frame = pd.DataFrame({"cost": costs, "mass": [9, 8, 4, 3, 5, 7, 8.5, 4.5, 2]})
     (lines,) = shown(plot_ranking(rank_of_efficiency(frame)))
-    above = lines.child_axes[0].get_xticklabels()
-    assert above[0].get_text() == number(45000)  # as ranked
+    assert lines.child_axes[0].get_xticklabels()[0].get_text() == number(45000)  # as ranked
     table = TestTable.of(range(1, 10), np.ones((9, 1)), frame.to_numpy(float))
     figure = plot_objectives(table)
     assert 2250 < shown(figure)[0].get_xlim()[1] < 5000
@@ -89,6 +81,9 @@ def test_one_value_far_from_all_others_does_not_flatten_the_axes():
 
 @pytest.mark.parametrize("m", [1, 2, 8, 12])
 def test_any_number_of_objectives_has_a_whole_page(m):
-    figure = plot_ranking(ranked(m))
+    """A design that is marked has its name only."""
+    ranking = ranked(m)
+    figure = plot_ranking(ranking, row=3)
+    assert ranking.name_of(3) in texts(figure)
     assert len(shown(figure)) == 1
     assert_whole(figure)

@@ -31,11 +31,10 @@ def test_names_are_literal(name, text):
 
 def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh):
     before = dict(matplotlib.rcParams)
-    figures = [
-        plots.plot_table(chute), plots.plot_objectives(chute), plots.plot_ranking(chute.ranking()),
-        plots.plot_indicators(bnh),
-    ]  # fmt: skip
-    assert figures
+    plots.plot_table(chute)
+    plots.plot_objectives(chute)
+    plots.plot_ranking(chute.ranking())
+    plots.plot_indicators(bnh)
     assert dict(matplotlib.rcParams) == before
     assert Gcf.get_all_fig_managers() == []
 
@@ -76,33 +75,22 @@ def test_figures_are_saved_all_or_none(tmp_path):
     paths = plots.save_figures(figures(failing=False), tmp_path, 20, ".png")
     assert sorted(tmp_path.iterdir()) == sorted(paths)
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
-    made = plots.save_figures([("one", Figure(figsize=(1, 1)))], tmp_path / "new" / "folder", 20)
-    assert made[0].parent == tmp_path / "new" / "folder"
     never = (pytest.fail("a figure was drawn in vain") for _ in range(1))
     with pytest.raises(OSError, match="two.png"):
         plots.save_figures(never, tmp_path / "two.png", 20)
     refused("suffix must be one of ", plots.save_figures, never, tmp_path, 20, ".mp3")
 
 
-def test_figures_may_be_a_mapping(tmp_path):
-    by_name = {"one": Figure(figsize=(1, 1)), "two": Figure(figsize=(1, 1))}
-    paths = save_figures(by_name, tmp_path / "mapping", 20)
-    pairs = save_figures([*by_name.items()], tmp_path / "pairs", 20)
-    assert [path.name for path in paths] == [path.name for path in pairs] == ["one.png", "two.png"]
-
-
 def test_figures_for_journals(tmp_path):
     """TrueType fonts in PDF, the width in mm, and the figure as it was."""
     figure = Figure(figsize=(7.0, 3.5))
     figure.add_subplot().set_title("Title")
-    (path,) = save_figures([("one", figure)], tmp_path, suffix=".pdf", width=90)
+    folder = tmp_path / "new" / "folder"
+    (path,) = save_figures([("one", figure)], folder, suffix=".pdf", width=90)
     content = path.read_bytes()
-    assert b"/Type0" in content
-    assert b"/Type3" not in content
+    assert (b"/Type0" in content, b"/Type3" in content) == (True, False)
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", content)
-    wide, high = float(box[1]) / 72 * 25.4, float(box[2]) / 72 * 25.4
-    assert wide == pytest.approx(90, abs=0.1)
-    assert 45 <= high < 70
+    assert float(box[1]) / 72 * 25.4 == pytest.approx(90, abs=0.1)
     assert figure.get_size_inches().tolist() == [7.0, 3.5]
     assert figure.axes[0].title.get_fontsize() == Figure().add_subplot().title.get_fontsize()
     refused("width", save_figures, [("one", figure)], tmp_path, width=2)

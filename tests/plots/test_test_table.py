@@ -21,16 +21,17 @@ def points(ax):
 
 def in_groups(table, limits):
     """The group of every test, one by one."""
-    feasible, front = table.under(limits=limits).feasible(), table.under(limits=limits).pareto()
-    for status, ok, best in zip(table.status, feasible, front, strict=True):
-        name = "Pareto optimal" if best else "feasible, dominated" if ok else "infeasible"
-        yield {"ok": name, "infeasible": "infeasible", "failed": ""}[str(status)]
+    limited = table.under(limits=limits)
+    groups = np.where(limited.feasible(), "feasible, dominated", "infeasible").astype(object)
+    groups[limited.pareto()] = "Pareto optimal"
+    groups[table.status == "failed"] = ""
+    return groups
 
 
 @pytest.mark.parametrize("limits", [None, LIMITS])
 def test_every_test_is_in_its_group_in_every_plane(chute, limits):
     figure = plot_objectives(chute.under(limits=limits))
-    names = np.array([*in_groups(chute, limits)])
+    names = in_groups(chute, limits)
     for ax, pair in zip(shown(figure), [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)],
                         strict=True):  # fmt: skip
         for name, xy in points(ax).items():
@@ -86,8 +87,6 @@ def test_values_are_in_the_original_direction_and_units():
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("mass [kg]", "gain (max)")
     (ax,) = shown(plot_objectives(table, objectives=["mass", "heat"]))
     assert ax.get_ylabel() == "heat"
-    histograms = plot_table(table, variables=["width", "heat"], objectives=())
-    assert [ax.get_xlabel() for ax in shown(histograms)] == ["width", "heat"]
 
 
 def test_the_figure_of_a_table_is_a_matrix(osy):
@@ -115,13 +114,12 @@ def test_one_outlier_does_not_flatten_a_histogram_and_is_reported():
     X, F = random.random((200, 1)), random.random((200, 2))
     table = TestTable.of(range(1, 201), X, F, outputs={"heat": heat}, layout=layout)
     figure = plot_table(table, variables=["x1", "heat"], objectives=())
+    assert [ax.get_xlabel() for ax in shown(figure)] == ["x1", "heat"]
     heights = figure.axes[1].patches[0].get_data().values
     assert figure.axes[1].get_xlim()[1] < 1.1
     assert heights.max() < 25
     assert heights.sum() == pytest.approx(99.5)
     assert figure.caption.endswith(" Outside the histograms: 1 value of heat.")
-    assert {"bars: feasible (200)"} < {*texts(figure)}
-    assert len(texts(figure)) == 3
 
 
 def test_options_and_whole_numbers_have_places_of_their_own(mixed):
@@ -155,7 +153,6 @@ def test_any_name_can_be_drawn():
     table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), layout=layout)
     figure = plot_table(table.under(limits={"_g": 0.5}))
     assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
-    assert "limit _g ≤ 0.5" in texts(figure)
     assert_whole(figure, draw=True)
 
 
