@@ -13,7 +13,7 @@ import pymoo_psi
 from pymoo_psi import Formulation, paper
 from pymoo_psi.cli import _experiments
 from pymoo_psi.cli._app import app
-from pymoo_psi.table import FORMATS, read_table, suffixes_for
+from pymoo_psi.table import read_table
 
 COMMANDS = [
     "solve",
@@ -50,12 +50,6 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
     text = said(*command.split(), "--help")
     assert max(map(len, text.splitlines())) <= 80
     assert "..." not in text.partition("Commands:")[2]
-
-
-def test_help_names_all_formats(said):
-    for command, content in (("solve", "designs"), ("export", "tests")):
-        assert f"({', '.join(suffixes_for(content))})" in said(command, "--help").replace("\n", " ")
-    assert all(form.suffix in said("rank", "--help") for form in FORMATS)
 
 
 @pytest.mark.parametrize(
@@ -152,21 +146,15 @@ def test_every_default_of_a_command_is_that_of_python(said):
             found.add((name, option.name))
             if option.name in ONLY_THERE.get(name, ()):
                 assert f"[default: {default}" in " ".join(said(name, "--help").split())
-                continue
-            of_python = default_of(*SAME[name, option.name])
-            if isinstance(of_python, tuple):
-                of_python = ",".join(of_python)
-            assert default == of_python
+            else:
+                of_python = default_of(*SAME[name, option.name])
+                assert default == of_python or default.split(",") == list(of_python)
     assert found >= SAME.keys()
-    words = " ".join(said("solve", "--help").split())
-    assert "In Python, pymoo draws one unless given." in words
-    assert default_of(pymoo_psi.nsga3, "seed") is None
 
 
 def test_help_names_the_defaults_of_python_in_brackets(said):
     """Where a default depends on the problem, it is None in the option, and in brackets."""
     assert "[256,1024,4096; surrogate 64,128,256]" in " ".join(said("compare", "--help").split())
-    assert "by default 256, 1024 and 4096" in " ".join(pymoo_psi.compare.__doc__.split())
     mu = re.search(r"may be repeated \[(.*?)\]", " ".join(said("reproduce", "--help").split()))[1]
     assert [float(word) for word in mu.split(", ")] == [*default_of(paper.reproduce, "mu")]
     chute = " ".join(said("solve", "--help").split())
