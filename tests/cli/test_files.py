@@ -1,8 +1,8 @@
 """What the command writes and prints: nothing is lost or overwritten, on any terminal."""
 
-import csv
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -11,11 +11,9 @@ import pandas as pd
 import pytest
 
 from pymoo_psi.table import read_table
-from tests.formulas import CELLS, INERT
 from tests.processes import posix
 
 FRONT = "a,b\n1,2\n2,1\n3,0\n"
-DESIGNS = "name,µ,×\nα,1,2\nβ,2,1\n"
 
 
 @pytest.fixture
@@ -48,11 +46,9 @@ def workbook_of_others(path):
     path.with_suffix(".xlsx").rename(path)
 
 
-
 def archive(path):
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("a", "b")
-
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
@@ -113,8 +109,6 @@ def test_a_ranking_comes_back_and_without_its_metadata_is_refused(said, tmp_path
     said("rank", "o.csv", "--objectives", "a [µg],b", "--maximize", "b")
 
 
-
-
 def test_a_narrow_reader_is_shown_every_number(said, tmp_path, monkeypatch):
     """Columns that do not fit stand below; a cell that ends with … would be another number."""
     text = 'mass of the gearbox,"noise, level",axial force\n1234.5,71.25,3\n987.25,75.5,1\n'
@@ -128,14 +122,6 @@ def test_a_narrow_reader_is_shown_every_number(said, tmp_path, monkeypatch):
     rows = [line.split()[0] for line in table.splitlines() if line[:3].strip().isdigit()]
     assert rows == rows[:2] * (len(rows) // 2)  # the number leads each part
     assert len(rows) > 2
-
-
-def process(*words, folder, **environment):
-    """The command in a process of its own, as a shell starts it."""
-    return subprocess.run(
-        [sys.executable, "-m", "pymoo_psi", *words],
-        cwd=folder, capture_output=True, env={**os.environ, **environment},
-    )  # fmt: skip
 
 
 @posix
