@@ -19,7 +19,6 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
-from pymoo_psi.table import read_table
 from tests.refusals import refused
 
 
@@ -146,19 +145,15 @@ def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     if "heat" in table.layout.outputs:
         assert np.isfinite(table.column("heat")[met]).all()
     assert {*table.to_frame()["violated"][~met]} == {"slender: height <= 2*width"}
-    run = minimize(make(), PSI(64))
+    run = minimize(Required(make()), PSI(64))
     assert run.algorithm.table.equals(table)
     assert run.algorithm.evaluator.n_eval == met.sum()
-    assert investigate(Required(make()), 64).equals(table)
 
 
-def test_a_study_continues_with_them(tmp_path):
-    whole = investigate(Plain(), 48)
-    investigate(Plain(), 20, study=tmp_path / "run.db")
-    assert investigate(Plain(), 48, study=tmp_path / "run.db").equals(whole)
-    read = read_table(tmp_path / "run.db")
-    assert read.equals(whole)
-    stricter = investigate(Plain(), 48, study=tmp_path / "run.db", requirements=["height <= width"])
+def test_a_study_continues_with_them(study_file):
+    investigate(Plain(), 20, study=study_file)
+    assert investigate(Plain(), 48, study=study_file).equals(investigate(Plain(), 48))
+    stricter = investigate(Plain(), 48, study=study_file, requirements=["height <= width"])
     alone = investigate(Plain(), 48, requirements=["height <= width"])
     by_point = np.argsort(stricter["test_point"])
     np.testing.assert_array_equal(stricter.X[by_point], alone.X)
