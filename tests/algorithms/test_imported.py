@@ -144,12 +144,9 @@ def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
 
 
 def test_means_of_tests_are_no_tests(tmp_path):
-    study = tmp_path / "a.db"
-    means = investigate(Noisy(), 8, repeat=3, study=study)
+    means = investigate(Noisy(), 8, repeat=3)
     means.to_csv(tmp_path / "means.csv")
-    means.to_study(tmp_path / "means.db")
-    frame = means.to_frame()
-    for source in (means, frame, tmp_path / "means.csv", tmp_path / "means.db"):
+    for source in (means, means.to_frame(), tmp_path / "means.csv"):
         refused(
             "single ones, got means with 'f1 standard error'; give the study",
             import_tests,
@@ -163,14 +160,11 @@ def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_pa
     problem = get_problem("bnh")
     table = investigate(problem, 64)
     assert "infeasible" in table.status
-    frame = pd.DataFrame({name: table[name] for name in table.layout.columns})
-    frame["status"] = table.status
-    frame.to_csv(tmp_path / "old.csv", index=False)
+    table.to_csv(tmp_path / "old.csv")
     tests = import_tests(problem, tmp_path / "old.csv", options)
     assert tests.remarks[0] == "64 of 64 tests taken, 0 known already."
     assert tests.status.tolist() == table.status.tolist()
-    search = SurrogatePSI(4, study=options.study)
-    new = minimize(problem, search, seed=1).algorithm.table
+    new = minimize(problem, SurrogatePSI(4, study=options.study), seed=1).algorithm.table
     assert (new["proposal_round"] > 0).all()  # the 64 tests stand for the first points
 
 

@@ -96,14 +96,14 @@ def test_outputs_are_those_of_the_model_however_the_tests_are_made(study_file):
     assert result.algorithm.table.equals(whole)
     assert read_table(study_file).equals(whole)
     assert np.array_equal(result.pop.get("heat"), whole.column("heat"), equal_nan=True)
-    for told in (PSI(48, study=study_file, block_size=9), PSI(48, block_size=9)):
-        told.setup(FailureTolerant(One(**TOLD)))
-        while told.has_next():
-            infills = told.ask()
-            infills.set("mark", 1.0)  # of the user, no output
-            told.evaluator.eval(told.problem, infills)
-            told.tell(infills=infills)
-        assert told.table.equals(whole)
+    told = PSI(48, block_size=9)
+    told.setup(FailureTolerant(One(**TOLD)))
+    while told.has_next():
+        infills = told.ask()
+        infills.set("mark", 1.0)  # of the user, no output
+        told.evaluator.eval(told.problem, infills)
+        told.tell(infills=infills)
+    assert told.table.equals(whole)
 
 
 def test_a_vectorised_model_gives_the_outputs_of_one_that_takes_one_design():
@@ -151,8 +151,5 @@ def test_names_and_directions_of_a_study_can_be_changed_without_a_test(study_fil
     assert investigate(Model(), 8, study=study_file, **changed).equals(
         investigate(Model(), 8, **changed)
     )
-    read = read_table(study_file)
-    np.testing.assert_array_equal(read["lift"], -first["f2"])
-    np.testing.assert_array_equal(read.F, first.F)
-    assert read.layout.maximize == ("lift",)
+    np.testing.assert_array_equal(read_table(study_file)["lift"], -first["f2"])
     assert len(Study(study_file).facts().runs) == 1

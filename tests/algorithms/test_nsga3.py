@@ -179,17 +179,10 @@ def test_permutations_stay_permutations(problem):
     assert len(np.unique(X.astype(int), axis=0)) > 10
 
 
-def test_a_problem_that_says_so_needs_no_sampling():
+def test_a_problem_that_says_so_needs_no_sampling(tmp_path):
     problem = Tours()
     problem.permutation = True
-    require_tours(nsga3(problem, 100, seed=1).pop.get("X"))
-
-
-def test_tours_are_kept_by_a_recorded_problem(tmp_path):
-    problem = Recorded(Tours(), study=tmp_path / "tours.db")
-    nsga3(problem, 60, seed=1, sampling=PermutationRandomSampling())
-    require_tours(problem.table.X)
-    assert len(problem.table) == 60
+    require_tours(nsga3(Recorded(problem, study=tmp_path / "s.db"), 100, seed=1).pop.get("X"))
 
 
 JOBS = FlowshopScheduling(np.random.default_rng(1).random((3, 6)))
@@ -216,6 +209,5 @@ def test_integers_with_other_bounds_are_no_permutations(n, high):
 def test_integers_that_may_be_equal_can_say_so():
     problem = Tours()
     problem.permutation = False
-    assert len(investigate(problem, 8)) == 8
-    X = nsga3(problem, 60, seed=1).pop.get("X")
+    X = investigate(problem, 8).X
     assert (np.sort(X.astype(int)) != np.arange(8)).any()
