@@ -254,25 +254,6 @@ def test_figures_and_reports_speak_of_the_designs_left():
     assert compared > 100
 
 
-def test_the_command_says_the_same_of_the_rows_left(said, tmp_path, monkeypatch):
-    monkeypatch.delenv("COLUMNS", raising=False)  # each sentence is a line
-    for example in EXAMPLES:
-        outputs = []
-        for name, table in (("limited", example.limited), ("left", example.left)):
-            path = tmp_path / f"{name}.csv"
-            table.tested.to_csv(path)
-            decision = tmp_path / f"{name}.json"
-            table.formulation.to_json(decision)
-            out = tmp_path / f"{name}-ranked.csv"
-            text = said("rank", path, "--decision", decision, "--out", out)
-            text = text.replace(str(path), "FILE").replace(str(out), "OUT")
-            sentences = re.split(r"\n(?=[A-Za-z0-9])", text)
-            outputs.append([text for text in sentences if not OF_LIMITS.search(text)])
-            outputs.append(out.read_text("utf-8"))
-        assert outputs[0] == outputs[2]
-        assert outputs[1] == outputs[3]
-
-
 def asked_of_page(table, names):
     """Return what the page of a table is asked for, in the state in which it opens."""
     payload = payload_of(decision_page(table))

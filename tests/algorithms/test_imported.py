@@ -49,27 +49,6 @@ def options(study_file):
 RESULTS = pd.DataFrame({"a": [0.5, 0.25, 0.75], "f": [1.5, 2.5, 1.0], "g": [2.0, 1.0, 3.0]})
 
 
-def as_study(frame, lab, path):
-    import_tests(lab, frame, RunOptions(study=path))
-    return path
-
-
-def as_csv(frame, lab, path):
-    frame.to_csv(path.with_suffix(".csv"), index=False)
-    return path.with_suffix(".csv")
-
-
-@pytest.mark.parametrize("source_of", [as_csv, as_study, lambda frame, lab, path: frame])
-def test_outputs_that_are_expressions_are_computed(source_of, lab, options, tmp_path):
-    source = source_of(RESULTS.assign(h=1.0), lab, tmp_path / "source.db")
-    remarks = import_tests(lab, source, options).remarks
-    assert remarks == ("3 of 3 tests taken, 0 known already.",)
-    table = read_table(options.study)
-    np.testing.assert_array_equal(table["ratio"], RESULTS["f"] / RESULTS["g"])
-    np.testing.assert_array_equal(table["double"], 2 * RESULTS["f"] / RESULTS["g"] + 1)
-    assert (table.status == "ok").all()
-
-
 def test_a_contradiction_is_said_and_the_computed_value_counts(lab, options):
     frame = RESULTS.assign(h=1.0, ratio=[0.75, 99.0, 0.333333], double=[2.5, np.nan, 77.0])
     _, *remarks = import_tests(lab, frame, options).remarks

@@ -9,68 +9,17 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import (
     PSI,
-    JoblibRunner,
     Recorded,
     SphereChute,
     SurrogatePSI,
-    TestTable,
     VectorizedSphereChute,
     investigate,
     read_table,
 )
-from pymoo_psi.algorithms import PointAlgorithm, Points, RunOptions, Source, run_of_sequence
+from pymoo_psi.algorithms import RunOptions
 from pymoo_psi.study import Study
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
-
-
-class Halving(Source):
-    """Points of a sequence, then, one by one, half way from the best test to the middle."""
-
-    def __init__(self, sequence, n_points):
-        self.sequence, self.n_points = sequence, n_points
-        self.given, self.tests = Points.none(), TestTable.empty()
-
-    @property
-    def n_left(self):
-        return self.n_points - len(self.given)
-
-    def tell(self, tests):
-        self.tests = self.tests.extended(tests)
-
-    def ask(self, count):
-        points = Points.none()
-        if len(self.given) == 0:
-            points = dataclasses.replace(self.sequence, coordinates=self.sequence.cube_points)
-        elif len(self.tests) == len(self.given):
-            row = self.tests.numbers[self.tests.F[:, 0].argmin()] - 1
-            unit = (self.given.cube_points[row] + 0.5) / 2
-            number = len(self.given) + 1
-            points = Points(np.array([number]), 2, unit[None])
-        self.given = self.given.joined(points)
-        return points
-
-
-class HalvingPSI(PointAlgorithm):
-    def __init__(self, n_points, options):
-        super().__init__(n_points, options, None)
-
-    def begin(self, options):
-        run = run_of_sequence(self.problem, 8, options)
-        run.source = Halving(run.source.ask(8), self.n_points)
-        return run
-
-
-@pytest.mark.parametrize("runner", [None, JoblibRunner(2, in_process=False)])
-def test_a_source_of_points_is_all_that_a_new_method_needs(tmp_path, runner):
-    problem = CHUTE if runner is None else SphereChute(0.4, elementwise_runner=runner)
-    tables = []
-    for n in (10, 12):
-        algorithm = HalvingPSI(n, RunOptions(study=tmp_path / "s.db"))
-        tables.append(minimize(problem, algorithm).algorithm.table)
-    assert tables[1].take(np.arange(10)).equals(tables[0])
-    assert read_table(tmp_path / "s.db").equals(tables[1])
-    assert tables[1].numbers.tolist() == list(range(1, 13))
 
 
 @pytest.mark.parametrize("n_before", [0, 8, 10])

@@ -64,23 +64,20 @@ def test_a_continued_sequence_is_the_whole_one():
         np.testing.assert_array_equal(np.concatenate(parts), whole)
 
 
-def test_bad_arguments(study_file):
-    rule = "more must be used with a sequence that can be continued"
-    refused(rule, investigate, PROBLEM, 8, sampling="lhs", seed=1, more=True, study=study_file)
-    refused("got 'soboll'; did you mean 'sobol'", QMCSampling, "soboll", error=ValueError)
-    refused(
-        "at most 51 for LPτ, got 60; use QMCSampling",
-        LPTauSampling().do,
-        get_problem("zdt1", n_var=60),
-        10,
-        error=ValueError,
-    )
-    refused(
-        "n_samples must be at most .* use another engine",
-        QMCSampling("poisson_disk").do,
-        get_problem("bnh"),
-        100_000,
-    )
+MANY, TWO = get_problem("zdt1", n_var=60), get_problem("bnh")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: investigate(TWO, 8, sampling="lhs", seed=1, more=True, study="s.db"), "more must be used with a sequence that can be continued"),
+        (lambda: QMCSampling("soboll"), "got 'soboll'; did you mean 'sobol'"),
+        (lambda: LPTauSampling().do(MANY, 10), "at most 51 for LPτ, got 60; use QMCSampling"),
+        (lambda: QMCSampling("poisson_disk").do(TWO, 100_000), "n_samples must be at most .* use another engine"),
+    ],
+)  # fmt: skip
+def test_bad_arguments(call, message, in_folder):
+    refused(message, call)
 
 
 class Pinned(ElementwiseProblem):

@@ -2,48 +2,13 @@
 
 import os
 
-import numpy as np
 import pytest
-from pymoo.core.problem import Problem
-from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, QMCSampling, VectorizedSphereChute, investigate
+from pymoo_psi import QMCSampling, VectorizedSphereChute, investigate
 from pymoo_psi.table import read_table
 from tests.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4)
-
-
-class Holed(Problem):
-    """Fails at some points, and says in which process it runs."""
-
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = np.column_stack([x[:, 0] ** 2 + x[:, 1], (1 - x[:, 0]) ** 2 + x[:, 1]])
-        out["F"][x[:, 0] == 0.5] = np.nan
-        out["G"] = x[:, :1] - 0.9
-
-
-def of_psi(n, **options):
-    return minimize(Holed(), PSI(n, **options)).algorithm.table
-
-
-def of_investigate(n, **options):
-    return investigate(Holed(), n, **options)
-
-
-@pytest.mark.parametrize("by", [of_psi, of_investigate])
-@pytest.mark.parametrize("sampling", [None, QMCSampling("sobol", scramble=False)])
-def test_shares_together_are_the_run(tmp_path, by, sampling):
-    whole = by(300, first=3, sampling=sampling)
-    parts = []
-    for k in (2, 3, 1):
-        parts.append(by(300, first=3, sampling=sampling, share=(k, 3), study=tmp_path / "runs"))
-    assert sum(map(len, parts)) == 300
-    assert parts[0].merge(parts[1]).merge(parts[2]).equals(whole)
-    assert read_table(tmp_path / "runs").equals(whole)
 
 
 @pytest.mark.parametrize(
@@ -59,8 +24,8 @@ def test_shares_together_are_the_run(tmp_path, by, sampling):
     ],
 )
 def test_mistakes(options, message, in_folder):
-    of_investigate(8, study="s.db")
-    refused(message, of_investigate, 8, **options)
+    investigate(CHUTE, 8, study="s.db")
+    refused(message, investigate, CHUTE, 8, **options)
 
 
 def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path):

@@ -91,18 +91,6 @@ def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_h
     assert "near tie" in kinds(F)
 
 
-def test_one_outlier_moves_the_choice_and_is_named():
-    """It stretches a range, so that all others look equally good in that objective."""
-    F = pd.DataFrame(np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-0.01, 80.0]]]))
-    assert (
-        rank_of_efficiency(F).salukvadze.tolist() != rank_of_efficiency(F[:-1]).salukvadze.tolist()
-    )
-    assert said(F, "outlier").startswith(
-        "Without design 101, the range of 1 would be 80 times narrower"
-    )
-    assert kinds(F[:-1]) == []
-
-
 SHAPES = ("convex", "concave", "straight", "in pieces", "in clusters")
 
 

@@ -88,12 +88,17 @@ def test_what_could_be_a_placeholder_is_refused_by_its_line(tmp_path, text):
     )
 
 
-def test_a_wrong_format_is_named_with_its_placeholder(tmp_path):
-    message = re.escape("got '{x:d}' (Unknown format code 'd' for object of type 'float')")
-    refused(f"in.txt, line 1.*{message}", problem_with, tmp_path, "{x:d}")
-    steel = {"steel": {"choices": ["S235", "S355"]}}
-    message = re.escape("got '{steel:.6g}' (Unknown format code 'g' for object of type 'str')")
-    refused(f"in.txt, line 1.*{message}", problem_with, tmp_path, "{steel:.6g}", variables=steel)
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("{x:d}", "Unknown format code 'd' for object of type 'float'"),
+        ("{steel:.6g}", "Unknown format code 'g' for object of type 'str'"),
+    ],
+)
+def test_a_wrong_format_is_named_with_its_placeholder(tmp_path, text, reason):
+    variables = VARIABLES | {"steel": {"choices": ["S235", "S355"]}}
+    message = f"in.txt, line 1.*{re.escape(f'got {text!r} ({reason})')}"
+    refused(message, problem_with, tmp_path, text, variables=variables)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,6 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.study import Study
-from pymoo_psi.table import read_table
 from tests.refusals import refused
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
@@ -113,10 +112,8 @@ def test_every_way_of_testing_gives_one_table(study_file):
     part = Restricted(Beam(), box)
     part.elementwise_runner = JoblibRunner(2)
     assert investigate(part, 48).equals(table)
-    for n in (16, 48):
-        result = minimize(Restricted(Beam(), box), PSI(n, study=study_file))
+    result = minimize(Restricted(Beam(), box), PSI(48, study=study_file))
     assert result.algorithm.table.equals(table)
-    assert read_table(study_file).equals(table)
     assert investigate(FailureTolerant(Restricted(Beam(), box)), 48).equals(table)
     refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), box)
 
