@@ -65,8 +65,6 @@ def _message(name: str, rule: str, received: object, remedy: str) -> str:
 
 
 def _shown(value: object) -> str:
-    if isinstance(value, np.ndarray) and value.ndim == 0:  # repr() would say array(3)
-        value = value.item()
     text = repr(value)
     if isinstance(value, Received):
         text = value.strip()
@@ -106,10 +104,10 @@ def instance(name: str, value: object, kind: type[Class], remedy: str = "") -> C
     return value
 
 
-def mapping(name: str, value: object, what: str, remedy: str = "") -> Mapping[Any, Any]:
+def mapping(name: str, value: object, what: str) -> Mapping[Any, Any]:
     """Return ``value``; it must be a mapping of a kind such as "names to units"."""
     if not isinstance(value, Mapping):
-        raise wrong_type(name, f"a mapping from {what}", value, remedy)
+        raise wrong_type(name, f"a mapping from {what}", value)
     return value
 
 

@@ -147,19 +147,18 @@ class EvaluationError(PsiError, RuntimeError):
 
 
 class RunError(PsiError, RuntimeError):
-    """A run of a comparison ended in an error of the algorithm or of the problem."""
+    """A run of a comparison ended in an error of the algorithm or of the problem.
 
-    def __init__(self, run: str, reason: str) -> None:
-        super().__init__(
+    Its arguments are the run and the reason.
+    """
+
+    def __str__(self) -> str:
+        """Return the message."""
+        run, reason = self.args
+        return (
             f"the run of {run} ended in {reason}; use FailureTolerant(problem) if designs fail, "
             "and leave out of algorithms what does not suit the problem"
         )
-        self.run = run
-        self.reason = reason
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the arguments of the constructor, not by the message."""
-        return type(self), (self.run, self.reason)
 
 
 class WorkerError(PsiError, RuntimeError):

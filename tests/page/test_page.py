@@ -64,10 +64,8 @@ def test_what_a_table_of_tests_knows_is_on_its_page():
     assert sent["names"] == ["test point 1", "test point 2"]
     assert column_of(sent, "gain").tolist() == [1, 4]
     assert column_of(sent, "heat").tolist() == [5, 6]
-    assert sent["remarks"] == [
-        "Not on the page: 1 failed design.",
-        "Not on the page: 1 infeasible design.",
-    ]
+    remark = "2 of 4 tests are on the page (2 ok, 1 infeasible, 1 failed)."
+    assert sent["remarks"] == [remark]
 
 
 def test_existing_designs_have_names_of_their_own():

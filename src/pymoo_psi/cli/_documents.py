@@ -404,11 +404,8 @@ def run_export(options: Options) -> int:
         raise ArgumentValueError(f"{' and '.join(options.sources)}: {error}") from error
     file_format = format_of(out, "tests")
     file_format.save_tests(out, table)
-    for name, source in zip(options.sources, tables, strict=True):
-        for remark in source.remarks:
-            if len(tables) > 1:
-                remark = f"{name}: {remark}"
-            say(remark)
+    for source in tables:
+        say(*source.remarks)
     if file_format is STUDY and "problem" not in (table.problem or {}):
         say("The problem of the tests is unknown: no run can continue the study.")
     size = counted(len(table), table.layout.words["row"])

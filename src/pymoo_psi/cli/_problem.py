@@ -176,7 +176,6 @@ def _construct(name: str, source: Any) -> Problem:
         if not isinstance(source, Problem):
             problem = source(**arguments)
         instance(f"PROBLEM {name}", problem, Problem, _REMEDY)
-        problem_name(problem)  # messages need it; it may be a method of the user's
     except PsiError:
         raise
     except (Exception, SystemExit) as error:

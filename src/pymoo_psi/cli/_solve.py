@@ -5,8 +5,8 @@ from __future__ import annotations
 import shlex
 import webbrowser
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -120,7 +120,9 @@ def run_solve(options: Options) -> int:
     if options.new:
         return write_example(options.problem)
     formulation = formulation_of(options)  # before a user's model is imported
-    n_points, more = options.points or (_default_points(options), False)
+    n_points, more = options.points or (_POINTS[options.algorithm], False)
+    if not options.points and options.problem.endswith(".toml"):
+        n_points = _POINTS_OF_PROGRAM
     _require_effect(options, more)
     keywords = {name: getattr(options, name) for name in _KEYWORDS}
     settings = RunOptions(**keywords, more=more, formulation=formulation)
@@ -178,13 +180,6 @@ def _require_effect(options: Options, more: bool) -> None:
         raise invalid(words[0], "used with --study", Received("no --study"))
 
 
-def _default_points(options: Options) -> int:
-    """Return how many designs to evaluate if that is not said."""
-    if options.problem.endswith(".toml"):
-        return _POINTS_OF_PROGRAM
-    return _POINTS[options.algorithm]
-
-
 def _plan(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Plan:
     """Return the plan, after what can be refused before the search."""
     model = Model(problem, settings)
@@ -219,18 +214,16 @@ def _search(options: Options, plan: Plan) -> Result:
         raise KeyboardInterrupt(f"{place} the same command continues") from None
 
 
-@contextmanager
-def _watched(options: Options) -> Iterator[None]:
-    """Show the run in the browser while the body does it, if that is asked for."""
+def _watched(options: Options) -> AbstractContextManager[Any]:
+    """Show the run in the browser if that is asked for, and until it ends."""
     if not options.live:
-        yield
-        return
+        return nullcontext()
     from pymoo_psi.server import live  # imports the page
 
-    with live(options.study, steer=True) as view:
-        say(view.address)
-        webbrowser.open(view.address)
-        yield
+    view = live(options.study, steer=True)
+    say(view.address)
+    webbrowser.open(view.address)
+    return view
 
 
 def _show_counts(show: Show, statuses: Counter[str], n_left: int) -> None:

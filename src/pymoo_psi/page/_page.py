@@ -13,14 +13,19 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, FilePath, Names, Received, counted, invalid, known_name
 from pymoo_psi.page._payload import payload, roles, values_of
 from pymoo_psi.pareto import cautions
 from pymoo_psi.table import Allowed, Formulation, TestTable, certainty_sentences, read_table
 
+# A policy that forbids other scripts and styles, and requests but to a source. Its last part makes
+# the browser refuse every text that a script would turn into markup: the user's names and labels
+# reach the page as text or not at all.
+_POLICY = (
+    "default-src 'none'; connect-src {}; script-src {}; style-src {}; base-uri 'none'; "
+    "form-action 'none'; require-trusted-types-for 'script'"
+)
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
@@ -148,7 +153,11 @@ def decision_page(
         received = Received(f"none of {len(designs)}")
         remedy = "loosen them, or leave them to the reader of the page"
         raise invalid("limits", "kept by one design or more", received, remedy)
-    designs = replace(designs, remarks=(*designs.remarks, *_left_out(table.under(limits={}))))
+    if len(designs) < len(table):
+        row = table.layout.words["row"]
+        counts = table.under(limits={}).status_counts()
+        remark = f"{len(designs)} of {counted(len(table), row)} are on the page ({counts})."
+        designs = replace(designs, remarks=(*designs.remarks, remark))
     prototype = existing_designs(prototype, table)
     origin = ""
     if isinstance(source, (str, PathLike)):
@@ -239,20 +248,6 @@ def designs_of_page(tests: TestTable) -> TestTable:
     return designs.take(~designs.repeats)
 
 
-def _left_out(table: TestTable) -> list[str]:
-    """Return remarks on how many tests are not on the page, and why."""
-    counts = {
-        f"{table.layout.words['failed']} design": np.sum(table.status == "failed"),
-        "infeasible design": np.sum(table.status == "infeasible"),
-        "repeated test": table.take(table.feasible()).repeats.sum(),
-    }
-    remarks = []
-    for word, count in counts.items():
-        if count:
-            remarks.append(f"Not on the page: {counted(count, word)}.")
-    return remarks
-
-
 # The document
 
 
@@ -273,7 +268,7 @@ def _html_of(title: str, payload: Entries) -> str:
     data = json.dumps(payload, allow_nan=False, separators=(",", ":"))
     parts = {
         "title": escape(title),
-        "policy": _policy(*scripts.values(), style=style, source=source),
+        "policy": _POLICY.format(source, " ".join(map(_digest, scripts.values())), _digest(style)),
         "style": style,
         # Within a script element only "<" can end it or open a comment.
         "payload": data.replace("<", "\\u003c"),
@@ -281,20 +276,6 @@ def _html_of(title: str, payload: Entries) -> str:
     }
     # In one pass, so that a text of the user that looks like a place is not filled in.
     return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))
-
-
-def _policy(*scripts: str, style: str, source: str) -> str:
-    """Return a policy that forbids other scripts and styles, and requests but to a source.
-
-    ``require-trusted-types-for`` makes the browser refuse every text that a script would turn
-    into markup: the user's names and labels reach the page as text or not at all.
-    """
-    digests = " ".join(map(_digest, scripts))
-    return (
-        f"default-src 'none'; connect-src {source}; script-src {digests}; "
-        f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'; "
-        "require-trusted-types-for 'script'"
-    )
 
 
 def _digest(text: str) -> str:

@@ -404,8 +404,8 @@ function left(data, state) {
   return {mask, count: sum(mask) - (total - n), rejected, times}
 }
 
-const limitText = ({name, unit}, end, value, text = apart(local(String(value)))) =>
-  `${name} ${end ? "at most" : "at least"} ${text}${unit ? ` ${unit}` : ""}`
+const limitText = ({name, unit}, end, value) =>
+  `${name} ${end ? "at most" : "at least"} ${apart(local(String(value)))}${unit ? ` ${unit}` : ""}`
 
 // A value with six digits, rounded up or down.
 function inSixDigits(value, isUp) {

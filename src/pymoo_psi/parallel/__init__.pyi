@@ -7,7 +7,6 @@ from ._runner import JoblibRunner as JoblibRunner
 # isort: split
 
 from ._evaluation import Result as Result
-from ._evaluation import Values as Values
 from ._evaluation import Waiting as Waiting
 from ._evaluation import evaluate_here as evaluate_here
 from ._evaluation import one_line as one_line

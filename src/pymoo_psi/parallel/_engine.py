@@ -17,7 +17,7 @@ import secrets
 import sys
 import time
 from collections import OrderedDict, deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import suppress
 from functools import partial
@@ -29,7 +29,7 @@ from typing import Any
 import cloudpickle
 
 from pymoo_psi import __version__
-from pymoo_psi._validation import Received, integer, invalid, wrong_type
+from pymoo_psi._validation import Entries, Received, integer, invalid, wrong_type
 from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     CHUNK_SECONDS,
@@ -209,11 +209,12 @@ class Tasks:
                 self._fill()
                 if not self._sent:
                     return
-                future = self._next_done()
-                if future is not None:
-                    yield from self._results_of(future, self._sent.pop(future))
-                else:
+                try:
+                    future = self._done.get(timeout=POLLING_SECONDS)
+                except Empty:  # workers may have joined
                     yield None
+                    continue
+                yield from self._results_of(future, self._sent.pop(future))
         finally:
             for future in self._sent:
                 with suppress(Exception):  # an executor that is gone
@@ -245,13 +246,6 @@ class Tasks:
         with suppress(BaseException):  # it is raised again where the result is read
             future.result()
         self._done.put(future)
-
-    def _next_done(self) -> Any:
-        """Return a future that is done; ``None`` after a moment, as workers may have joined."""
-        try:
-            return self._done.get(timeout=POLLING_SECONDS)
-        except Empty:
-            return None
 
     def _results_of(self, future: Any, waiting: Waiting) -> Iterator[Result]:
         """Yield the results of designs that were sent together; send what is left of them again."""
@@ -447,7 +441,7 @@ class DaskExecutor(Executor):
         options: Those of Dask's ``client.submit``, such as ``resources``.
     """
 
-    def __init__(self, client: Any, options: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, client: Any, options: Entries | None = None) -> None:
         self.client = client
         self._options = {**(options or {}), "pure": False}
 

@@ -27,9 +27,9 @@ import cloudpickle
 import numpy as np
 
 from pymoo_psi._modules import REMEDY, version_of, versions
+from pymoo_psi._validation import Values
 from pymoo_psi.errors import EvaluationError, WorkerError
 
-Values = dict[str, Any]
 Function = Callable[[Any], Values]
 Waiting = deque[tuple[int, Any]]  # designs to be evaluated, each with its index
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
@@ -77,7 +77,7 @@ class Cost:
         is_known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
         return is_known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
-    def chunk(self, waiting: int, workers: int, lasting: float = CHUNK_SECONDS) -> int:
+    def chunk(self, waiting: int, workers: int, lasting: float) -> int:
         """Return how many of the waiting designs to send together next, at least 1.
 
         They are at most half of a worker's share, so that all workers end together.

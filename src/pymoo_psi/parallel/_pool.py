@@ -302,7 +302,10 @@ class _Worker:
         if isinstance(flaw, WorkerError):
             raise flaw
         if flaw:
-            raise _cannot_load(flaw)
+            raise WorkerError(
+                f"a worker process cannot load the problem: {flaw}; define it in a module that can "
+                "be imported, or in the main script"
+            )
         self.run = work.run
         results: list[Result] = []
         while len(results) < len(designs):
@@ -349,13 +352,6 @@ class _Worker:
         if 128 < code < 160:  # a guard reports signals as shells do
             return signal.Signals(code - 128).name
         return f"exit code {code}"
-
-
-def _cannot_load(reason: str) -> WorkerError:
-    return WorkerError(
-        f"a worker process cannot load the problem: {reason}; define it in a module that can be "
-        "imported, or in the main script"
-    )
 
 
 # Programs of users, each run by a worker, which ends it with this process, however that ends.

@@ -14,13 +14,12 @@ from functools import partial
 from typing import Any
 
 from pymoo_psi._modules import require_unchanged
-from pymoo_psi._validation import Received, boolean, invalid, job_count, positive_number
+from pymoo_psi._validation import Received, Values, invalid, job_count, positive_number
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     Cost,
     Function,
     Result,
-    Values,
     Waiting,
     evaluate_here,
 )
@@ -204,7 +203,7 @@ class JoblibRunner(Runner):
     ) -> None:
         super().__init__(timeout)
         self.n_jobs = job_count("n_jobs", n_jobs)
-        self.in_process = boolean("in_process", in_process)
+        self.in_process = in_process
         self._started = False
         self._on_backend: tuple[Any, Runner] | None = None
 
@@ -341,7 +340,7 @@ def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
     """
     from pymoo.util.display.progress import ProgressBar
 
-    if not boolean("progress", progress):
+    if not progress:
         yield lambda share, note="": None
         return
     ipython = sys.modules.get("IPython")

@@ -20,12 +20,11 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
-from pymoo_psi._validation import AnyArray, Array, Mask, known_name
+from pymoo_psi._validation import AnyArray, Array, Mask, Values, known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
     Result,
     Runner,
-    Values,
     Waiting,
     evaluate_here,
     one_line,

@@ -52,7 +52,6 @@ from pymoo_psi.problems._settings import (
     section,
     sections,
     settings_of,
-    units_of,
 )
 from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
 from pymoo_psi.table import Expression
@@ -167,7 +166,10 @@ class ProgramProblem(ElementwiseProblem):
         self.variables = {name: setting.variable for name, setting in settings.items()}
         self.log = [name for name, setting in settings.items() if setting.scale == "log"]
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
-        self.units = units_of(settings | self.outputs)
+        self.units = {}
+        for name, entry in (settings | self.outputs).items():
+            if entry.unit:
+                self.units[name] = entry.unit
         directions = section("objectives", Directions, objectives)
         self.objectives = [*directions.minimize, *directions.maximize]
         self.maximize = [*directions.maximize]

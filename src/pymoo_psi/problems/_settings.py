@@ -16,7 +16,6 @@ import numpy as np
 from pymoo.core.variable import Choice, Integer, Real
 
 from pymoo_psi._validation import (
-    Entries,
     Names,
     Received,
     Values,
@@ -368,11 +367,6 @@ def limits_on_outputs(texts: Any) -> list[OutputLimit]:
         for sign, value in sides_of_text(f"the limit on {output}", text).items():
             limits.append(OutputLimit(output, sign, value))
     return limits
-
-
-def units_of(entries: Entries) -> dict[str, str]:
-    """Return the units of variables or outputs that have one, by name."""
-    return {name: entry.unit for name, entry in entries.items() if entry.unit}
 
 
 def sections(where: str, kind: type[Any], entries: Any) -> Values:
