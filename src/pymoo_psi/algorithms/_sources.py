@@ -94,11 +94,14 @@ class Points:
         if len(others) == 0:
             return self
         numbers = np.concatenate([self.numbers, others.numbers])
-        parts: list[Any] = [self.coordinates, self.rounds, self.designs]
-        for j, part in enumerate((others.coordinates, others.rounds, others.designs)):
+        coordinates = None
+        if self.coordinates is not None or others.coordinates is not None:
+            coordinates = np.concatenate([self.cube_points, others.cube_points])
+        parts: list[Any] = [self.rounds, self.designs]
+        for j, part in enumerate((others.rounds, others.designs)):
             if part is not None:
                 parts[j] = np.concatenate([parts[j], part])
-        return Points(numbers, self.n_dim, *parts)
+        return Points(numbers, self.n_dim, coordinates, *parts)
 
 
 class Source:
