@@ -152,12 +152,12 @@ def _beyond_bounds(model: Model, results: Columns) -> list[str]:
     """Return remarks on the values outside the bounds."""
     layout = model.layout
     remarks = []
-    for j, name in enumerate(layout.variables):
-        if layout.kinds[j] is Kind.CHOICE:
-            continue
-        low = layout.lower[j]
-        high = layout.upper[j]
+    for name, kind, low, high in zip(
+        layout.variables, layout.kinds, layout.lower, layout.upper, strict=True
+    ):
         values = results[name]
+        if kind is Kind.CHOICE:
+            continue
         beyond = values[values != np.clip(values, low, high)]
         if len(beyond):
             n = counted(len(beyond), "test")

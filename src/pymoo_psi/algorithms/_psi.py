@@ -93,9 +93,6 @@ class PointAlgorithm(WithTable, Algorithm):
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
-        # the rows of the Pareto-optimal designs of the first tests, and the number of these tests
-        self._optimal_rows = np.zeros(0, dtype=np.intp)
-        self._n_filtered = 0
         keywords.setdefault("evaluator", _Evaluator())
         keywords.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **keywords)
@@ -321,10 +318,7 @@ class PointAlgorithm(WithTable, Algorithm):
         """The Pareto-optimal designs, or the least infeasible one; the best of one objective."""
         if self.n_tested == 0:
             return None
-        if self._n_filtered < self.n_tested:
-            self._optimal_rows = np.flatnonzero(self._under(self._tests).pareto())
-            self._n_filtered = self.n_tested
-        rows = self._optimal_rows
+        rows = np.flatnonzero(self._under(self._tests).pareto())
         if len(rows) == 0:
             violation = self._run.model.total_violation(self._tests)
             violation = np.nan_to_num(violation, nan=np.inf)

@@ -53,7 +53,7 @@ class Points:
     def __reduce__(self) -> tuple[Any, ...]:
         """Send consecutive numbers as a range: half a megabyte takes as long as 7000 designs."""
         numbers: Any = self.numbers
-        if self._consecutive:
+        if len(numbers) > 0 and (np.diff(numbers) == 1).all():
             numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
         return Points, (numbers, self.n_dim, self.coordinates, self.rounds, self.designs)
 
@@ -62,16 +62,10 @@ class Points:
         return len(self.numbers)
 
     @property
-    def _consecutive(self) -> bool:
-        return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
-
-    @property
     def cube_points(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
         if self.coordinates is not None:
             return self.coordinates
-        if self._consecutive:  # all at once is faster
-            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
     def matrix(self, space: DesignSpace) -> Designs:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, boolean, integer
+from pymoo_psi._validation import Array, integer
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import AlgorithmKeywords, RunOptions, run_options, takes
 from pymoo_psi.algorithms._outputs import Task
@@ -136,8 +136,6 @@ class SurrogatePSI(PointAlgorithm):
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:
             integer("batch", batch, minimum=1)
-        if asynchronous is not None:
-            boolean("asynchronous", asynchronous)
         self._is_start_fixed = n_points is not None
         if n_points is None:
             n_points = _POINTS

@@ -7,7 +7,7 @@ without heavy tails.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, lapack, solve, solve_triangular
@@ -84,11 +84,9 @@ class Scale:
     @classmethod
     def of(cls, y: Array, origin: float, unit: float, reciprocal: bool = False) -> Scale:
         """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
-        t = cls(origin, unit, reciprocal).to(y)
-        deviation = t.std()
-        if deviation == 0:  # all values are equal
-            deviation = 1.0
-        return cls(origin, unit, reciprocal, t.mean(), deviation)
+        scale = cls(origin, unit, reciprocal)
+        t = scale.to(y)
+        return replace(scale, mean=t.mean(), deviation=t.std() or 1.0)  # all may be equal
 
     def to(self, y: Array | float) -> Array:
         """Return values of the output on the scale."""

@@ -300,7 +300,6 @@ class ObservedProblem(WrappedProblem):
     def __init__(self, problem: Any, budget: int) -> None:
         # pymoo would look for NaN in the reasons of failures, too; values are checked elsewhere.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)
-        self.budget = budget
         self.left = budget
         self._space = design_space(problem)
         self.failure: EvaluationError | None = None
@@ -310,7 +309,7 @@ class ObservedProblem(WrappedProblem):
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         if len(X) > self.left:
-            raise BudgetSpentError(f"the budget of {self.budget} evaluations is spent")
+            raise BudgetSpentError("the budget is spent")
         designs = np.array(self._space.to_matrix(X))  # before a model changes them
         began = time.perf_counter()
         # pymoo's own `do` would transpose a wrong F and fill in a missing G.

@@ -46,9 +46,9 @@ def violated_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) ->
     return np.concatenate([~(G <= 0), ~(np.abs(H) <= tolerance)], axis=-1)
 
 
-def meets_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
+def meets_constraints(G: Array, H: Array) -> Mask:
     """``(...,)`` which designs meet every constraint; without constraints all do."""
-    return np.asarray(~violated_constraints(G, H, tolerance).any(axis=-1))
+    return np.asarray(~violated_constraints(G, H).any(axis=-1))
 
 
 def constraint_violation(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Array:

@@ -155,17 +155,15 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     """Draw the share of each group in each interval."""
     if table.layout.is_log(bars.variable):
         axes.set_xscale("log")
-    groups = {"feasible": bars.feasible, PARETO: bars.pareto}
-    if bars.variable in table.layout.variables:
-        groups = {"all": bars.tested, **groups}
-    totals = {
-        "all": len(table),
-        "feasible": table.feasible().sum(),
-        PARETO: table.pareto().sum(),
+    groups = {
+        "all": (bars.tested, len(table)),
+        "feasible": (bars.feasible, table.feasible().sum()),
+        PARETO: (bars.pareto, table.pareto().sum()),
     }
-    for name, counts in groups.items():
+    if bars.variable not in table.layout.variables:
         # The intervals of a dependent column span the feasible designs; others are outside.
-        n = totals[name]
+        del groups["all"]
+    for name, (counts, n) in groups.items():
         label = f"bars: {name} ({n})"
         axes.stairs(100.0 * counts / max(n, 1), bars.edges, label=label, **_STAIRS[name])
 

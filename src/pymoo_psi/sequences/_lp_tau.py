@@ -63,38 +63,18 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
             n_dim,
             "use QMCSampling, whose engines have no such limit",
         )
-    # From one index to the next all bits up to its lowest one change.
-    indices = np.arange(first, first + n_points - 1)
-    _, lowest = np.frexp(indices & -indices)
-    directions = _directions()[:n_dim]
-    steps = np.bitwise_xor.accumulate(directions, axis=1).T[lowest - 1]
-    start = _points(directions, np.array([first - 1], dtype=np.uint64))
-    points = np.bitwise_xor.accumulate(np.vstack([start, steps]), axis=0)[:n_points]
-    return np.ldexp(points.astype(np.float64), -_BITS)
+    return lp_tau_at(np.arange(first, first + n_points), n_dim)
 
 
 def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> Array:
-    """Return the points of any ``(n,)`` numbers, from 1; slower than :func:`lp_tau`."""
+    """Return the ``(n, n_dim)`` points of any ``(n,)`` numbers, from 1."""
     indices = numbers.astype(np.uint64) - np.uint64(1)
-    points = _points(_directions()[:n_dim], indices)
-    return np.ldexp(points.astype(np.float64), -_BITS)
-
-
-def _points(directions: Integers, indices: Integers) -> Integers:
-    """Return the points of any indices as integers.
-
-    Args:
-        directions: (d, 52) V_jk · 2^52.
-        indices: (n,) numbers of the points, from 0.
-
-    Returns:
-        (n, d) coordinates · 2^52.
-    """
-    points = np.zeros((len(indices), len(directions)), dtype=np.uint64)
+    columns = np.zeros((n_dim, len(indices)), dtype=np.uint64)
     for k in range(int(indices.max(initial=0)).bit_length()):
         bits = indices >> np.uint64(k) & np.uint64(1)
-        points ^= bits[:, None] * directions[:, k]
-    return points
+        columns ^= _directions()[:n_dim, k, None] * bits
+    points = np.ascontiguousarray(columns.T)
+    return np.ldexp(points.astype(np.float64), -_BITS)
 
 
 @lru_cache(maxsize=1)
