@@ -62,26 +62,6 @@ def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
     assert (inside["tests"] == 2).all()
 
 
-class Dice(Queue):
-    """A noisy model of three designs, which recur."""
-
-    def __init__(self):
-        super().__init__()
-        self.vtype = int
-        self.xl = np.array([0, 0])
-        self.xu = np.array([2, 0])
-
-
-def test_every_test_of_a_design_that_recurs_counts_once(study_file):
-    problem = Dice()
-    investigate(problem, 8, repeat=2, study=study_file)
-    table = investigate(problem, 16, repeat=2, study=study_file)
-    assert len(problem.calls) == table["tests"].sum() == 32
-    for x, F in zip(table.X, table.F, strict=True):
-        tests = [model(x, seed) for *design, seed in problem.calls if np.array_equal(design, x)]
-        assert np.allclose(F, np.mean(tests, axis=0))
-
-
 def test_a_study_keeps_every_test_and_makes_only_what_is_missing(study_file):
     interrupted(investigate, Queue(12), 8, repeat=2, study=study_file)
     problem = Queue()
@@ -111,23 +91,6 @@ def test_designs_that_are_not_run_stay_infeasible():
     assert np.array_equal(table.status, once.status)
     assert "infeasible" in table.status
     assert not table.reasons
-    none = investigate(Queue(), 4, repeat=2, requirements={"low": "x1 <= x1 - 1"})
-    assert none.status.tolist() == ["infeasible"] * 4
-
-
-def test_standard_errors_follow_the_noise_of_each_design():
-    """Noise from 0.01 to 1; pooled, every error would be about 0.5."""
-    deviations = np.geomspace(0.01, 1, 40)
-
-    class Uneven(Queue):
-        def _evaluate(self, x, out, *args, seed, **kwargs):
-            noise = np.random.default_rng(seed).standard_normal(2)
-            out["F"] = x * deviations[int(39 * x[0])] ** [1, 0] * noise
-
-    table = investigate(Uneven(), 40, repeat=5)
-    expected = deviations[(39 * table.X[:, 0]).astype(int)] * table.X[:, 0] / np.sqrt(5)
-    ratios = table["f1 standard error"][1:] / expected[1:]
-    assert np.abs(np.log(ratios)).mean() < 0.5
 
 
 @pytest.fixture

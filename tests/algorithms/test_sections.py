@@ -57,10 +57,9 @@ def test_a_section_is_that_of_the_model_within_its_band(table):
         assert line["low"] <= line["expected"] <= line["high"]
         assert line["low"] - 0.05 <= true <= line["high"] + 0.05
     assert (frame["error"] < 0.05).all()
-    values = frame[frame["column"] == "mass"].groupby("variable")["value"].agg(list)
-    assert values["n"] == [2, 3, 4, 5, 6]
-    assert values["c"] == ["oak", "tin"]
-    assert (values["a"][0], values["a"][-1]) == pytest.approx((1, 3), rel=1e-12)  # of logarithms
+    values = frame.groupby("variable")["value"].unique()
+    assert values["n"].tolist() == [2, 3, 4, 5, 6]
+    assert values["a"][[0, -1]].tolist() == pytest.approx([1, 3], rel=1e-12)  # of logarithms
 
 
 def test_the_design_is_the_chosen_one_or_the_best(table):

@@ -63,16 +63,13 @@ def test_a_cluster_of_joblib_of_the_command_and_one_that_is_lost(
     (scheduler, worker, _), client = cluster
     with joblib.parallel_config("dask", client=client):
         table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)
-        pareto = investigate(VectorizedSphereChute(0.4), 2000, keep="pareto", n_jobs=-1)
+        chute = investigate(VectorizedSphereChute(0.4), 2000, n_jobs=-1)
     assert (table.column("elsewhere") == 1).all()
-    assert pareto.equals(investigate(VectorizedSphereChute(0.4), 2000, keep="pareto"))
+    assert chute.equals(investigate(VectorizedSphereChute(0.4), 2000))
     monkeypatch.chdir(tmp_path)
     arguments = ["solve", f"{__name__}:Sum", "--points", "40", "--study", "s.db"]
     said(*arguments, "--cluster", client.scheduler.address)
     assert read_table("s.db").equals(table)
-    assert "--jobs must be left out with --cluster" in said(
-        *arguments, "--cluster", "tcp://127.0.0.1:1", "--jobs", "2", code=2
-    )
     # A worker is killed, then the scheduler.
     path, plain = tmp_path / "killed.db", investigate(Sum(), 96)
     runner = ExecutorRunner(client)

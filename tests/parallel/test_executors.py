@@ -114,17 +114,6 @@ def test_a_vectorised_problem_on_an_executor(processes):
     refused("runner must be of type Runner", investigate, problem, 8, runner=processes)
 
 
-def test_a_large_function_is_sent_to_those_that_lack_it():
-    executor = Scripted()
-    ballast = os.urandom(1_000_000)
-    runner = ExecutorRunner(executor, workers=2)
-    assert investigate(Sum(ballast=ballast, elementwise_runner=runner), 40).equals(
-        investigate(Sum(), 40)
-    )
-    n_large = sum(len(pickle.dumps(args)) > 1_000_000 for args in executor.sent)
-    assert 1 <= n_large <= 4 < len(executor.sent)  # the first ones, before one has arrived
-
-
 LOST = RuntimeError("the node is gone")
 
 

@@ -159,8 +159,6 @@ def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers():
     for index, values, _ in filter(None, results):
         given[index] = workers(lambda x: {"F": -x}, [values["F"]])
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
-    other = pickle.loads(pickle.dumps(workers))
-    assert (other.n_jobs, other.timeout, other.in_process) == (2, None, False)
     assert len(pickle.dumps(workers)) < 300
 
 
@@ -290,11 +288,10 @@ def speaking(how):
     """A model that writes into all descriptors that a worker inherits, or closes them."""
 
     def f(x):
-        if how == "prints":
-            print("step", x, flush=True)
-        elif how == "closes":
+        print("step", x, flush=True)
+        if how == "closes":
             os.closerange(3, 64)
-        for descriptor in range(3, 64) if how == "writes" else ():
+        for descriptor in range(3, 64):
             with contextlib.suppress(OSError):
                 os.write(descriptor, os.urandom(5000))
         return {"F": float(x)}
@@ -303,7 +300,7 @@ def speaking(how):
 
 
 @posix
-@pytest.mark.parametrize("how", ["writes", "prints", "closes"])
+@pytest.mark.parametrize("how", ["writes", "closes"])
 def test_a_model_that_writes_into_its_descriptors_changes_no_value(how):
     """Each design has its own values, and nobody waits forever."""
 

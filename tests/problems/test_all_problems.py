@@ -67,9 +67,6 @@ def test_a_name_may_be_a_text_and_names_a_list():
     for problem in (Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})):
         assert investigate(problem, 4).layout.variables == ("width", "height")
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
-    other = Model()
-    other.names = ["more", "than", "variables"]
-    assert investigate(other, 4).layout.variables == ("x1", "x2")
 
 
 class Heir(Model):

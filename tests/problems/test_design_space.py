@@ -3,7 +3,6 @@
 import numpy as np
 from pymoo.core.problem import Problem
 
-from pymoo_psi import investigate
 from pymoo_psi.problems import design_space
 
 
@@ -15,9 +14,3 @@ def test_limits_on_integers_are_kept_by_the_points_at_their_ends():
             for last in range(first, n):
                 ends = np.array(variable.between(2.5 + first, 3.5 + last))
                 assert variable.values(ends).tolist() == [3 + first, 3 + last]
-
-
-def test_sizes_may_be_integers_of_numpy(tmp_path):
-    problem = Problem(n_var=1, n_obj=np.int32(2), n_ieq_constr=np.int64(0), xl=0, xu=1)
-    problem._evaluate = lambda X, out: out.update(F=np.hstack([X, 1 - X]))
-    assert len(investigate(problem, 8, study=tmp_path / "a.db")) == 8

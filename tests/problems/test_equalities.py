@@ -143,9 +143,8 @@ def test_a_design_has_its_point():
 def test_a_fixed_share_leaves_less_for_the_others():
     problem = Mixture(*THREE[:3])
     expected = investigate(Restricted(problem, {"a": 0.2}), 32)
-    assert (expected.status == "ok").all()
     np.testing.assert_allclose(expected.X[:, 0], 0.2)
-    np.testing.assert_allclose(expected.X[:, 1] + expected.X[:, 2], 0.8, atol=1e-12)
+    np.testing.assert_allclose(expected.X.sum(axis=1), 1, atol=1e-12)
     X = investigate(Restricted(Required(problem), {"a": 0.2}), 32).X
     np.testing.assert_array_equal(X, expected.X)
 

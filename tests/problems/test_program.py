@@ -195,8 +195,7 @@ def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
 
 def test_links_to_nothing_are_not_copied(tmp_path):
     """Editors leave them beside files that they have open."""
-    outputs = {"m": {"file": "stdout.txt", "pattern": "(.+)"}}
-    problem = shell(tmp_path, "echo 5", outputs)
+    problem = shell(tmp_path, "echo 5", {"m": {"file": "stdout.txt", "pattern": "(.+)"}})
     identity = problem.fingerprint()
     (tmp_path / "template" / ".#run.sh").symlink_to("user@host.4711")
     assert problem.run({"x": 0.5}).outputs == {"m": 5.0}

@@ -167,9 +167,8 @@ def test_rules_compute_with_numbers_alone():
 
 def test_surrogates_propose_only_designs_that_meet_them():
     table = minimize(Plain(), SurrogatePSI(44), seed=1).algorithm.table
-    proposed = table.column("proposal_round") > 0
-    assert proposed.sum() == 24
-    assert (table.X[proposed, 1] <= 2 * table.X[proposed, 0]).all()
+    assert (table["proposal_round"][20:] > 0).all()
+    assert (table.X[20:, 1] <= 2 * table.X[20:, 0]).all()
     mixed = minimize(Mixed(), SurrogatePSI(40), seed=1).algorithm.table
     assert (mixed.status[mixed.column("proposal_round") > 0] == "ok").all()
 

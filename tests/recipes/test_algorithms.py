@@ -111,7 +111,6 @@ def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make, algorit
     first, second = minimize(BNH, algorithm, seed=1), minimize(BNH, algorithm, seed=1)
     assert (algorithm.problem, algorithm.n_tested) == (None, 0)
     assert first.algorithm.table.equals(second.algorithm.table)
-    assert first.problem is BNH
     assert first.exec_time > 0
     np.testing.assert_array_equal(first.F, first.opt.get("F"))
 
@@ -280,7 +279,6 @@ def test_mixed_variables(make, n_obj):
     genetic = MixedVariableGA(pop_size=N, sampling=result.pop, **survival)
     went_on = minimize(Mixed(n_obj), genetic, ("n_gen", 2), seed=1)
     assert went_on.algorithm.evaluator.n_eval == N
-    assert went_on.F.min() <= result.F.min()
 
 
 # parallelization
