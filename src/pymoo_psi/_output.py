@@ -9,11 +9,11 @@ import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pymoo_psi._names import require_no_other_name
+from pymoo_psi._validation import FilePath
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +29,7 @@ _COLUMNS = 24
 
 
 @contextmanager
-def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
+def whole_file(path: FilePath) -> Iterator[Path]:
     """Yield the path of a new file, which replaces ``path`` at once when the body ends.
 
     If the body raises, ``path`` stays as it was and the new file is removed. A link is followed,
@@ -60,13 +60,6 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         if isinstance(error, OSError) and error.filename == str(new):
             error.filename = str(path)  # the other name tells the user nothing
         raise
-
-
-def write_document(path: str | PathLike[str], html: str) -> None:
-    """Write a document, whole or not at all."""
-    with whole_file(path) as new:
-        # A title may be a file name that is not Unicode.
-        new.write_text(html, encoding="utf-8", errors="replace")
 
 
 def is_marked(path: Path) -> bool:
@@ -127,14 +120,27 @@ class WithTable:
         return _paragraph(type(self).__name__) + tests._repr_html_()
 
 
-class Framed:
-    """A document with a method ``html``; Jupyter shows it in a frame."""
+class Document:
+    """A document as HTML, which can be saved; Jupyter shows it in a frame."""
+
+    def html(self) -> str:
+        """Return the document, which needs no network."""
+        raise NotImplementedError
+
+    def save(self, path: FilePath) -> None:
+        """Write the document, whole or not at all.
+
+        Raises:
+            OSError: The file cannot be written there.
+        """
+        with whole_file(path) as new:
+            # A title may be a file name that is not Unicode.
+            new.write_text(self.html(), encoding="utf-8", errors="replace")
 
     def _repr_html_(self) -> str:
         """Return the document in a frame from which it reaches nothing else in a notebook."""
-        document: str = self.html()  # type: ignore[attr-defined]  # of every class that is framed
-        # Notebooks are stored as UTF-8, which a file name need not be; see write_document.
-        text = document.encode("utf-8", "replace").decode()
+        # Notebooks are stored as UTF-8, which a file name need not be.
+        text = self.html().encode("utf-8", "replace").decode()
         # Without allow-same-origin the scripts of a page see neither notebook nor cookies.
         return (
             f'<iframe srcdoc="{html.escape(text)}" '

@@ -13,8 +13,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Entries, FilePath, Names, Received, counted, invalid, known_name
+from pymoo_psi._output import Document
+from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
 from pymoo_psi.page._payload import payload, roles, values_of
 from pymoo_psi.pareto import cautions
 from pymoo_psi.table import Allowed, Formulation, TestTable, certainty_sentences, read_table
@@ -30,7 +30,7 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DecisionPage(Framed):
+class DecisionPage(Document):
     """A page for deciding on a Pareto set, made by :func:`decision_page`.
 
     Attributes:
@@ -76,26 +76,26 @@ class DecisionPage(Framed):
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
-        return _html_of(self.title, payload(self, live))
-
-    def save(self, path: FilePath) -> None:
-        """Write the page, whole or not at all.
-
-        Raises:
-            OSError: The file cannot be written there.
-
-        Example:
-            >>> import pathlib, tempfile
-            >>> import pandas as pd
-            >>> from pymoo_psi.page import decision_page
-            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     path = pathlib.Path(folder, "page.html")
-            ...     decision_page(frame, ["cost", "mass"], title="Brackets").save(path)
-            ...     "Brackets" in path.read_text("utf-8")
-            True
-        """
-        write_document(path, self.html())
+        scripts = {name: _asset(f"{name}.js") for name in ("logic", "charts", "page")}
+        source = "'none'"
+        scripts["live"] = ""
+        if live is not None:
+            scripts["live"] = _asset("live.js")
+            source = "'self'"
+        style = _asset("page.css")
+        data = json.dumps(payload(self, live), allow_nan=False, separators=(",", ":"))
+        parts = {
+            "title": escape(self.title),
+            "policy": _POLICY.format(
+                source, " ".join(map(_digest, scripts.values())), _digest(style)
+            ),
+            "style": style,
+            # Within a script element only "<" can end it or open a comment.
+            "payload": data.replace("<", "\\u003c"),
+            **scripts,
+        }
+        # In one pass, so that a text of the user that looks like a place is not filled in.
+        return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))
 
 
 def decision_page(
@@ -249,33 +249,6 @@ def designs_of_page(tests: TestTable) -> TestTable:
 
 
 # The document
-
-
-def _html_of(title: str, payload: Entries) -> str:
-    """Return the page with all it needs inlined.
-
-    Args:
-        title: Heading of the page.
-        payload: Data that ``logic.js`` decodes; plain values without NaN.
-    """
-    scripts = {name: _asset(f"{name}.js") for name in ("logic", "charts", "page")}
-    source = "'none'"
-    scripts["live"] = ""
-    if payload["live"] is not None:
-        scripts["live"] = _asset("live.js")
-        source = "'self'"
-    style = _asset("page.css")
-    data = json.dumps(payload, allow_nan=False, separators=(",", ":"))
-    parts = {
-        "title": escape(title),
-        "policy": _POLICY.format(source, " ".join(map(_digest, scripts.values())), _digest(style)),
-        "style": style,
-        # Within a script element only "<" can end it or open a comment.
-        "payload": data.replace("<", "\\u003c"),
-        **scripts,
-    }
-    # In one pass, so that a text of the user that looks like a place is not filled in.
-    return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))
 
 
 def _digest(text: str) -> str:

@@ -8,8 +8,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
-from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import FilePath, Names, Received, counted, instance, invalid
+from pymoo_psi._output import Document
+from pymoo_psi._validation import Names, Received, counted, instance, invalid
 from pymoo_psi.page import existing_designs
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -32,7 +32,7 @@ from pymoo_psi.table import (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DecisionReport(Framed):
+class DecisionReport(Document):
     """A report on the choice among tested designs, made by :func:`decision_report`.
 
     Attributes:
@@ -90,16 +90,13 @@ class DecisionReport(Framed):
         formulation = self._table.formulation
         with decimal_mark(self._table.decimal):
             return environment.get_template("report.html").render(
-                command=self.command,
+                report=self,
                 separation=separation_sentences(self._table),
                 positions=positions_frame(self._table),
                 limits=written_limits(self._table),
                 decided=decision_sentences(formulation.decided),
                 names=[position["name"] for position in latest_positions(formulation.positions)],
-                title=self.title,
-                about=self.about,
                 data=self._table,
-                further=self.further,
                 contents=_contents,
                 choice=self._choice,
                 certainty_sentences=certainty_sentences,
@@ -108,23 +105,6 @@ class DecisionReport(Framed):
                 number=number,
                 plots=plots,
             )
-
-    def save(self, path: FilePath) -> None:
-        """Write the report, whole or not at all.
-
-        Raises:
-            OSError: The file cannot be written there.
-
-        Example:
-            >>> import pathlib, tempfile
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[0, 4], [1, 1]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     path = pathlib.Path(folder, "report.html")
-            ...     decision_report(table, title="Brackets").save(path)
-            ...     "Brackets" in path.read_text("utf-8")
-            True
-        """
-        write_document(path, self.html())
 
 
 def decision_report(
