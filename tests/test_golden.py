@@ -23,7 +23,6 @@ import tempfile
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from html.parser import HTMLParser
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -111,20 +110,14 @@ def undrawn(figure, file, *args, **options):
 def workplace(folder):
     """The inputs in a folder, as seen from a pipe; figures take no time."""
     shutil.copytree(FOLDER / "inputs", folder, dirs_exist_ok=True)
-    before, path = os.getcwd(), sys.path[:]
-    environment = {"COLUMNS": "100", "NO_COLOR": "1"}
-    try:
-        os.chdir(folder)
-        sys.path.insert(0, str(folder))
-        with (
-            mock.patch.dict(os.environ, environment),
-            mock.patch.object(Figure, "savefig", undrawn),
-        ):
-            yield
-    finally:
-        os.chdir(before)
-        sys.path[:] = path
-        sys.modules.pop("cantilever", None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.syspath_prepend(str(folder))
+        patch.setenv("COLUMNS", "100")
+        patch.setenv("NO_COLOR", "1")
+        patch.setattr(Figure, "savefig", undrawn)
+        yield
+    sys.modules.pop("cantilever", None)
 
 
 def stamps(folder):

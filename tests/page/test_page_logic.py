@@ -58,8 +58,8 @@ class Case:
     """Random designs, and states in which they are looked at."""
 
     def __init__(self, seed):
-        self.seed, rng = seed, np.random.default_rng(seed)
-        self.rng = rng
+        rng = np.random.default_rng(seed)
+        self.seed, self.rng = seed, rng
         self.m = int(rng.integers(2, 9)) if seed else 4
         n = int(rng.integers(30, 160))
         F = self.values(rng, n, seed % 5)
@@ -93,47 +93,39 @@ class Case:
 
     def ranking(self, rows, state=None):
         """Rank rows as a state asks for it: by their own ranges, or by those of all designs."""
-        ends = (
-            {"ideal": self.whole.ideal, "nadir": self.whole.nadir}
-            if (state or {}).get("fixed")
-            else {}
-        )
+        ends = {}
+        if state is not None and state["fixed"]:
+            ends = {"ideal": self.whole.ideal, "nadir": self.whole.nadir}
         left = self.frame.iloc[rows][self.names]
         return rank_of_efficiency(left, normalize=self.normalize, maximize=self.maximize, **ends)
 
     def values(self, rng, n, kind):
-        if kind == 0:  # a sphere: all of the front equally near
-            F = np.abs(rng.normal(size=(n, self.m)))
-            F = 1 - F / np.linalg.norm(F, axis=1)[:, None] + 0.2 * rng.random((n, 1)) ** 3
-        elif kind == 1:  # ties and duplicates
-            F = rng.integers(0, 4, (n, self.m)).astype(float)
-        elif kind == 2:  # noise of rounding, signs, sizes that differ
-            F = rng.integers(1, 5, (n, self.m)) * (1 + rng.integers(-3, 4, (n, self.m)) * 1.2e-16)
-            F = (F - 2.5) * 10.0 ** rng.integers(-9, 9, self.m)
-        elif kind == 3:  # a convex front, one criterion constant, dominated rows
-            F = np.abs(rng.normal(size=(n, self.m)))
-            F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 2 + 0.5 * rng.random((n, 1)) ** 4
-            F[:, -1] = 3.0
-        else:  # two penalties
-            F = rng.random((n, self.m))
-            F[:2, 1] = 1e30
-        return F
+        unit = np.abs(rng.normal(size=(n, self.m)))
+        unit /= np.linalg.norm(unit, axis=1)[:, None]
+        # Noise of rounding, signs, sizes that differ.
+        digits = rng.integers(1, 5, (n, self.m)) * (1 + rng.integers(-3, 4, (n, self.m)) * 1.2e-16)
+        # A convex front, one criterion constant, dominated rows.
+        convex = (1.3 - unit) ** 2 + 0.5 * rng.random((n, 1)) ** 4
+        convex[:, -1] = 3.0
+        penalized = rng.random((n, self.m))
+        penalized[:2, 1] = 1e30
+        return [
+            1 - unit + 0.2 * rng.random((n, 1)) ** 3,  # a sphere: all of the front equally near
+            rng.integers(0, 4, (n, self.m)).astype(float),  # ties and duplicates
+            (digits - 2.5) * 10.0 ** rng.integers(-9, 9, self.m),
+            convex,
+            penalized,
+        ][kind]
 
     def state(self, k):
         rng, frame = self.rng, self.frame
         limits = {}
         for name in rng.choice([*self.names, "x", "heat"], size=k, replace=False):
-            known = frame[name].dropna().to_numpy()
-            ends = np.sort(rng.choice(known, 2))
-            low, high = float(ends[0]), float(ends[1])
+            low, high = np.sort(rng.choice(frame[name].dropna(), 2)).tolist()
             limits[str(name)] = [(None, high), (low, None), (low, high)][rng.integers(3)]
         if k == 3:
             limits["kind"] = ["", "steel"]
         labels = frame.index.tolist()
-        wish = {
-            "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
-            "aspiration": {n: float(rng.choice(frame[n])) for n in self.names[k:]},
-        }
         return {
             "limits": limits,
             "fixed": k == 1 and self.seed % 5 != 2,  # whose ideal differs by rounding
@@ -141,7 +133,10 @@ class Case:
             "pins": labels[:3],
             "chosen": labels[0],
             "order": {"by": ["distance", "distance", "preference", "column"][k], "name": "heat"},
-            "preference": wish,
+            "preference": {
+                "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
+                "aspiration": {n: float(rng.choice(frame[n])) for n in self.names[k:]},
+            },
             "positions": [self.position(name, k) for name in ("Ann", "Ben", "Cy", "Ann")],
             "decided": {"date": "2026-02-01", "chosen": labels[0], "agree": ["Ann"], "dissent": []},
             "reason": "Größe \u2028 </script>",

@@ -1,8 +1,6 @@
 """What every figure keeps to: names as they are written, matplotlib as it was, whole files."""
 
 import re
-import subprocess
-import sys
 
 import matplotlib
 import numpy as np
@@ -37,18 +35,6 @@ def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh):
     plots.plot_indicators(bnh)
     assert dict(matplotlib.rcParams) == before
     assert Gcf.get_all_fig_managers() == []
-
-
-def test_no_window_system_and_no_pyplot_is_needed():
-    code = (
-        "import sys; from pymoo_psi import TestTable; from pymoo_psi.plots import plot_table;"
-        "figure = plot_table(TestTable.of([1, 2], [[0.1], [0.2]], [[1.0], [2.0]]));"
-        "figure.savefig(sys.stdout.buffer, format='png');"
-        "sys.exit('matplotlib.pyplot' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True)
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert done.stdout.startswith(b"\x89PNG")
 
 
 def test_a_notebook_shows_figures_in_their_size(mixed):
