@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, Formulation, SurrogatePSI, TestTable, investigate
+from pymoo_psi import Formulation, SurrogatePSI, TestTable, investigate
 from pymoo_psi.table import Layout, read_table
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -79,10 +79,6 @@ class Beam(ElementwiseProblem):
         out["area"] = x[0] * x[1]
 
 
-def by_psi(n, **options):
-    return minimize(Beam(), PSI(n, **options)).algorithm.table
-
-
 def by_surrogates(n, **options):
     options.pop("block_size", None)
     return minimize(Beam(), SurrogatePSI(n, batch=4, **options), seed=3).algorithm.table
@@ -92,7 +88,7 @@ def at_once(n, **options):
     return investigate(Beam(), n, **options)
 
 
-@pytest.mark.parametrize("run", [at_once, by_psi, by_surrogates])
+@pytest.mark.parametrize("run", [at_once, by_surrogates])
 @settings(max_examples=10)
 @given(stops=st.lists(st.integers(0, 14), min_size=1, max_size=3), block=st.integers(1, 20))
 def test_an_interrupted_run_that_is_continued_is_one_run(tmp_path_factory, run, stops, block):

@@ -46,9 +46,7 @@ def test_the_transition_stands_twice():
     twice = np.flatnonzero(path.eta == path.slip_end)
     assert len(path.eta) == 53
     assert path.slipping[twice].tolist() == [True, False]
-    assert path.slipping.tolist() == sorted(path.slipping, reverse=True)
     np.testing.assert_array_equal(path.time[twice], path.slip_time)
-    np.testing.assert_array_equal(path.slip_velocity[twice], 0)
     np.testing.assert_array_equal(path.slip_velocity[~path.slipping], 0)
     # τ = 0.2635 / 0.4 < 1: slip dies out in the direction cos θ = τ, against the plane
     b, tau = 0.4 / np.hypot(1, 0.2635), 0.2635 / 0.4

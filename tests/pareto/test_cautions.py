@@ -169,10 +169,9 @@ def test_an_objective_listed_twice_is_named_if_it_counts(noise):
         assert ("redundant" in kinds(twice)) == is_moved
         n_moved += is_moved
         if is_moved:
-            m = F.shape[1]
             assert said(twice, "redundant").startswith(
-                f"f{m + 1} nearly repeats f{m}, which counts several times: "
-                f"without f{m + 1} the optimum would be design {once[0]}."
+                f"f{F.shape[1] + 1} nearly repeats f{F.shape[1]}, which counts several times: "
+                f"without f{F.shape[1] + 1} the optimum would be design {once[0]}."
             )
     assert n_moved > 10
 

@@ -35,9 +35,7 @@ def test_what_would_take_long_is_sampled(n, m):
     dominated = np.mean([(place >= F).all(axis=1).any() for place in slow])
     assert share == pytest.approx(dominated, abs=4 * (error + 0.5 / np.sqrt(len(slow))))
     assert (error > 0) == (n > 1)
-    exact = hypervolume(F[:1], 1.1)[0]
-    assert exact == pytest.approx(np.prod(1 - F[0] / 1.1))
-    assert share >= exact - 4 * error
+    assert hypervolume(F[:1], 1.1)[0] == pytest.approx(np.prod(1 - F[0] / 1.1))
 
 
 @given(points, points)

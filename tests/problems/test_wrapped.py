@@ -111,7 +111,6 @@ def test_recorded_and_tolerant(pair, tmp_path):
         np.testing.assert_array_equal(result.pop.get("G"), expected.pop.get("G"))
         assert recorded.n_evaluated == (0 if again else 36)
         assert (recorded.table.status == "failed").any()
-    assert recorded.failures
 
 
 def test_a_wrapper_may_evaluate_in_its_own_way():

@@ -71,23 +71,23 @@ def test_a_dent_in_a_plane_is_its_knee_in_any_unit(m):
     assert Knee().do(shares**2).shape == (1,)
 
 
-def test_sets_without_a_knee():
-    """One design, one objective, a curve in three objectives whose extremes span no plane."""
-    curve = np.column_stack([np.linspace(0, 1, 9), np.linspace(0, 1, 9), np.linspace(1, 0, 9) ** 2])
-    for F in (curve, curve[:1], curve[:, :1], np.ones((3, 2))):
-        assert Knee().do(F).tolist() == []
+CURVE = [[share, share, (1 - share) ** 2] for share in np.linspace(0, 1, 9)]
 
 
 @pytest.mark.parametrize(
     "F",
     [
+        CURVE,  # whose extremes span no plane
+        CURVE[:1],
+        [[0.0], [1.0]],
+        [[1.0, 1.0], [1.0, 1.0]],
+        # One weight of the plane through the extremes is negative: a loss counts as a gain.
         [[3, 4, 6], [4, 2, 4], [5, 0, 3], [0, 5, 3]],
         [[0, 0, 6], [4, 4, 3], [2, 2, 5], [5, 1, 1]],
         [[6, 0, 0], [4, 1, 5], [0, 6, 1], [2, 2, 0]],
     ],
 )
-def test_there_is_no_knee_beyond_a_plane_on_which_a_loss_counts_as_a_gain(F):
-    """One weight of the plane through the extremes is negative: a distance from it says nothing."""
+def test_sets_without_a_knee(F):
     assert Knee().do(np.array(F, dtype=float)).tolist() == []
 
 
