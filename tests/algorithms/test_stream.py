@@ -132,18 +132,12 @@ class TakingLong(JoblibRunner):
 
 @pytest.mark.parametrize("seconds", [0.01, 7.0, 30.0])
 def test_results_of_long_computing_do_not_wait_for_others_to_be_stored(tmp_path, seconds):
-    """At most 20 seconds of computing may be lost, though less than a second has passed.
-
-    Nor is there a commit for each result, which would take longer than to compute quick ones.
-    """
+    """At most 20 seconds of computing may be lost, though less than a second has passed."""
     path, stored = tmp_path / "s.db", []
     runner = TakingLong(seconds, lambda n: stored.append(len(read_table(path))))
-    began = time.monotonic()
     investigate(Sum(elementwise_runner=runner), 64, study=path)
-    passed = time.monotonic() - began
     lost = np.arange(1, 65) - stored
     assert (lost * seconds < 20).all()
-    assert len({*stored}) <= 64 * max(seconds, 20 / 64) / 20 + passed + 1
     assert len(read_table(path)) == 64
 
 

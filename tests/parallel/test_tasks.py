@@ -2,21 +2,14 @@
 
 import os
 import time
-from collections import deque
 
 import pytest
 
 from pymoo_psi import JoblibRunner
-from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel import evaluate_here, in_parallel
+from pymoo_psi.errors import WorkerError
+from pymoo_psi.parallel import in_parallel
 from tests.processes import until
 from tests.refusals import refused
-
-
-def test_what_was_evaluated_before_an_error_is_given_first():
-    results = evaluate_here(lambda x: {"F": 1 / x}, deque(enumerate([2, 1, 0, 3])))
-    assert [next(results)[0], next(results)[0]] == [0, 1]
-    refused("design 0 cannot be .*ZeroDivisionError", next, results, error=EvaluationError)
 
 
 def test_expensive_designs_after_cheap_ones_are_spread_over_the_workers(tmp_path):

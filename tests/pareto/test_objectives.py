@@ -101,7 +101,8 @@ def test_a_data_frame_keeps_its_names_and_values():
 def test_other_kinds_of_columns():
     frame = pd.DataFrame({"a": pd.array([1, 2], dtype="Int64"), "b": [True, False]})
     assert rank_of_efficiency(frame).pareto.all()
-    numbered = pd.DataFrame(np.eye(2), columns=[5, 0])
-    assert rank_of_efficiency(numbered, maximize=[5]).ideal.tolist() == [1.0, 0.0]
+    assert rank_of_efficiency(
+        pd.DataFrame(np.eye(2), columns=[5, 0]), maximize=[5]
+    ).ideal.tolist() == [1.0, 0.0]
     frame.loc[0, "a"] = pd.NA
     refused(r"F must be finite, got nan at index \[0, 0\]", rank_of_efficiency, frame)
