@@ -35,8 +35,7 @@ def test_engines_fill_the_box_repeatably(engine):
     np.testing.assert_array_equal(draw[0], draw[1])
     assert not np.array_equal(draw[0], draw[2])
     assert draw[0].shape == (20, 2)
-    assert (draw[0] >= problem.xl).all()
-    assert (draw[0] <= problem.xu).all()
+    assert ((draw[0] >= problem.xl) & (draw[0] <= problem.xu)).all()
 
 
 def test_beyond_51_variables_the_points_are_scipys():

@@ -22,7 +22,7 @@ from pymoo_psi import (
     VectorizedSphereChute,
     investigate,
 )
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, WorkerError
+from pymoo_psi.errors import WorkerError
 from pymoo_psi.table import read_table
 from tests.processes import posix
 from tests.refusals import refused
@@ -223,5 +223,4 @@ def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):
     ],
 )
 def test_what_is_no_executor_is_refused(arguments, options, message):
-    with pytest.raises((ArgumentTypeError, ArgumentValueError), match=message):
-        ExecutorRunner(*arguments, **options)
+    refused(message, ExecutorRunner, *arguments, **options)
