@@ -109,10 +109,6 @@ def test_a_seed_in_a_command_makes_a_program_noisy(program, said):
     assert problem.noisy
     assert problem.run({"x": 2}).outputs == problem.run({"x": 2, "seed": 1}).outputs
     assert problem.run({"x": 2, "seed": 2}).outputs != problem.run({"x": 2}).outputs
-    study = str(program.with_suffix(".db"))
-    options = ["--points", "4", "--study", study]
-    assert "4 designs, 8 tests" in said("solve", program, *options, "--repeat", "2")
-    assert "By the repeated tests" in said("rank", study)
     assert "--noisy" in said("solve", "zdt1", "--repeat", "2", code=2)
 
 
@@ -128,7 +124,6 @@ def test_an_export_keeps_every_test_and_says_that_they_repeat(
     assert "4 designs with the same variables" in tests.remarks[0]
     means = read_table(tmp_path / "tests.csv", repeats="variables")
     assert np.array_equal(means.F, read_table(study_file).F)
-    assert len(read_table(study_file, repeats=False)) == 8
     # nothing is left to test
     assert "8 of them from the study" in said(*solve, tmp_path / "copy.db")
 
