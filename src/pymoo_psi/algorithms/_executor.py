@@ -78,7 +78,13 @@ class Executor:
     """Evaluates points; it knows nothing of studies, of points still to come, or of algorithms.
 
     It makes tasks of points: single designs, or pieces of many points. Workers take waiting tasks.
-    A subclass writes ``room``, ``submit``, ``wait`` and ``take``.
+    A subclass writes:
+
+    - ``room``: how many more points to submit now; 0 while enough of them wait.
+    - ``submit``: take points to evaluate, with numbers above those of all earlier points. It may be
+      called while others are evaluated, but not during a pause.
+    - ``wait``: wait for another task, or for a moment; return its seconds of a worker, or 0.
+    - ``take``: take the tests of the evaluated points, in the order of their evaluation.
 
     Attributes:
         elastic: Whether workers may join and leave.
@@ -121,26 +127,6 @@ class Executor:
         if self.may_end_early:
             return 0
         return LAST
-
-    @property
-    def room(self) -> int:
-        """How many more points to submit now; 0 while enough of them wait."""
-        raise NotImplementedError
-
-    def submit(self, points: Points) -> None:
-        """Take points to evaluate, with numbers above those of all earlier points.
-
-        It may be called while others are evaluated, but not during a pause.
-        """
-        raise NotImplementedError
-
-    def wait(self) -> float:
-        """Wait for another task, or for a moment; return its seconds of a worker, or 0."""
-        raise NotImplementedError
-
-    def take(self) -> Block:
-        """Take the tests of the evaluated points, in the order of their evaluation."""
-        raise NotImplementedError
 
     def pause(self) -> None:
         """Let no worker begin another task."""
@@ -387,7 +373,9 @@ class InPieces(Executor):
         return Block(numbers, tests, len(numbers), np.repeat(seconds, sizes))
 
 
-def executor_of(model: Model, options: RunOptions, n_points: int | None = None) -> Executor:
+def executor_of(
+    model: Model, options: RunOptions, n_points: int | None = None
+) -> OneByOne | InPieces:
     """Return the executor for a model.
 
     Args:

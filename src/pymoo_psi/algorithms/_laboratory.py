@@ -369,17 +369,15 @@ def _results_in(
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
         n_measured = len(values.keys() & {*laboratory.results})
-        if n_measured == 0 and not reason:
-            lacking.append(test)
-            continue
         if n_measured and reason:
             rule = "either results or the reason of a failure"
             raise invalid(place, rule, Received(reason), "leave one of them blank")
         assignment = laboratory.assignments.get(test)
-        if assignment is None or assignment.original != test:
+        is_blank_row = n_measured == 0 and not reason
+        if not is_blank_row and (assignment is None or assignment.original != test):
             rule = "that of a test that was asked for and is not cancelled"
             raise invalid(f"{place}, {TEST}", rule, test)
-        if n_measured < len(laboratory.results) and not reason:
+        if assignment is None or (n_measured < len(laboratory.results) and not reason):
             lacking.append(test)
             continue
         for name, value in assignment.design.items():

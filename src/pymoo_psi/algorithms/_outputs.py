@@ -115,7 +115,6 @@ class Task:
         self.unknown = self.failed | (tested.G[:, model.n_ieq_constr :] > 0).any(axis=1)
 
         self._variables = variables
-        self._space = space
         self._model = model
         self._outputs = outputs
         self._expressions = expressions
@@ -142,14 +141,14 @@ class Task:
 
     def encode(self, points: Array) -> Array:
         """Return ``(n, d)`` points as surrogates see them, ``(n, e)``."""
-        return encoded(self._space, points)
+        return encoded(self._model.space, points)
 
     def violations(self, points: Array) -> Array:
         """Return ``(n, k)`` by how much points violate requirements, and limits on texts.
 
         No proposal violates one.
         """
-        X = self._space.matrix(points)
+        X = self._model.space.matrix(points)
         columns: list[AnyArray] = [self._model.violations(X)]
         for j, options in self._options.items():
             columns.append(~np.isin(X[:, [j]].astype(str), options))
@@ -189,7 +188,7 @@ class Task:
             Y: ``(n, q)`` outputs as surrogates predict them.
         """
         variables = self._variables
-        columns = dict(zip(variables, self._space.matrix(points).T, strict=True))
+        columns = dict(zip(variables, self._model.space.matrix(points).T, strict=True))
         for output, y in zip(self._outputs, Y.T, strict=False):
             if output.is_tested and output.name not in variables:
                 columns[output.name] = output.sign * y

@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import Block, Executor, executor_of
+from pymoo_psi.algorithms._executor import Block, InPieces, OneByOne, executor_of
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -141,7 +141,7 @@ class Run:
         self,
         model: Model,
         source: Source,
-        executor: Executor,
+        executor: OneByOne | InPieces,
         store: Store,
         repeats: Repeats | None = None,
         n_points: int = 0,
@@ -364,15 +364,11 @@ class Run:
         return progress.start(n_new)
 
     def _start(self, points: Points, session: _Session) -> None:
-        """Recall the stored tests of points, and submit the other points."""
+        """Recall the stored tests of points; submit the others, unless they need no evaluation."""
         stored = session.recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
             self._report(Block(stored.numbers, stored))
-        self._submit(points)
-
-    def _submit(self, points: Points) -> None:
-        """Submit points; those that need no evaluation are answered."""
         if self.model.has_requirements and len(points):
             violations = self.model.violations(points.matrix(self.model.space))
             is_unmet = (violations > 0).any(axis=1)

@@ -13,7 +13,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import AnyArray, Array, Received, instance, integer, invalid, known_name
+from pymoo_psi._validation import AnyArray, Array, Received, integer, invalid, known_name
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
@@ -72,7 +72,6 @@ def sections(
         x1  1.8  4.2
         x2  1.8  2.2
     """
-    instance("table", table, TestTable)
     integer("n_values", n_values, minimum=2)
     layout = table.layout
     if not layout.variables:

@@ -357,7 +357,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
     index = sensitivities.index
     columns = index.unique("column").tolist()
     variables = index.unique("variable").tolist()
-    n_columns = min(_PANELS, max(len(columns), 1))
+    n_columns = min(_PANELS, len(columns))
     height = 16 + 5.0 * len(variables)
     n = len(columns)
     with panels(n, n_columns, head=22, height=height, sharey="row") as (figure, axes):

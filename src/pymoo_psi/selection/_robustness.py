@@ -15,7 +15,7 @@ import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, Rows, boolean, invalid
+from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, Rows, invalid
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import Robust, design_space, untolerant
 
@@ -161,7 +161,6 @@ def robustness(
         1  0.25  0.1          0.000         0.114
         0  0.20  0.1          0.000         0.264
     """
-    normalize = boolean("normalize", normalize)
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
     designs = _designs(X, robust.n_var)
     matrix = robust.space.to_matrix(designs)

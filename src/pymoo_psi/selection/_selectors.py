@@ -24,7 +24,6 @@ from pymoo_psi._validation import (
     Entries,
     Received,
     Rows,
-    boolean,
     finite_array,
     invalid,
     mapping,
@@ -56,7 +55,7 @@ class RankingSelector(Indicator):
 
     def __init__(self, *, normalize: bool = True) -> None:
         super().__init__()
-        self.normalize = boolean("normalize", normalize)
+        self.normalize = normalize
 
     def do(self, F: Any, *, maximize: Collection[Any] = ()) -> Rows:
         """Return the indices of the chosen rows of ``F``.
