@@ -12,9 +12,9 @@ bit-identical to those of an undisturbed run. Otherwise an error is raised.
 depend on which design is finished first, so there is no undisturbed run to compare with. No test
 may be lost or evaluated again, and all proposals must be tested.
 
-``evidence``: eight processes with runs of their own on one study (three of PSI, two of
-SurrogatePSI, two of NSGA-II on a ``Recorded`` problem, and tests from a table). In the end every
-run is complete, and every design has one test with the right values.
+``evidence``: four processes on one study: PSI, SurrogatePSI, NSGA-II on a ``Recorded`` problem, and
+tests that people are asked for and tell. What a process has been told of as stored, it writes to a
+file. In the end every design has one test with the right values, and all that was written is there.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from __future__ import annotations
 import os
 import random
 import signal
+import sqlite3
 import sys
 import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
@@ -47,7 +48,7 @@ from pymoo_psi import (
     TestTable,
     nsga3,
 )
-from pymoo_psi.algorithms import RunOptions, _run, import_tests
+from pymoo_psi.algorithms import RunOptions, _run, ask_tests, tell_tests
 from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
 
@@ -67,8 +68,7 @@ class Logged(ElementwiseProblem):
         time.sleep(0.002)
         if x[2] > 0.8:
             raise ArithmeticError("no convergence")
-        out["F"] = [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2]
-        out["G"] = np.floor(3 * x[1] + 2 * x[2]) - 1
+        *out["F"], out["G"] = values_of(x)
 
 
 _allowed = float("inf")  # lines that this process may still write; then it waits for its kill
@@ -236,40 +236,51 @@ def _checked(
 
 
 def evidence(folder: Path, kills: int) -> None:
-    """Kill processes at random that write different runs of one study."""
+    """Kill four processes at random that write different runs of one study."""
     log = folder / "log"
     path = folder / "study.db"
+    kept = folder / "kept"  # the designs that a process knows to be stored
     options: dict[str, Any] = {"study": path, "study_wait": 600.0}
-    given = pd.DataFrame(np.random.default_rng(5).random((40, 3)), columns=["x1", "x2", "x3"])
-    given = given[given["x3"] <= 0.8]
-    out = [dict_of(Logged(folder / "log of given"), row) for row in given.to_numpy()]
-    given = given.assign(**pd.DataFrame(out, index=given.index))
+    n = EVALUATIONS * max(kills // 4, 1)
 
-    def psi(problem: Any, **more: Any) -> Any:
-        return minimize(problem, PSI(64, block_size=8, **options, **more)).algorithm.table
+    def note(X: Any) -> None:
+        for x in X:
+            append(kept, np.array(x, dtype=float).tobytes().hex())
 
-    def nsga2(seed: int) -> Any:
+    def noted(algorithm: Any) -> None:
+        note(algorithm.off.get("X"))
+
+    def psi() -> None:
+        minimize(Logged(log), PSI(n, block_size=8, **options), callback=noted)
+
+    def learn() -> None:
+        algorithm = SurrogatePSI(min(n, 200), batch=8, **options)
+        minimize(Restricted(Logged(log), {"x1": (0.25, 0.5)}), algorithm, seed=1, callback=noted)
+
+    def nsga2() -> None:
         problem = Recorded(FailureTolerant(Logged(log)), **options)
-        return minimize(problem, NSGA2(16), ("n_gen", 4), seed=seed)
+        minimize(problem, NSGA2(16), ("n_gen", -(-n // 16)), seed=1, callback=noted)
 
-    def learn(seed: int) -> Any:
-        return minimize(Logged(log), SurrogatePSI(48, **options), seed=seed).algorithm.table
+    def people() -> None:
+        """Test designs of the sequence, by other values than the model's."""
+        problem = Logged(folder / "log of people")
+        asked = RunOptions(**options, seed=3, sampling="halton")
+        while len(_tests_of(path, "halton")) < n // 4:
+            frame = ask_tests(problem, 0, asked)
+            if len(frame) == 0:
+                frame = ask_tests(problem, 4, asked)
+            X = frame[["x1", "x2", "x3"]].to_numpy()
+            for row, x in enumerate(X):
+                frame.loc[row, ["f1", "f2", "g1"]] = [*values_of(x)]
+            tell_tests(frame, path)
+            note(X)
 
-    jobs = [
-        lambda: psi(Logged(log)),
-        lambda: psi(Restricted(Logged(log), {"x1": (0.25, 0.5)})),
-        lambda: psi(Logged(log), sampling="halton", seed=3),
-        lambda: learn(1),
-        lambda: learn(2),
-        lambda: nsga2(1),
-        lambda: nsga2(2),
-        lambda: import_tests(Logged(log), given, RunOptions(**options)),
-    ]
+    jobs = [psi, learn, nsga2, people]
     chance = random.Random(2)
     pids = {started(job): job for job in jobs}
     n_killed = 0
     while pids:
-        time.sleep(chance.uniform(0.1, 0.5))
+        time.sleep(chance.uniform(0.05, 0.4))
         for pid in [*pids]:
             ended, status = os.waitpid(pid, os.WNOHANG)
             if ended:
@@ -288,26 +299,37 @@ def evidence(folder: Path, kills: int) -> None:
         job()
     assert len(lines(log)) == n_evaluated, "a complete run was evaluated again"
     table = read_table(path)
-    designs = [row.tobytes() for row in table.X.astype(float)]
+    designs = [row.tobytes().hex() for row in table.X.astype(float)]
     assert len({*designs}) == len(designs), "a design has two tests"
-    problem = Logged(folder / "log of values")
+    lost = {*lines(kept)}.difference(designs)
+    assert not lost, f"{len(lost)} stored designs were lost"
     for x, f, status in zip(table.X, table.F, table.status, strict=True):
         if status == "failed":
             assert x[2] > 0.8
         else:
-            assert problem.evaluate(x, return_values_of=["F"]).tobytes() == f.tobytes()
-    n_tested = len(table) - len(given)
+            assert tuple(f) == values_of(x)[:2]
+    n_tested = len(table) - len(_tests_of(path, "halton"))
     print(
-        f"evidence: {n_killed} kills of 8 processes, {len(table)} tests of "
-        f"{len(Study(path).facts().runs)} runs, each design once and right; "
+        f"evidence: {n_killed} kills of 4 processes, {len(table)} tests of "
+        f"{len(Study(path).facts().runs)} runs, each design once and right, and all of "
+        f"{len({*lines(kept)})} that were reported as stored; "
         f"{n_evaluated - n_tested} evaluations were interrupted or made by two at once"
     )
 
 
-def dict_of(problem: Any, x: Any) -> dict[str, float]:
-    """Return the values of a design by name."""
-    F, G = problem.evaluate(x, return_values_of=["F", "G"])
-    return {"f1": F[0], "f2": F[1], "g1": G[0]}
+def _tests_of(path: Path, origin: str) -> list[int]:
+    """Return the numbers of the tests of an origin."""
+    if not path.exists():
+        return []
+    query = "SELECT test FROM tests WHERE status NOT NULL AND origin LIKE ? || '%'"
+    with closing(sqlite3.connect(path, timeout=60)) as db:
+        return [test for (test,) in db.execute(query, (origin,))]
+
+
+def values_of(x: Any) -> tuple[float, float, float]:
+    """Return the objectives and the constraint of a design."""
+    constraint = float(np.floor(3 * x[1] + 2 * x[2]) - 1)
+    return x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2, constraint
 
 
 CASES = {

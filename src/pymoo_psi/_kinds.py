@@ -1,13 +1,14 @@
 """The kinds of variables and columns, in pymoo's words, and what tells their values apart."""
 
 import json
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from enum import Enum
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import known_name
+from pymoo_psi._validation import AnyArray, known_name
 
 
 class Kind(str, Enum):
@@ -64,6 +65,36 @@ def design_key(values: Iterable[Any]) -> str:
         values: The values of the variables, as a table has them.
     """
     return repr([*values])
+
+
+def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[str]:
+    """Return a key for each of n designs, which is that of no other design, in files too.
+
+    It tells apart what :func:`design_key` does.
+
+    Args:
+        columns: ``(n,)`` values of each variable; choices as the texts of :func:`option_text`.
+        kinds: The kind of each variable.
+    """
+    numbers = []
+    texts = []
+    for column, kind in zip(columns, kinds, strict=True):
+        if kind is Kind.CHOICE:
+            texts.append(column.tolist())
+            continue
+        cells = column.astype(DTYPES[kind])
+        if kind.real:
+            cells[np.isnan(cells)] = np.nan  # one of the many
+        elif kind is Kind.BINARY:
+            cells = cells.astype(np.int64)
+        numbers.append(cells.view(np.int64))
+    n = len(columns[0])
+    cells = np.column_stack([np.zeros((n, 0), np.int64), *numbers]).astype("<i8")
+    rows = [row.tobytes() for row in cells]
+    if texts:
+        choices = map(json.dumps, zip(*texts, strict=True))
+        rows = [row + text.encode() for row, text in zip(rows, choices, strict=True)]
+    return [blake2b(row, digest_size=16).hexdigest() for row in rows]
 
 
 def option_text(option: Any) -> str:

@@ -239,7 +239,7 @@ def test_a_test_of_another_run_that_is_corrected_has_its_new_values(study_file):
     study = Study(study_file)
     columns = study.contents(1, 1)[1]
     with study.changes() as database:
-        database.discard("tests", {"test": 1}, 1, "corrected")
+        database.correct(1, "corrected")
     study.append(columns | {"f1": np.array([7.0])})
     problem.evaluate(batch(1))  # by which it looks into the study
     assert values(problem, first.X)[0][:, 0].tolist() == [7.0, first.F[1, 0]]

@@ -235,4 +235,6 @@ def test_a_repeated_design_has_the_outputs_of_its_first_test(tmp_path, block_siz
     table = investigate(Rarely(), 64, study=path, block_size=block_size) if study else table
     x, y = table.X.T
     np.testing.assert_array_equal(table.column("heat"), np.where(x == 3, 10.0 + y, np.nan))
-    assert table.repeats.sum() == len(table) - len(set(map(tuple, table.X.tolist()))) > 0
+    n_designs = len(set(map(tuple, table.X.tolist())))
+    assert table.repeats.sum() == len(table) - n_designs
+    assert (len(table) == n_designs) == study  # a study has each design once

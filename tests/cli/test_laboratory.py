@@ -75,8 +75,10 @@ def filled(frame, rows=slice(None)):
 def stored():
     """The strengths by test, and how often the study was changed."""
     with closing(sqlite3.connect("lab.db")) as db:
-        tests = dict(db.execute("SELECT test, strength FROM tests ORDER BY test"))
-        return tests, db.execute("SELECT count(*) FROM history").fetchone()[0]
+        tests = dict(
+            db.execute("SELECT test, strength FROM tests WHERE status NOT NULL ORDER BY test")
+        )
+        return tests, db.execute("SELECT count(*) FROM log").fetchone()[0]
 
 
 def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
@@ -111,7 +113,7 @@ def test_a_result_that_is_told_again_corrects_the_former_one_with_a_history(allo
     other = frame.iloc[[1]].assign(**{"strength [MPa]": 500})
     assert "Test 2 corrected: strength = 500 instead of 220." in told(other)
     with closing(sqlite3.connect("lab.db")) as db:
-        ((content,),) = db.execute("SELECT content FROM history").fetchall()
+        ((content,),) = db.execute("SELECT what FROM log").fetchall()
     assert json.loads(content)["cells"]["strength"] == 220
     other[["strength [MPa]", "where", "failure"]] = [np.nan, np.nan, "cracked"]
     assert "reason = cracked instead of none" in told(other)

@@ -93,6 +93,10 @@ def problems(draw):
     for name in ("status", "reason"):
         columns[name] = np.empty(n, dtype=object)
         columns[name][:] = draw(st.lists(texts, min_size=n, max_size=n))
+    if variables:  # each design once
+        designs = map(repr, zip(*(columns[name].tolist() for name in variables), strict=True))
+        first = {design: row for row, design in reversed([*enumerate(designs)])}
+        columns = rows(columns, [*first.values()])
     return head, columns
 
 
@@ -138,18 +142,15 @@ def test_other_programs_read_a_study_without_us(study):
     study.append(columns, origin="LP-tau", seconds=0.25)
     with closing(sqlite3.connect(study.path)) as db:
         frame = pd.read_sql("SELECT * FROM tests ORDER BY test", db)
-        facts = {
-            name: json.loads(value) for name, value in db.execute("SELECT name, value FROM study")
-        }
+        facts = {key: json.loads(value) for key, value in db.execute("SELECT key, value FROM meta")}
     assert list(frame) == [
-        *("test", "run", "test_point"),
+        *("test", "design", "repeat"),
         *("status", "reason", "origin", "seconds"),
         *("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"),
     ]
     for name in ("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"):
         np.testing.assert_array_equal(frame[name], columns[name])
-    for name in ("test", "test_point"):
-        assert frame[name].tolist() == list(range(1, 41))
+    assert frame["test"].tolist() == list(range(1, 41))
     assert frame["reason"].notna().tolist() == [number == 3 for number in range(1, 41)]
     assert set(frame["origin"]) == {"LP-tau"}
     assert set(frame["seconds"]) == {0.25}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import Columns, Received, counted, invalid
+from pymoo_psi._validation import Columns, Mask, Received, counted, invalid
 from pymoo_psi.algorithms._laboratory import design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
@@ -89,7 +90,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     tests = store.table(results, "test")
     if not model.noisy:
         tests = tests.take(~tests.repeats)
-    n_new = store.keep(tests)
+    n_new = store.keep(tests.take(_are_new(model, tests, store)))
     n_known = len(tests) - n_new
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already."
     return replace(tests, remarks=(taken, *remarks))
@@ -165,6 +166,22 @@ def _beyond_bounds(model: Model, results: Columns) -> list[str]:
                 f"{name} is outside {low:g} to {high:g} in {n}, the first {beyond[0]:g}."
             )
     return remarks
+
+
+def _are_new(model: Model, tests: TestTable, store: StudyStore) -> Mask:
+    """``(n,)`` which tests are to be stored; of a noisy model, those with other results only."""
+    is_new = np.ones(len(tests), dtype=bool)
+    if model.noisy:
+        known = Counter(_marks(model, store.table(store.study.contents()[1], "test")))
+        for row, mark in enumerate(_marks(model, tests)):  # each stored test is one of them
+            is_new[row] = known[mark] <= 0
+            known[mark] -= 1
+    return is_new
+
+
+def _marks(model: Model, tests: TestTable) -> list[tuple[Any, ...]]:
+    """Return what tells tests apart: their designs and results."""
+    return [*zip(model.keys(tests.X), map(tuple, tests.F.tolist()), strict=True)]
 
 
 def _identity(source: Any, results: Columns) -> str:

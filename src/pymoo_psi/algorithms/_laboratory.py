@@ -37,6 +37,7 @@ from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.problems import require_no_permutation, requirements_of
 from pymoo_psi.study import Database, Proposal, Study
 from pymoo_psi.table import (
+    POINT,
     PROPOSAL_ROUND,
     Expression,
     columns_of_designs,
@@ -109,15 +110,13 @@ class _Laboratory:
         self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
         self.assignments: dict[int, _Assignment] = {}
         self.pending: dict[int, _Assignment] = {}
-        for run in database.facts.runs:
-            for proposal in database.proposals(run.number):
-                if "design" not in proposal.content:
-                    continue
-                assignment = _Assignment(run.start + proposal.test_point, run.number, proposal)
-                test = assignment.test
-                self.assignments[test] = assignment
-                if assignment.original == test and test not in self.tests.index:
-                    self.pending[test] = assignment
+        for run, test, proposal in database.assigned():
+            if "design" not in proposal.content:
+                continue
+            assignment = _Assignment(test, run, proposal)
+            self.assignments[test] = assignment
+            if assignment.original == test and test not in self.tests.index:
+                self.pending[test] = assignment
 
     def frame(self, assignments: Sequence[_Assignment]) -> pd.DataFrame:
         """Return assignments as a table to be filled in."""
@@ -138,11 +137,8 @@ class _Laboratory:
 
 def _assign(database: Database, run: int, proposal: Proposal) -> _Assignment:
     """Ask people for a test of a run, as its next test point."""
-    stored = database.facts.run(run)
-    proposal = proposal._replace(test_point=stored.last + 1)
-    database.add_proposals(run, [proposal])
-    database.reserve(run, proposal.test_point)
-    return _Assignment(stored.start + proposal.test_point, run, proposal)
+    test, proposal = database.assign(run, proposal)
+    return _Assignment(test, run, proposal)
 
 
 # Asking
@@ -283,7 +279,7 @@ def tell_tests(
         sheet: The sheet of a workbook, if it has several.
 
     Returns:
-        Sentences on what was added or corrected, and what is pending. The table ``history`` of the
+        Sentences on what was added or corrected, and what is pending. The table ``log`` of the
         study keeps what was replaced or cancelled.
 
     Raises:
@@ -298,8 +294,7 @@ def tell_tests(
             known_name("cancel", str(test), [*map(str, laboratory.pending)])
             assignment = laboratory.pending.pop(test)
             del laboratory.assignments[test]
-            key = {"run": assignment.run, "test_point": assignment.proposal.test_point}
-            database.discard("proposals", key, test, "cancelled")
+            database.cancel(assignment.run, test, assignment.proposal.test_point)
         if source is not None:
             units = laboratory.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
@@ -461,7 +456,7 @@ def _new_results(
                 if text != former and "nan" not in (text, former):  # those of a failed test
                     changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
             remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
-            database.discard("tests", {TEST: other}, other, "corrected")
+            database.correct(other, "corrected")
             assignment = laboratory.assignments[other]
             laboratory.pending[other] = assignment
             new[row] = replace(new[row], assignment=assignment)
@@ -487,16 +482,19 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
                 change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
                 sentences.append(f"{title}: {change}; what was tested counts.")
         of_proposal = {"origin": proposal.origin, PROPOSAL_ROUND: proposal.round}
-        tests.append(result.values | of_proposal | {TEST: assignment.test})
+        place = {"run": assignment.run, POINT: assignment.proposal.test_point}
+        tests.append(result.values | of_proposal | place)
     frame = pd.DataFrame(tests)
     if not frame[PROPOSAL_ROUND].any():
         del frame[PROPOSAL_ROUND]
     columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
     columns["seconds"] = np.full(len(tests), np.nan)
     places = [result.place for result in results]
-    columns = with_computed(database.facts.head, columns, places, sentences)
-    database.widen(columns)
-    database.insert(columns | database.numbered(columns[TEST]))
+    columns = with_computed(database.head, columns, places, sentences)
+    runs = columns.pop("run")
+    for run in np.unique(runs).tolist():
+        of_run = {name: column[runs == run] for name, column in columns.items()}
+        database.append(run, of_run, 0)
     return sentences
 
 

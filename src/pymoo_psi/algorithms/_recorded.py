@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -116,12 +115,7 @@ class Recorded(WithTable, WrappedProblem):
         table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
         self._store = StudyStore(table, run_options, self._model)
         self._executor = executor_of(self._model, run_options)
-        self._values: dict[str, Values] = {}  # those of the first test of each design
-        self._retried: dict[str, int] = {}  # the test points to be evaluated again, by the design
-        self._test_points: set[int] = set()  # those of all tests of the run
-        self._state: object = None  # the state of the study when it was last read
         self.returned: set[int] = set()
-        self._read()
         self.n_evaluated = 0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Recorded:
@@ -163,15 +157,18 @@ class Recorded(WithTable, WrappedProblem):
             ArgumentValueError: What is asked for is not kept.
         """
         designs = self._model.space.to_matrix(X)
-        keys = self._model.keys(designs)
-        if self._missing(keys):
+        numbers, tests = self._lookup(designs)
+        if not numbers.all():
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
-                self._read()  # what another process stored before this one got the lock
-                missing = self._missing(keys)
-                if missing:
-                    self._evaluate(designs[[*missing.values()]], [*missing])
-        out = columns_of_values(self._model.problem, [self._values[key] for key in keys])
+                # what another process stored before this one got the lock
+                numbers, tests = self._lookup(designs)
+                if not numbers.all():
+                    self._evaluate(designs[numbers == 0])
+                    numbers, tests = self._store.lookup(designs)
+        values = dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
+        rows = [values[number] | {"test_point": number} for number in np.abs(numbers).tolist()]
+        out = columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
             del out["test_point"]
@@ -187,63 +184,21 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
-    def _missing(self, keys: list[str]) -> dict[str, int]:
-        """Return the designs whose values are not known, and where they first occur."""
-        missing: dict[str, int] = {}
-        for row, key in enumerate(keys):
-            if key not in self._values:
-                missing.setdefault(key, row)
-        return missing
+    def _lookup(self, designs: Designs) -> tuple[Numbers, TestTable]:
+        """Return the tests of designs and their numbers, 0 where one has to be evaluated."""
+        numbers, tests = self._store.lookup(designs)
+        is_retried = (numbers < 0) & ~np.isin(-numbers, [*self.returned])
+        return np.where(is_retried, 0, numbers), tests
 
-    def _read(self) -> None:
-        """Read the study, unless it is as it was; some tests may have other values than before."""
-        state = self._store.state()
-        if state == self._state:
-            return
-        self._state = state
-        tests, is_retried = self._store.stored()
-        retried = tests.take(is_retried)
-        self._test_points = {*tests.numbers.tolist()}
-        keys = self._model.keys(retried.X)
-        self._retried = dict(zip(keys, retried.numbers.tolist(), strict=True))
-        self._values.clear()
-        self._learn(tests.take(~is_retried))
-        others = self._store.others()
-        self._learn(others, others.numbers)
-
-    def _learn(self, tests: TestTable, numbers: Numbers | None = None) -> None:
-        """Learn the values of tests, unless they are known.
-
-        Args:
-            tests: The tests.
-            numbers: ``(n,)`` their numbers in the study, if they are of other runs.
-        """
-        if numbers is None:
-            numbers = self._store.numbers(tests.numbers)
-        columns = numbers.tolist(), self._model.keys(tests.X), self._model.values(tests)
-        for number, key, values in zip(*columns, strict=True):
-            self._values.setdefault(key, values | {"test_point": number})
-
-    def _evaluate(self, designs: Designs, keys: list[str]) -> None:
-        """Evaluate designs that no test has; what arrives is stored within a second or so.
-
-        A batch that was interrupted may have been stored in part. The missing designs then get the
-        numbers that they would have had, as these are the free ones in between.
-        """
-        free = (point for point in count(1) if point not in self._test_points)
-        test_points = []
-        for key in keys:
-            test_point = self._retried.get(key)
-            if test_point is None:
-                test_point = next(free)
-            test_points.append(test_point)
-        order = np.argsort(test_points)
-        points = Points(np.array(test_points)[order], 0, designs=designs[order])
+    def _evaluate(self, designs: Designs) -> None:
+        """Evaluate designs; what arrives is stored within a second or so."""
+        _, rows = np.unique(self._model.keys(designs), return_index=True)
+        designs = designs[np.sort(rows)]
+        with self._store.study.reading() as database:
+            first = database.last_point(self._store.run) + 1
+        points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         block = run.block(len(points))
-        self._learn(block.tests)
-        self._test_points.update(block.numbers.tolist())
-        self._state = self._store.state()
         self.n_evaluated += block.n_called
         if len(block.tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")

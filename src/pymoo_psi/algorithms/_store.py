@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, option_text
-from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Columns, Designs, Head, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -159,17 +159,13 @@ class StudyStore(Store):
         head = _head_of_run(table, model)
         share = options.part if options.part.of > 1 else None
         identity = _identity_of_run(head, sampling, model)
-        facts, run = self.study.begin(head, identity, share)
+        facts, run = self.study.begin(head, identity, share, model.completed)
         self.run = run.number
-        self._last_planned = run.last
-        self._planned = run.record.get("planned", ())
+        self._planned = run.planned
         self.has_other_runs = len(facts.runs) > 1
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
             self.remember_once("command", command)
-        if not facts.is_complete:
-            with self.study.changes() as database:
-                database.complete(model.completed)
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep other processes from adding to the run during the body of a ``with`` statement."""
@@ -184,14 +180,32 @@ class StudyStore(Store):
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
         if self.has_other_runs:  # they may have tested the same designs
-            layout = self.empty.layout
-            X = points.matrix(self._model.space)
-            designs = columns_of_designs(layout.variables, layout.kinds, X)
+            designs = self._designs(points.matrix(self._model.space), numbers)
+            model = self._model
             with self.study.changes() as database:
-                database.adopt(self.run, {POINT: numbers} | designs)
+                database.adopt(self.run, designs, model.repeat, noisy=model.noisy)
         tests, is_retried = self.stored(int(numbers[0]), int(numbers[-1]))
         # The file of a share may hold points of other shares.
         return tests.take(np.isin(tests.numbers, numbers) & ~is_retried)
+
+    def _designs(self, X: Designs, points: Numbers) -> Columns:
+        """Return the columns of ``(n, n_var)`` designs of points."""
+        layout = self.empty.layout
+        return {POINT: points} | columns_of_designs(layout.variables, layout.kinds, X)
+
+    def lookup(self, X: Designs) -> tuple[Numbers, TestTable]:
+        """Return the tests of ``(n, n_var)`` designs, and their numbers, ``(n,)``.
+
+        The number is 0 where there is no test, or it is to be retried.
+        """
+        with self.study.reading() as database:
+            numbers = database.find(self._designs(X, np.arange(len(X))))
+            if not numbers.any():
+                return numbers, self.empty
+            columns = database.tests_with(numbers)
+        tests = self.table(columns, "test")
+        retried = tests.numbers[self._is_retried(tests, columns)]
+        return np.where(np.isin(numbers, retried), -numbers, numbers), tests
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
@@ -233,11 +247,6 @@ class StudyStore(Store):
         is_of_other = columns["run"] != self.run
         return tests.take(is_of_other & ~self._is_retried(tests, columns))
 
-    def state(self) -> object:
-        """Return what differs when tests were added or changed."""
-        with self.study.reading() as database:
-            return database.n_tests(), database.facts.n_changes
-
     def table(self, columns: Columns, number: str) -> TestTable:
         """Return the table of columns of the study; ``number`` is the column that numbers them."""
         layout = self.empty.layout
@@ -260,35 +269,43 @@ class StudyStore(Store):
             if name in ADDED:
                 del columns[name]
                 warn_of_output(name, "in the study, which adds a column of this name")
-        return self.study.append(columns, run=self.run, origin=self.origin, seconds=seconds)
+        model = self._model
+        return self.study.append(
+            columns,
+            run=self.run,
+            repeat=model.repeat,
+            noisy=model.noisy,
+            origin=self.origin,
+            seconds=seconds,
+        )
 
     def numbered(self, tests: TestTable) -> TestTable:
-        """Return tests of the run with the numbers that they have in the study.
+        """Return tests of the run by the numbers that they have in the study, each once.
 
-        If these differ, columns say the run and the test points.
+        If these are not those of the points, columns say the run and the points.
         """
         with self.study.reading() as database:
-            n_stored = sum(database.n_tests().values())
-            n_runs = len(database.facts.runs)  # now, as its repeats are others
-            numbers = database.numbers_of(self.run, tests.numbers)
-        if n_runs == 1:
-            return tests.of_study(n_stored)
-        extra = {**tests.extra, POINT: tests.numbers.tolist()}
-        if RUN not in tests.layout.columns:
-            extra[RUN] = [self.run] * len(tests)
-        tests = replace(renumbered(tests, numbers), extra=extra)
-        return tests.take(np.argsort(numbers)).of_study(n_stored)
-
-    def numbers(self, test_points: Numbers) -> Numbers:
-        """Return the numbers that the tests of test points have in the study."""
-        with self.study.reading() as database:
-            return database.numbers_of(self.run, test_points)
+            n_runs = database.count("runs")
+            n_stored = database.count("tests WHERE status NOT NULL")
+            if n_runs == 1 and n_stored == database.count("plan WHERE test NOT NULL"):
+                return tests.of_study(n_stored)
+            test_of = database.tests_of_points(self.run)
+        numbers = np.array([test_of[point] for point in tests.numbers.tolist()], dtype=np.int64)
+        numbers, first = np.unique(numbers, return_index=True)
+        tests = tests.take(first)
+        if n_runs > 1:
+            extra = {**tests.extra, POINT: tests.numbers.tolist()}
+            if RUN not in tests.layout.columns:
+                extra[RUN] = [self.run] * len(tests)
+            tests = replace(tests, extra=extra)
+        return renumbered(tests, numbers).of_study(n_stored)
 
     def remember_once(self, name: str, value: Any) -> Any:
         """Remember a value of the run by name, if it has none; return the remembered one."""
         with self.study.changes() as database:
-            record = database.facts.run(self.run).record
-            record.setdefault(name, value)
+            record = database.record(self.run)
+            if name not in record:
+                record = database.record(self.run, **{name: value})
             return record[name]
 
     def total(self, n_more: int) -> int:
@@ -297,7 +314,8 @@ class StudyStore(Store):
         It has no further ones while points that it was asked for are not tested.
         """
         first = self._options.first
-        last = self._last_planned
+        with self.study.reading() as database:
+            last = max([last for _, last in self._planned], default=database.last_point(self.run))
         n_planned = max(last - first + 1, 0)
         if np.isin(self._options.part.numbers(first, last), self.test_points(first)).all():
             return n_planned + n_more
@@ -308,9 +326,8 @@ class StudyStore(Store):
         ends = [self._options.first, self._options.first + n_points - 1]
         if ends not in self._planned:
             with self.study.changes() as database:
-                database.reserve(self.run, ends[1])
-                record = database.facts.run(self.run).record
-                record["planned"] = [*record.get("planned", ()), ends]
+                planned = database.record(self.run).get("planned", ())
+                database.record(self.run, planned=[*planned, ends])
 
     def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, twice a second."""

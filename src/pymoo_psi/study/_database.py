@@ -1,8 +1,8 @@
 """A study in a transaction: its tables in SQL, and what is read and changed in them.
 
-Studies are made by :func:`create`, in a file, or :func:`new_database`, in memory; :func:`opened`
-makes sure that a file is one. All three give a :class:`Database`: runs, proposals, the head, tests.
-Whoever changes its facts or runs calls :meth:`Database.save` before the commit.
+The rule for tests is that of the table itself, UNIQUE (design, repeat): whichever run wants a
+design gets the test that there is. ``plan`` says which test each point of a run has. A block of
+tests first goes into a temporary table, in which SQLite finds out what is known of them.
 """
 
 from __future__ import annotations
@@ -10,65 +10,102 @@ from __future__ import annotations
 import json
 import os
 import platform
+import secrets
 import sqlite3
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import closing, contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._kinds import DTYPES, Kind, design_key
+from pymoo_psi._kinds import DTYPES, Kind, keys_of_designs
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import (
-    Columns,
-    Head,
-    Integers,
-    Mask,
-    Received,
-    Values,
-    invalid,
-)
-from pymoo_psi.errors import StudyCorruptError
+from pymoo_psi._validation import Columns, Head, Integers, Received, Values, invalid
 from pymoo_psi.study._facts import (
     ALL,
     NOT_VALUES,
     NUMBERS,
     ROOM,
     Facts,
-    Renaming,
     Share,
     StudyRun,
     columns_of_head,
-    new_run,
+    new_names,
     now,
+    record_of_run,
     require_other_names,
+    turned,
     with_outputs,
 )
-from pymoo_psi.study._integrity import intact, of_others, reported, require_no_trigger, unreadable
+from pymoo_psi.study._integrity import SCHEMA, intact, reported
 
 LAST = 2**63 - 1  # the largest number of a test
 
-_APPLICATION = 0x50534931
-_VERSION = 1
-_SCHEMA = f"""
-PRAGMA application_id = {_APPLICATION};
-PRAGMA user_version = {_VERSION};
-CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT);
-CREATE TABLE runs (run INTEGER PRIMARY KEY, points TEXT, record TEXT, last INTEGER);
-CREATE TABLE adopted
-    (run INTEGER, test_point INTEGER, test INTEGER, PRIMARY KEY (run, test_point),
-    UNIQUE (run, test)) WITHOUT ROWID;
-CREATE TABLE proposals
-    (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT,
-    PRIMARY KEY (run, test_point)) WITHOUT ROWID;
-CREATE TABLE history (time TEXT, test INTEGER, content TEXT);
-CREATE TABLE tests
-    (test INTEGER PRIMARY KEY, run INTEGER, test_point INTEGER, status TEXT, reason TEXT,
-    origin TEXT, seconds REAL);
-"""
-_TABLES = ("study", "runs", "adopted", "proposals", "history", "tests")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
-_AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
+
+# The table of a block: the point of each test, the number that it gets if it is new, its cells.
+_NEW_BLOCK = (
+    "CREATE TEMP TABLE block AS SELECT 0 AS block_point, 0 AS block_number, * FROM tests LIMIT 0"
+)
+# How a block becomes part of a study. Its column ``test`` is NULL where no test is known.
+_PLANNED = "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)"
+_SHARED = """
+UPDATE block SET test = coalesce(
+    (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat), {})
+WHERE test IS NULL
+"""
+# If a model is noisy, a design that recurs in a run is tested again, for this point alone.
+_RECURRING = """
+UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
+    (design, repeat) IN (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
+    OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
+"""
+_FURTHER = """
+UPDATE block SET repeat = further FROM (
+    SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
+        + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design) AS further
+    FROM block AS b) WHERE block.rowid = row
+"""
+_NOT_TAKEN = """
+UPDATE block SET block_number = rowid
+    + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
+WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
+"""
+_NEW_TESTS = """
+INSERT INTO tests (test, {0}) SELECT block_number, {0} FROM block WHERE test IS NULL ORDER BY rowid
+ON CONFLICT (design, repeat) DO NOTHING
+"""
+_PLAN = """
+INSERT INTO plan (run, point, test) SELECT ?, block_point, test FROM block WHERE test NOT NULL
+ON CONFLICT (run, point) DO UPDATE SET test = excluded.test WHERE test IS NOT excluded.test
+"""
+# What a block does to tests. Rows of values differ only where both have a value.
+_DIFFER = "(tests.status = 'failed', {old}) <> (block.status = 'failed', {new})"
+# CROSS JOIN: in this order, which SQLite does not know to be the fast one.
+_WRONG = f"""
+SELECT point FROM block CROSS JOIN tests ON tests.test = block.test
+CROSS JOIN plan ON run = ? AND point = block_point AND plan.test = block.test
+WHERE tests.status <> 'failed' AND {_DIFFER}
+"""
+_CHANGED = f"""
+UPDATE tests SET {{changes}} FROM block WHERE tests.test = block.test AND (
+    tests.status IS NULL
+    OR tests.status = 'failed' AND (block.status <> 'failed' OR tests.reason <> block.reason)
+    OR tests.status <> 'failed' AND block.status <> 'failed' AND coalesce({_DIFFER}, 0) = 0
+        AND ({{filled}}) IS NOT ({{old}}))
+"""
+_CHANGE = (
+    "{0} = iif(coalesce(tests.status, 'failed') = 'failed', "
+    "block.{0}, coalesce(tests.{0}, block.{0}))"
+)
+_OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? AND status NOT NULL"
+# SQLite takes the other columns from the row with the maximum, that of the run it was made for.
+_POINTS = f"""
+SELECT test, run, point, max((run - 1) * {ROOM} + point = test) FROM tests JOIN plan USING (test)
+WHERE test BETWEEN ? AND ? AND status NOT NULL GROUP BY test ORDER BY test
+"""
+_OF_BLOCK = ("block_point", "block_number")
+_OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
 
 
 class Proposal(NamedTuple):
@@ -87,53 +124,18 @@ class Proposal(NamedTuple):
     content: Values
 
 
-def create(path: str, facts: Facts, columns: Columns | None = None) -> None:
-    """Make a study file, with the tests of its runs, whole or not at all."""
+@contextmanager
+def created(path: str, head: Head, share: Sequence[int] | None = None) -> Iterator[Database]:
+    """Yield a new study, which becomes the file after the body, whole or not at all."""
     with (
         reported(path, OSError),
         whole_file(path) as new,
         closing(sqlite3.connect(new, isolation_level=None)) as db,
     ):
-        # Without a journal, as the file is thrown away if anything happens.
-        database = new_database(db, path, facts)
-        if columns is not None:
-            database.insert(columns)
-        database.save()
+        database = Database(db, path)
+        database.begin(head, share)
+        yield database
         db.execute("COMMIT")
-
-
-def new_database(db: sqlite3.Connection, path: str, facts: Facts) -> Database:
-    """Return a new study in an empty database, in a transaction."""
-    db.executescript(f"PRAGMA journal_mode = OFF; BEGIN; {_SCHEMA}")
-    return Database(db, path, facts)
-
-
-def opened(db: sqlite3.Connection, path: str) -> Database:
-    """Return a study after making sure that the file is one; it may hold further tables."""
-    (application,) = db.execute("PRAGMA application_id").fetchone()
-    (version,) = db.execute("PRAGMA user_version").fetchone()
-    if application == _APPLICATION and version != _VERSION:
-        raise StudyCorruptError(
-            f"study {path} has format {version}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; use the version that made it, or export it as CSV with that one"
-        )
-    query = (
-        "SELECT name FROM sqlite_master WHERE type = 'table' "
-        "AND name NOT LIKE 'sqlite!_%' ESCAPE '!'"
-    )
-    tables = [name for (name,) in db.execute(query)]
-    if application != _APPLICATION and tables:
-        raise of_others(path, tables)
-    missing = [name for name in _TABLES if name not in tables]
-    if missing:
-        raise unreadable(path, f"it lacks the table {missing[0]}")
-    require_no_trigger(db, path)
-    rows = db.execute("SELECT name, value FROM study").fetchall()
-    rows_of_runs = db.execute("SELECT run, points, record, last FROM runs ORDER BY run").fetchall()
-    facts = Facts(**{name: json.loads(text) for name, text in rows})
-    for number, identity, record, last in rows_of_runs:
-        facts.runs.append(StudyRun(number, json.loads(identity), json.loads(record), last))
-    return Database(db, path, facts, {*rows, *rows_of_runs})
 
 
 class Database:
@@ -141,93 +143,114 @@ class Database:
 
     Args:
         db: The connection.
-        path: The file.
-        facts: What is known of the study as a whole; changes keep it up to date.
-        saved: The rows of the tables ``study`` and ``runs``; none of a new study.
+        path: The file, for messages.
     """
 
-    def __init__(
-        self, db: sqlite3.Connection, path: str, facts: Facts, saved: Collection[Any] = ()
-    ) -> None:
+    def __init__(self, db: sqlite3.Connection, path: str) -> None:
         self.db = db
-        self.facts = facts
         self._path = path
-        self._saved = saved
-        if not saved:
-            self._add_columns(())
 
-    def save(self) -> None:
-        """Write the facts and runs that have changed."""
-        facts = dict(vars(self.facts))
-        for run in facts.pop("runs"):
-            self._write("runs", run.number, _text(run.identity), _text(run.record), run.last)
+    # Facts
+
+    def begin(self, head: Head, share: Sequence[int] | None = None) -> None:
+        """Make the tables of a new study, in a transaction."""
+        self.db.executescript(SCHEMA)
+        facts = {"id": secrets.token_hex(16), "share": share, "steering": [], "process": ["", 0]}
         for name, value in facts.items():
-            self._write("study", name, _text(value))
+            self._set(name, value)
+        self._set_head(head, ())
 
-    def _write(self, table: str, *row: Any) -> None:
-        """Write a row, unless it is stored, in the place of one with its key."""
-        if row not in self._saved:
-            marks = ", ".join("?" * len(row))
-            self.db.execute(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", row)
+    def _set(self, key: str, value: Any) -> None:
+        self.db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, _text(value)))
 
-    # Runs
+    def get(self, key: str) -> Any:
+        """Return one of the facts that are stored as JSON."""
+        (text,) = self.db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
+        return json.loads(text)
 
-    def add_run(self, identity: Head) -> StudyRun:
-        """Begin a run; return it."""
-        ends = [run.start + max(run.last, 1) for run in self.facts.runs]
-        run = new_run(1 + -(-max(ends) // ROOM), identity)
-        self.facts.runs.append(run)
-        return run
+    @property
+    def head(self) -> Values:
+        """The columns and the formulation of the last run, without bounds."""
+        head: Values = self.get("head")
+        return head
 
-    def n_left(self) -> int:
-        """Return how many planned tests are not done."""
-        share = Share(*self.facts.share or ALL)
-        planned: set[int] = set()
-        for run in self.facts.runs:
-            for first, last in run.record.get("planned", ()):
-                points = share.numbers(first, last)
-                planned.update(self.numbers_of(run.number, points).tolist())
-        return len(planned.difference(self.test_numbers().tolist()))
+    @property
+    def facts(self) -> Facts:
+        """The facts of the study as a whole."""
+        with intact(self.db, self._path):
+            meta = {key: json.loads(text) for key, text in self.db.execute("SELECT * FROM meta")}
+            runs = []
+            for number, *texts in self.db.execute("SELECT * FROM runs ORDER BY run"):
+                runs.append(StudyRun(number, *map(json.loads, texts)))
+            (n_changes,) = self._integers("SELECT count(*) FROM log")
+        facts = Facts(runs=runs, n_changes=int(n_changes), **meta)
+        return facts._replace(head={**facts.head, **facts.bounds})
 
-    def reserve(self, number: int, last: int) -> None:
-        """Note that a run has test points up to ``last``.
-
-        Raises:
-            ArgumentValueError: The tests of another run have these numbers.
-        """
-        run = self.facts.run(number)
-        for other in self.facts.runs:
-            if run.start < other.start < run.start + last:
-                most = other.start - run.start
-                rule = f"at most {most} for run {number}, as run {other.number} follows"
-                remedy = "export the tests and continue with that study"
-                raise invalid("the number of test points", rule, last, remedy)
-        run.last = max(run.last, last)
+    def log(self, who: str, **what: Any) -> None:
+        """Note who has changed stored tests, and how."""
+        self.db.execute("INSERT INTO log VALUES (?, ?, ?)", (now(), who, _text(what)))
 
     def steer(self, request: Values) -> None:
         """Add a new request to the run at work, or replace one with its number and answer."""
-        number = request.get("number", len(self.facts.steering) + 1)
+        steering = self.get("steering")
+        number = request.get("number", len(steering) + 1)
         new = {"number": number, "time": now(), "run": 0, "answer": "waits for the run"}
-        self.facts.steering[number - 1 : number] = [new | request]
+        steering[number - 1 : number] = [new | request]
+        self._set("steering", steering)
+
+    # Runs
+
+    def add_run(self, identity: Head, number: int | None = None) -> StudyRun:
+        """Begin a run, by default with the next number; return it."""
+        record = record_of_run()
+        row = (number, _text(identity), _text(record))
+        cursor = self.db.execute("INSERT INTO runs VALUES (?, ?, ?)", row)
+        return StudyRun(int(cursor.lastrowid or 0), identity, record)
+
+    def record(self, run: int, **entries: Any) -> Values:
+        """Add entries to the record of a run; return it."""
+        rows = self.db.execute("SELECT record FROM runs WHERE run = ?", (run,))
+        record: Values = json.loads(rows.fetchone()[0]) | entries
+        if entries:
+            self.db.execute("UPDATE runs SET record = ? WHERE run = ?", (_text(record), run))
+        return record
+
+    def last_point(self, run: int) -> int:
+        """Return the greatest point of a run that has a test or a proposal; 0 without any."""
+        query = "SELECT coalesce(max(point), 0) FROM plan WHERE run = ?"
+        return int(self._integers(query, run)[0])
+
+    def n_left(self) -> int:
+        """Return how many planned points have no test."""
+        facts = self.facts
+        share = Share(*facts.share or ALL)
+        n_left = 0
+        for run in facts.runs:
+            planned = [share.numbers(first, last) for first, last in run.planned]
+            points = np.concatenate([*planned, np.zeros(0, np.int64)])
+            n_left += len(np.setdiff1d(points, self.test_points(run.number, 1)))
+        return n_left
 
     # Proposals
 
-    def add_proposals(self, run: int, proposals: Sequence[Proposal]) -> None:
-        """Write proposals of a run."""
-        for *proposal, content in proposals:
-            self._write("proposals", run, *proposal, _text(content))
+    def add_proposal(self, run: int, proposal: Proposal, test: int | None = None) -> None:
+        """Write a proposal of a run, and the number of its test if it has one already."""
+        point, *entries = proposal
+        self.db.execute("INSERT INTO plan VALUES (?, ?, ?, ?)", (run, point, test, _text(entries)))
 
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
-        query = (
-            "SELECT test_point, round, origin, content FROM proposals "
-            "WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
-        )
-        proposals = []
+        proposals = self.assigned("run = ? AND point BETWEEN ? AND ?", run, first, last)
+        return [proposal for *_, proposal in proposals]
+
+    def assigned(self, where: str = "test", *arguments: int) -> list[tuple[int, int, Proposal]]:
+        """Return the run and the test of proposals, by default of those that have a test."""
+        query = f"SELECT run, test, point, proposal FROM plan WHERE proposal NOT NULL AND {where}"
+        rows = []
         with intact(self.db, self._path):
-            for point, number, origin, content in self.db.execute(query, (run, first, last)):
-                proposals.append(Proposal(point, number, origin, json.loads(content)))
-        return proposals
+            for run, test, point, text in self.db.execute(query, arguments):
+                rows.append((run, test, Proposal(point, *json.loads(text))))
+        return rows
 
     def propose(self, run: int, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
         """Write proposals, in the order of their test points, unless others have these.
@@ -238,57 +261,56 @@ class Database:
         stored = self.proposals(run, proposals[0][0], proposals[-1][0])
         if stored:
             return stored
-        self.add_proposals(run, proposals)
+        for proposal in proposals:
+            self.add_proposal(run, Proposal(*proposal))
         return proposals
 
-    def discard(self, table: str, key: Mapping[str, int], test: int, why: str) -> None:
-        """Move a row of ``tests`` or ``proposals`` to the history.
+    def assign(self, run: int, proposal: Proposal) -> tuple[int, Proposal]:
+        """Plan a test of a proposed design as the next point of a run; return its number."""
+        proposal = proposal._replace(test_point=self.last_point(run) + 1)
+        design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
+        # Without a key: until it is made, others may test the same design.
+        self._fill(run, design | {"test_point": np.array([proposal.test_point])}, [None])
+        self._insert()
+        test = int(self._integers("SELECT test FROM block")[0])
+        self.add_proposal(run, proposal, test)
+        return test, proposal
 
-        Args:
-            table: The table.
-            key: Columns that identify the row, and their values.
-            test: The number of the test.
-            why: Why it is moved.
-        """
-        where = " AND ".join(f"{name} = :{name}" for name in key)
-        cursor = self.db.execute(f"SELECT * FROM {table} WHERE {where}", key)
+    def cancel(self, run: int, test: int, test_point: int) -> None:
+        """Give up a planned test."""
+        self.correct(test, "cancelled")
+        self.db.execute("DELETE FROM tests WHERE test = ?", (test,))
+        self.db.execute("DELETE FROM plan WHERE run = ? AND point = ?", (run, test_point))
+
+    def correct(self, test: int, why: str) -> None:
+        """Let a test be planned again; the log keeps its values."""
+        cursor = self.db.execute("SELECT * FROM tests WHERE test = ?", (test,))
         names = [name for name, *_ in cursor.description]
         cells = dict(zip(names, cursor.fetchone(), strict=True))
-        content = _text({"why": why, "cells": cells})
-        self.db.execute("INSERT INTO history VALUES (?, ?, ?)", (now(), test, content))
-        self.db.execute(f"DELETE FROM {table} WHERE {where}", key)
-        self.db.execute("DELETE FROM adopted WHERE test = ?", (test,))
-        self.facts.n_changes += 1
+        self.log("tell", test=test, why=why, cells=cells)
+        self.db.execute("UPDATE tests SET design = NULL, status = NULL WHERE test = ?", (test,))
 
     # The head
 
-    def replace_head(self, head: Head) -> None:
+    def replace_head(
+        self, head: Head, completed: Callable[[Columns], Columns] | None = None
+    ) -> None:
         """Replace the head of the study by that of a run; no test is lost.
 
         Stored columns that the new head lacks become outputs.
-        """
-        stored = self.facts.head
-        renaming = Renaming.between(stored, head)
-        present = [renaming.new_names.get(name, name) for name in columns_of_head(stored)]
-        head = with_outputs(head, present)
-        if head == stored:
-            return
-        self.facts.head = head
-        self.facts.is_complete = False
-        self._rename_columns(stored, renaming.new_names)
-        self._add_columns(present)
-        if renaming.turned:
-            columns = self.tests()
-            for name in renaming.turned:
-                columns[name] = -columns[name]
-            self.insert(columns)
 
-    def _rename_columns(self, stored: Head, new_names: Mapping[str, str]) -> None:
-        """Give columns of a stored head their names in the head; views and indices follow."""
-        new_columns = _columns_of_values(self.facts.head)
+        Args:
+            head: The new head.
+            completed: Returns values of stored tests that follow from others under it.
+        """
+        stored = self.head
+        names = new_names(stored, head)
+        present = [names.get(name, name) for name in columns_of_head(stored)]
+        head = with_outputs(head, present)
+        columns = _columns_of_values(head)
         renamed = {}
-        for name, (old, _) in _columns_of_values(stored).items():
-            new, _ = new_columns[new_names.get(name, name)]
+        for (old, _), name in zip(_columns_of_values(stored).values(), present, strict=True):
+            new, _ = columns[name]
             if old != new:
                 renamed[old] = new
         # By way of names that no column has, as two columns may change theirs for one another.
@@ -296,200 +318,187 @@ class Database:
             self.db.execute(f'ALTER TABLE tests RENAME COLUMN {old} TO "pymoo-psi {place}"')
         for place, new in enumerate(renamed.values()):
             self.db.execute(f'ALTER TABLE tests RENAME COLUMN "pymoo-psi {place}" TO {new}')
+        for name in turned(stored, head):
+            self.db.execute("UPDATE tests SET {0} = {0} * -1.0".format(columns[name][0]))
+        self._set_head(head, present)
+        if completed is not None:
+            self._complete(completed)
 
-    def widen(self, columns: Collection[str]) -> None:
-        """Add the outputs that tests have to the columns of a study."""
-        present = columns_of_head(self.facts.head)
-        self.facts.head = with_outputs(self.facts.head, columns)
-        self._add_columns(present)
+    def _complete(self, completed: Callable[[Columns], Columns]) -> None:
+        """Write values of stored tests that follow from others."""
+        tests = self.tests()
+        columns = completed(tests)
+        if columns:
+            self.widen(columns)
+            cells = self._cells(columns)
+            changes = ", ".join(f"{name} = ?" for name in cells)
+            rows = zip(*cells.values(), tests["test"].tolist(), strict=True)
+            self.db.executemany(f"UPDATE tests SET {changes} WHERE test = ?", rows)
+            self.log("study", completed=[*columns])
 
-    def _add_columns(self, present: Collection[str]) -> None:
-        """Add the columns of the head that are not present."""
-        require_other_names(self.facts.head)
-        for name, (sql, kind) in _columns_of_values(self.facts.head).items():
+    def _set_head(self, head: Head, present: Collection[str]) -> None:
+        """Store a head; the table of tests gets the columns that are not present."""
+        require_other_names(head)
+        self._set("head", {**head, **{side: None for side in ("lower", "upper") if side in head}})
+        for name, (sql, kind) in _columns_of_values(head).items():
             if name not in present:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
-    # Tests
+    def widen(self, columns: Collection[str]) -> None:
+        """Add the outputs that tests have to the columns of a study."""
+        head = self.head
+        wider = with_outputs(head, columns)
+        if wider != head:
+            self._set_head(wider, columns_of_head(head))
 
-    def numbered(self, numbers: Integers) -> Columns:
-        """Return the columns ``test``, ``run`` and ``test_point`` of the numbers of tests."""
-        starts = np.array([run.start for run in self.facts.runs])
-        rows = np.searchsorted(starts, numbers) - 1
-        runs = np.array([run.number for run in self.facts.runs])
-        return {"test": numbers, "run": runs[rows], "test_point": numbers - starts[rows]}
+    # Writing tests
 
-    def numbers_of(self, run: int, test_points: Integers) -> Integers:
-        """Return the numbers of the tests of test points of a run."""
-        start = self.facts.run(run).start
-        rows = self.db.execute("SELECT test_point, test FROM adopted WHERE run = ?", (run,))
-        adopted = dict(rows)
-        numbers = [adopted.get(point, start + point) for point in test_points.tolist()]
-        return np.array(numbers, dtype=np.int64)
-
-    def adopt(self, run: int, columns: Columns) -> None:
-        """Assign tests of other runs to test points of a run that have the same designs.
-
-        Points with tests of their own keep these. Of points with the same design, the first gets
-        the test, as a test has one number in the table of a run. Repeated tests are made for one
-        run only, unless they are from elsewhere: the k-th repeats of designs get the k-th of these.
-        In turn, tests of a noisy model from elsewhere get only tests with the same objectives.
-        """
-        repeats = {other.number: other.identity.get("repeat", 1) for other in self.facts.runs}
-        repeat = repeats.pop(run)
-        others = []
-        for number, other_repeat in repeats.items():
-            if repeat == 0 or other_repeat == 0 or repeat == other_repeat == 1:
-                others.append(str(number))
-        if not others:
-            return
-        head = self.facts.head
-        compared = head["variables"]
-        if repeat == 0:
-            compared = compared + head["objectives"]
-        stored_columns = _columns_of_values(head)
-        quoted = []
-        values = []
-        for name in compared:
-            sql, kind = stored_columns[name]
-            quoted.append(sql)
-            values.append(columns[name].astype(DTYPES[kind]).tolist())
-        names = ", ".join(quoted)
-        marks = ", ".join("?" * len(quoted))
-        self.db.execute(f"CREATE INDEX IF NOT EXISTS tests_by_design ON tests ({names})")
-        # In SQL, 0.0 is -0.0.
-        self.db.create_function("design_key", -1, lambda *cells: design_key(cells))
-        test_points = columns["test_point"]
-        numbers = test_points + self.facts.run(run).start
-        self.db.executemany(
-            f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, test FROM tests "
-            f"WHERE ({names}) = ({marks}) AND design_key({names}) = design_key({marks}) "
-            f"AND run IN ({', '.join(others)}) "
-            "AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?) "
-            f"ORDER BY test LIMIT 1 OFFSET {max(repeat - 1, 0)}",
-            zip(test_points.tolist(), *values, *values, numbers.tolist(), strict=True),
-        )
-
-    def n_tests(self) -> dict[int, int]:
-        """Return how many tests each run has, without those of other runs."""
-        return dict(self.db.execute("SELECT run, count(*) FROM tests GROUP BY run"))
-
-    def complete(self, completed: Callable[[Columns], Columns]) -> None:
-        """Write values of stored tests that can be computed since the last change of the head.
-
-        Args:
-            completed: Returns columns with new values for the columns of all tests.
-        """
-        columns = self.tests()
-        new = completed(columns)
-        if new:
-            self.widen(new)
-            self.insert(columns | new)
-            self.facts.n_changes += 1
-        self.facts.is_complete = True
-
-    def append(self, run: int, columns: Columns) -> int:
-        """Write tests of a run; return how many are new or changed; see :meth:`Study.append`.
-
-        Stored tests keep the run and the test point for which they were first made.
-        """
-        self.adopt(run, columns)
-        self.reserve(run, int(columns["test_point"].max()))
-        numbers = self.numbers_of(run, columns["test_point"])
-        runs = np.full(len(numbers), run, dtype=np.int64)
-        columns = columns | {"test": numbers, "run": runs}
-        stored = self.tests(int(numbers.min()), int(numbers.max()))
-        _, rows, stored_rows = np.intersect1d(numbers, stored["test"], return_indices=True)
-        new = rows_of(columns, np.setdiff1d(np.arange(len(numbers)), rows))
-        changed = self._changed(rows_of(stored, stored_rows), rows_of(columns, rows))
-        n_changed = len(changed["test"])
-        n_written = len(new["test"]) + n_changed
+    def append(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> int:
+        """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
+        self.widen(columns)
+        self._fill(run, columns, self._keys(columns), repeat, noisy=noisy)
+        n_changed = self._change(run)
+        n_written = n_changed + self._insert()
+        if n_changed and repeat:  # people's own tests are planned, or in the log already
+            self.log(f"run {run}", changed=n_changed)
+        self.db.execute(_PLAN, (run,))
         if n_written:
-            self.facts.process = [platform.node(), os.getpid()]
-            self.facts.n_changes += n_changed
-            self.widen(columns)
-            self.insert(new)
-            self.insert(changed)
+            self._set("process", [platform.node(), os.getpid()])
         return n_written
 
-    def _changed(self, stored: Columns, again: Columns) -> Columns:
-        """Return what stored tests become by repetitions, without those that stay as they are.
+    def adopt(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> None:
+        """Plan the tests that there are for the points of a run with the same designs."""
+        self._fill(run, columns, self._keys(columns), repeat, noisy=noisy)
+        self.db.execute(_PLAN, (run,))
 
-        A failed test becomes its repetition, another one gets the values that it lacks. Repetitions
-        of tests of other runs change nothing if they differ.
+    def find(self, columns: Columns) -> Integers:
+        """Return the tests of n designs, 0 where there is none."""
+        self._fill(0, columns, self._keys(columns))
+        return self._integers("SELECT coalesce(test, 0) FROM block ORDER BY rowid")
+
+    def _keys(self, columns: Columns) -> Sequence[str | None]:
+        head = self.head
+        designs = [columns[name] for name in head["variables"]]
+        if not designs:  # no design is another's
+            return [None] * len(columns["test_point"])
+        return keys_of_designs(designs, [*map(Kind, head["kinds"])])
+
+    def _fill(
+        self,
+        run: int,
+        columns: Columns,
+        keys: Sequence[str | None],
+        repeat: int = 1,
+        *,
+        noisy: bool = False,
+    ) -> None:
+        """Fill the table of a block, and find the tests that its points and designs have."""
+        points = columns["test_point"]
+        numbers = columns.get("test", (run - 1) * ROOM + points)
+        cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
+        cells |= self._cells(columns) | {"repeat": [repeat] * len(points)}
+        self.db.execute("DROP TABLE IF EXISTS temp.block")
+        self.db.execute(_NEW_BLOCK)
+        marks = ", ".join("?" * len(cells))
+        rows = zip(*cells.values(), strict=True)
+        self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
+        self.db.execute(_PLANNED, (run,))
+        if repeat == 0:
+            self.db.execute(_FURTHER)
+        elif noisy:
+            self.db.execute(_RECURRING, (run,))
+        self.db.execute(_SHARED.format("NULL"))
+
+    def _cells(self, columns: Columns) -> dict[str, list[Any]]:
+        """Return columns of tests as lists by their names in SQL."""
+        cells: dict[str, list[Any]] = {}
+        for name in ("status", "origin", "seconds"):
+            if name in columns:
+                cells[name] = columns[name].tolist()
+        if "reason" in columns:
+            cells["reason"] = [reason or None for reason in columns["reason"].tolist()]
+        for name, (sql, kind) in _columns_of_values(self.head).items():
+            if name in columns:
+                cells[sql] = columns[name].astype(DTYPES[kind]).tolist()
+        return cells
+
+    def _names(self) -> list[str]:
+        """Return the columns of values in SQL."""
+        return [sql for sql, _ in _columns_of_values(self.head).values()]
+
+    def _change(self, run: int) -> int:
+        """Change stored tests by those of the block; return how many are other than before.
+
+        A planned or failed test becomes its repetition, another one gets the values that it lacks.
 
         Raises:
-            ArgumentValueError: The repetition of a test that did not fail differs.
+            ArgumentValueError: The repetition of a test of the run that did not fail differs.
         """
-        differ = differing(stored, again)
-        is_redone = differ & (stored["status"] == "failed")
-        is_wrong = differ & ~is_redone & (stored["run"] == again["run"])
-        if is_wrong.any():
-            first = int(is_wrong.argmax())
-            test_point = f"test point {stored['test_point'][first]} of run {stored['run'][first]}"
+        names = self._names()
+        texts = {
+            "old": ", ".join(["0", *(f"tests.{name}" for name in names)]),
+            "new": ", ".join(["0", *(f"block.{name}" for name in names)]),
+            "filled": ", ".join(["0", *map("coalesce(tests.{0}, block.{0})".format, names)]),
+            "changes": ", ".join(map(_CHANGE.format, (*_OF_TEST, *names))),
+        }
+        wrong = self._integers(_WRONG.format_map(texts), run)
+        if len(wrong):
             raise invalid(
                 "block",
                 "of new test points, repetitions of failed ones, or what is stored",
-                Received(f"other values for {test_point}"),
+                Received(f"other values for test point {wrong[0]} of run {run}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        is_changed = is_redone.copy()
-        changed = again | stored  # outputs that the model has lost stay
-        for name in again.keys() - {*NUMBERS}:
-            old = stored.get(name, np.full(len(differ), np.nan))
-            new = again[name]
-            is_taken = is_redone
-            if name not in NOT_VALUES:  # NaN differs from itself
-                is_taken = is_redone | (~differ & (old != old) & (new == new))
-            changed[name] = np.where(is_taken, new, old)
-            is_changed |= is_taken
-        return rows_of(changed, is_changed)
+        return self.db.execute(_CHANGED.format_map(texts)).rowcount
 
-    def insert(self, columns: Columns) -> None:
-        """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""
-        n = len(columns["test"])
-        cells = {name: columns[name] for name in NOT_VALUES if name in columns}
-        cells["reason"] = np.where(columns["reason"] == "", np.array(None), columns["reason"])
-        for name, (sql, kind) in _columns_of_values(self.facts.head).items():
-            # NaN where these tests lack an output.
-            cells[sql] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
-        marks = ", ".join("?" * len(cells))
-        changes = ", ".join(f"{name} = excluded.{name}" for name in cells)
-        statement = (
-            f"INSERT INTO tests ({', '.join(cells)}) VALUES ({marks}) "
-            f"ON CONFLICT (test) DO UPDATE SET {changes}"
-        )
-        for start in range(0, n, _AT_A_TIME):
-            block = [column[start : start + _AT_A_TIME].tolist() for column in cells.values()]
-            self.db.executemany(statement, zip(*block, strict=True))
+    def _insert(self) -> int:
+        """Write the new tests of the block; return how many there are."""
+        self.db.execute(_NOT_TAKEN)
+        names = ", ".join((*_OF_TEST, *self._names()))
+        n_new = self.db.execute(_NEW_TESTS.format(names)).rowcount
+        self.db.execute(_SHARED.format("block_number"))
+        return n_new
+
+    # Reading tests
 
     def tests(self, first: int = 1, last: int = LAST) -> Columns:
         """Return the tests with numbers from ``first`` to ``last``, in the order of their numbers.
+
+        Returns:
+            The columns of :meth:`Study.append`, the number ``test``, and of the point for which it
+            was made the ``run`` and ``test_point``.
 
         Raises:
             StudyCorruptError: A cell cannot be read.
         """
         ends = min(first, LAST), min(last, LAST)
-        return self._selected("tests WHERE test BETWEEN ? AND ? ORDER BY test", ends)
+        source = "tests WHERE test BETWEEN ? AND ? AND status NOT NULL ORDER BY test"
+        columns = self._selected(source, ends, "test")
+        if self.count("runs") > 1:
+            rows = self.db.execute(_POINTS, ends)
+            points = np.fromiter(rows, [(name, np.int64) for name in (*NUMBERS, "is_own")])
+            columns |= {name: points[name] for name in NUMBERS}
+        return columns
 
     def tests_of_run(self, run: int, first: int, last: int) -> Columns:
         """Return the tests of test points ``first`` to ``last`` of a run, in their order."""
-        points = self._points_of_run(run, first, last)
-        source = f"({points}) AS points JOIN tests USING (test) ORDER BY points.point"
-        return self._selected(source, (), "points.point")
+        return self._selected(f"{_OF_RUN} ORDER BY point", (run, first, last), "point")
 
-    def _selected(
-        self, source: str, arguments: Sequence[int], test_point: str = "test_point"
-    ) -> Columns:
-        """Return tests of a source in SQL; ``test_point`` is an expression for their points."""
-        expressions = ["test", "run", test_point]
-        kinds = [(name, DTYPES[Kind.INTEGER]) for name in NUMBERS]
-        for name, (sql, kind) in _columns_of_values(self.facts.head).items():
+    def tests_with(self, numbers: Integers) -> Columns:
+        """Return tests by their numbers."""
+        source = "tests WHERE test IN (SELECT value FROM json_each(?)) ORDER BY test"
+        return self._selected(source, (json.dumps(numbers.tolist()),), "test")
+
+    def _selected(self, source: str, arguments: Sequence[Any], point: str) -> Columns:
+        """Return tests of a source in SQL; ``point`` is an expression for their points."""
+        expressions = ["test", "1", point]
+        kinds: list[tuple[str, Any]] = [(name, np.int64) for name in NUMBERS]
+        for name, (sql, kind) in _columns_of_values(self.head).items():
             # With the table: SQLite takes a quoted name that is no column for a text.
             expressions.append(f"tests.{sql}")
             kinds.append((name, DTYPES[kind]))
         expressions += ["status", "coalesce(reason, '')"]
-        kinds += [(name, DTYPES[Kind.CHOICE]) for name in ("status", "reason")]
+        kinds += [(name, np.object_) for name in ("status", "reason")]
         with intact(self.db, self._path):
             query = f"SELECT {', '.join(expressions)} FROM {source}"
             cells = np.fromiter(self.db.execute(query, arguments), kinds)
@@ -497,53 +506,30 @@ class Database:
 
     def test_numbers(self) -> Integers:
         """Return the numbers of the tests."""
-        return self._integers("SELECT test FROM tests")
+        return self._integers("SELECT test FROM tests WHERE status NOT NULL")
+
+    def tests_of_points(self, run: int) -> dict[int, int]:
+        """Return the tests of the points of a run."""
+        return dict(self.db.execute("SELECT point, test FROM plan WHERE run = ?", (run,)))
 
     def test_points(self, run: int, first: int, last: int = LAST) -> Integers:
         """Return the test points of a run from ``first`` to ``last`` with a test, increasing."""
-        points = self._points_of_run(run, first, last)
-        return self._integers(f"SELECT point FROM ({points}) AS points ORDER BY point")
+        return self._integers(f"SELECT point FROM {_OF_RUN} ORDER BY point", run, first, last)
 
-    def _integers(self, query: str) -> Integers:
+    def count(self, rows: str) -> int:
+        """Return how many rows there are in SQL."""
+        return int(self._integers(f"SELECT count(*) FROM {rows}")[0])
+
+    def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
-        return np.fromiter((integer for (integer,) in self.db.execute(query)), np.int64)
-
-    def _points_of_run(self, run: int, first: int, last: int) -> str:
-        """Return a query for the ``point`` and ``test`` of a run: own tests, and those assigned."""
-        start = self.facts.run(run).start
-        ends = f"{start + first} AND {min(start + last, LAST)}"
-        return (
-            f"SELECT test, test - {start} AS point FROM tests "
-            f"WHERE run = {run} AND test BETWEEN {ends} "
-            "UNION ALL SELECT test, test_point FROM adopted "
-            f"WHERE run = {run} AND test_point BETWEEN {first} AND {last}"
-        )
-
-
-def rows_of(columns: Columns, rows: Any) -> Columns:
-    """Return some rows of columns."""
-    return {name: column[rows] for name, column in columns.items()}
-
-
-def differing(columns: Columns, others: Columns) -> Mask:
-    """``(n,)`` which of n pairs of tests differ in a value that both have."""
-    # Limits and requirements, which may change, say what is infeasible.
-    has_failed = columns["status"] == "failed"
-    other_failed = others["status"] == "failed"
-    differ = has_failed != other_failed
-    differ |= has_failed & other_failed & (columns["reason"] != others["reason"])
-    for name in (columns.keys() & others.keys()).difference(NOT_VALUES):
-        one = columns[name]
-        other = others[name]
-        differ |= (one != other) & (one == one) & (other == other)  # NaN differs from itself
-    return np.asarray(differ)
+        return np.fromiter((row[0] for row in self.db.execute(query, arguments)), np.int64)
 
 
 def _columns_of_values(head: Head) -> dict[str, tuple[str, Kind]]:
     """Return the columns of a head by name: their quoted names in SQL, and their kinds."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
     columns = {}
-    taken = {*NOT_VALUES}
+    taken = {*NOT_VALUES, *_OF_TEST, *_OF_BLOCK}
     for name in columns_of_head(head):
         column = name
         while column.lower() in taken:  # SQL takes "a" and "A" for one name

@@ -1,26 +1,23 @@
 """What a study knows beside its tests: facts about the whole, runs, shares, and names of columns.
 
-- :class:`Facts` of the study and :class:`StudyRun`, of which it may have several.
+- :class:`Facts` at one moment, with each :class:`StudyRun`.
 - The model must be the same for all tests of a study: :func:`require_same_model`.
 - A run is continued by the identity that it has: :func:`identity_of_run`.
 - :class:`Share`, a part of the test points.
-- The head names the columns; a run may add some, or give others new names: :class:`Renaming`.
+- The head names the columns; a run may add some, or give others new names: :func:`new_names`.
 """
 
 from __future__ import annotations
 
 import json
 import platform
-import secrets
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._validation import (
-    Columns,
     Head,
     Integers,
     Names,
@@ -50,7 +47,7 @@ SUFFIX = ".db"  # the suffix of the studies in a folder
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
 ROOM = 1_000_000
-"""How many numbers of tests there are for a run, unless it is the last one."""
+"""Test point p of run r has number ROOM * (r - 1) + p, unless that is taken."""
 
 
 def further_tests(count: object) -> int:
@@ -71,40 +68,66 @@ def now() -> str:
     return datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
 
 
-@dataclass
-class Facts:
-    """What is known of a study as a whole.
+class StudyRun(NamedTuple):
+    """A run of a study.
 
     Attributes:
-        head: The columns and the formulation of the last run; see :meth:`Study.begin`.
-        share: For a share of an investigation: its part and the number of parts.
-        is_complete: Whether stored tests have all values that can be computed from others.
-        n_changes: How often stored tests got other values.
-        id: A random name.
-        process: The machine and the number of the last process that added tests.
+        number: Its number, from 1.
+        identity: What determines its test points, see :func:`identity_of_run`.
+        record: When, where and with which versions it was begun, and under ``planned`` which test
+            points it was asked for: the first and the last one of each call.
+    """
+
+    number: int
+    identity: Head
+    record: Values
+
+    @property
+    def planned(self) -> list[list[int]]:
+        """The first and the last test point of each call."""
+        return [*self.record.get("planned", ())]
+
+
+class Facts(NamedTuple):
+    """What is known of a study as a whole, at one moment.
+
+    Attributes:
+        head: The columns and the formulation of the last run, see :meth:`Study.begin`; the bounds
+            are those of all runs together.
+        runs: The runs.
         steering: Requests to runs, in the order of time. Each has its ``number``, ``time``, the
             ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer`` and
             ``run``, the run that has answered, or 0.
-        runs: The runs.
+        share: For a share of an investigation: its part and the number of parts.
+        id: A random name.
+        process: The machine and the number of the last process that added tests.
+        n_changes: How often stored tests got other values.
     """
 
     head: Head
+    runs: Sequence[StudyRun] = ()
+    steering: Sequence[Values] = ()
     share: Sequence[int] | None = None
-    is_complete: bool = True
-    n_changes: int = 0
-    id: str = field(default_factory=lambda: secrets.token_hex(16))
+    id: str = ""
     process: Sequence[Any] = ("", 0)
-    steering: list[Values] = field(default_factory=list)
-    runs: list[StudyRun] = field(default_factory=list)
+    n_changes: int = 0
+
+    @property
+    def bounds(self) -> Values:
+        """The least and the greatest bounds of all runs, as entries of the head."""
+        bounds = {}
+        for side, hull in (("lower", np.fmin), ("upper", np.fmax)):
+            ends = [run.identity[side] for run in self.runs]
+            if side in self.head and ends:
+                bounds[side] = ends[0]
+            if side in self.head and len(ends) > 1:
+                bounds[side] = hull.reduce(np.array(ends, dtype=np.float64)).tolist()
+        return bounds
 
     @property
     def requests(self) -> list[str]:
         """The requests with their answers, each in a line."""
         return list(map("{time}, {name}: {action}: {answer}".format_map, self.steering))
-
-    def run(self, number: int) -> StudyRun:
-        """Return the run of a number."""
-        return next(run for run in self.runs if run.number == number)
 
     def run_with(self, identity: Head) -> StudyRun | None:
         """Return the run with an identity, or ``None``."""
@@ -114,45 +137,17 @@ class Facts:
         return None
 
 
-@dataclass
-class StudyRun:
-    """A run of a study.
-
-    The number of a test says its run and test point: 3 000 017 is test point 17 of run 4, and 17
-    that of the first run. A run with more than a million test points also uses the numbers of the
-    next runs, so that these runs do not exist.
-
-    Attributes:
-        number: Its number, from 1.
-        identity: What determines its test points, see :func:`identity_of_run`.
-        record: When, where and with which versions it was begun, and under ``planned`` which test
-            points it was asked for: the first and the last one of each call.
-        last: The greatest test point that it has; 0 if it has none.
-    """
-
-    number: int
-    identity: Head
-    record: Values
-    last: int = 0
-
-    @property
-    def start(self) -> int:
-        """The number before that of the test of its first test point."""
-        return (self.number - 1) * ROOM
-
-
-def new_run(number: int, identity: Head, last: int = 0) -> StudyRun:
-    """Return a run that begins now, on this machine."""
+def record_of_run() -> Values:
+    """Return the record of a run that begins now, on this machine."""
     from pymoo_psi import __version__
 
-    record = {
+    return {
         "begun": now(),
         "host": platform.node(),
         "pymoo-psi": __version__,
         "python": platform.python_version(),
         "numpy": np.__version__,
     }
-    return StudyRun(number, identity, record, last)
 
 
 # The model, which must be the same
@@ -179,6 +174,23 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
             "Give the name of another file, or restore the model with which it was begun (its "
             "template, its study_key)"
+        )
+
+
+def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
+    """Refuse a study that is no share of the same points as another one.
+
+    Raises:
+        StudyMismatchError: It is none; the message says what differs.
+    """
+    require_same_model(path, facts.head, others.head, where)
+    if facts.share and others.share and facts.share[1] != others.share[1]:
+        parts = f"one of {facts.share[1]} shares, not of {others.share[1]}"
+        raise StudyMismatchError(f"study {path} is {parts}; give the name of another folder")
+    if len(facts.runs) > 1 or others.run_with(facts.runs[0].identity) is None:
+        raise StudyMismatchError(
+            f"study {path} is a share of other points than those {where}; give the name of another "
+            "folder, or join the shares by 'pymoo-psi export' and go on with that study"
         )
 
 
@@ -324,45 +336,29 @@ def with_outputs(head: Head, names: Collection[str]) -> Values:
     return {**head, "outputs": outputs}
 
 
-@dataclass(frozen=True)
-class Renaming:
-    """Other names and directions of columns that a problem knows by their places, as pymoo's do.
+def new_names(stored: Head, head: Head) -> dict[str, str]:
+    """Return the names in a head of stored columns that a problem knows by place, as pymoo's do.
 
-    The outputs of a program have names of their own, which stay.
-
-    Attributes:
-        new_names: The names of stored objectives and constraints by those that they have.
-        turned: Objectives, by their new names, that are maximised now, or no longer: their values
-            change sign.
+    Those of a program have names of their own, which stay.
     """
+    if "objectives" not in (head.get("problem") or {}):
+        return {}
+    pairs = [*zip(stored["objectives"], head["objectives"], strict=False)]
+    # Requirements, which may change, follow the constraints of the model.
+    n_constraints = head.get("model_inequalities")
+    pairs += zip(stored["inequalities"], head["inequalities"][:n_constraints], strict=False)
+    pairs += zip(stored["equalities"], head["equalities"], strict=False)
+    return dict(pairs)
 
-    new_names: Mapping[str, str]
-    turned: Collection[str]
 
-    @classmethod
-    def between(cls, stored: Head, head: Head) -> Renaming:
-        """Return what makes the columns of a stored head those of another one."""
-        if "objectives" not in (head.get("problem") or {}):
-            return cls({}, ())
-        pairs = [*zip(stored["objectives"], head["objectives"], strict=False)]
-        # Requirements, which may change, follow the constraints of the model.
-        n_constraints = head.get("model_inequalities")
-        pairs += zip(stored["inequalities"], head["inequalities"][:n_constraints], strict=False)
-        pairs += zip(stored["equalities"], head["equalities"], strict=False)
-        new_names = dict(pairs)
-        maximized = {new_names[name] for name in stored.get("maximize", ())}
-        return cls(new_names, maximized ^ {*head.get("maximize", ())})
+def turned(stored: Head, head: Head) -> set[str]:
+    """Return the objectives in a head that are maximised now, or no longer, other than stored."""
+    names = new_names(stored, head)
+    maximized = {names[name] for name in stored.get("maximize", ()) if name in names}
+    return maximized ^ {*head.get("maximize", ())} if names else set()
 
-    def __bool__(self) -> bool:
-        """Whether anything changes."""
-        return bool(self.turned) or [*self.new_names] != [*self.new_names.values()]
 
-    def of_columns(self, columns: Columns) -> Columns:
-        """Return stored columns under the new names, and in the new directions."""
-        renamed = {}
-        for name, cells in columns.items():
-            name = self.new_names.get(name, name)
-            if name in self.turned:
-                cells = -cells
-            renamed[name] = cells
-        return renamed
+def are_alike(stored: Head, head: Head) -> bool:
+    """Whether columns have the same names and directions in two heads of one model."""
+    names = new_names(stored, head)
+    return [*names] == [*names.values()] and not turned(stored, head)

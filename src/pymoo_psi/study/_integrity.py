@@ -1,4 +1,4 @@
-"""What keeps a study intact: errors that name the damage, and a lock for each run."""
+"""What keeps a study intact: its tables, errors that name the damage, and a lock for each run."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import IO, Any
 
 from pymoo_psi.errors import PsiError, StudyAccessError, StudyCorruptError, StudyLockedError
@@ -26,9 +27,75 @@ BESIDE = ("-journal", "-wal", "-shm", _LOCK)
 # writers must not keep a shared file system busy.
 _FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3
 
+_PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
+
 # By process and lock file: the lock among the threads, and which locks the process holds.
 _THREAD_LOCKS: dict[tuple[int, str], Any] = {}
 _HELD: set[tuple[int, str]] = set()
+
+_APPLICATION = 0x50534931
+_VERSION = 1
+SCHEMA = f"""
+PRAGMA journal_mode = OFF;
+BEGIN;
+PRAGMA application_id = {_APPLICATION};
+PRAGMA user_version = {_VERSION};
+CREATE TABLE tests
+    (test INTEGER PRIMARY KEY, design TEXT, repeat INTEGER, status TEXT, reason TEXT, origin TEXT,
+    seconds REAL, UNIQUE (design, repeat));
+CREATE TABLE plan
+    (run INTEGER, point INTEGER, test INTEGER, proposal TEXT, PRIMARY KEY (run, point))
+    WITHOUT ROWID;
+CREATE TABLE runs (run INTEGER PRIMARY KEY, identity TEXT, record TEXT);
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+CREATE TABLE log (time TEXT, who TEXT, what TEXT);
+"""
+"""Of a new study; without a journal, as the file is thrown away if anything happens."""
+_TABLES = ("meta", "runs", "plan", "log", "tests")
+
+# Files
+
+
+def connected(path: str) -> sqlite3.Connection:
+    """Return a connection to a file that exists, without a transaction."""
+    # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
+    # that must not be written as read-only. isolation_level=None: Python's module would
+    # begin transactions by itself.
+    uri = f"{Path(path).as_uri()}?mode=rw"
+    db = sqlite3.connect(
+        uri, uri=True, timeout=_PATIENCE, isolation_level=None, check_same_thread=False
+    )
+    db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+    db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
+    db.execute("PRAGMA temp_store = MEMORY")
+    db.execute("PRAGMA cache_size = -65536")  # 64 MB, as designs are spread over their index
+    return db
+
+
+def require_study(db: sqlite3.Connection, path: str) -> None:
+    """Make sure that a file is a study; it may hold further tables, views and indices."""
+    (application,) = db.execute("PRAGMA application_id").fetchone()
+    (version,) = db.execute("PRAGMA user_version").fetchone()
+    if application == _APPLICATION and version != _VERSION:
+        raise StudyCorruptError(
+            f"study {path} has format {version}, but this version of pymoo-psi reads format "
+            f"{_VERSION}; use the version that made it, or export it as CSV with that one"
+        )
+    query = "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
+    types = dict(db.execute(query))
+    tables = [name for name in types if types[name] == "table"]
+    if application != _APPLICATION and tables:
+        raise of_others(path, tables)
+    for name in _TABLES:
+        if name not in tables:
+            raise unreadable(path, f"it lacks the table {name}")
+    for name, kind in types.items():
+        if kind == "trigger":  # SQLite would run it when a test is written
+            raise StudyCorruptError(
+                f"study {path} has the trigger {name}, which would change what a run stores; it "
+                f'was left as it is: remove the trigger (DROP TRIGGER "{name}")'
+            )
+
 
 # Errors
 
@@ -66,16 +133,6 @@ def intact(db: sqlite3.Connection, path: str) -> Iterator[None]:
         (found,) = db.execute("PRAGMA integrity_check(1)").fetchone()
         problem = str(error) if found == "ok" else found
         raise unreadable(path, problem) from error
-
-
-def require_no_trigger(db: sqlite3.Connection, path: str) -> None:
-    """Refuse a study with a trigger, which SQLite would run when a test is written."""
-    query = "SELECT name FROM sqlite_master WHERE type = 'trigger'"
-    for (name,) in db.execute(query):
-        raise StudyCorruptError(
-            f"study {path} has the trigger {name}, which would change what a run stores; it was "
-            f'left as it is: remove the trigger (DROP TRIGGER "{name}")'
-        )
 
 
 def unreadable(path: str, problem: str) -> StudyCorruptError:

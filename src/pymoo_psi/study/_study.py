@@ -1,18 +1,22 @@
 """The study file: an SQLite database of tables that any program can read.
 
-- ``tests`` has one row for each test: ``test``, its number, which says the ``run`` and the
-  ``test_point`` for which it was made, see :class:`StudyRun`; ``status``; ``reason``, why it
-  failed; ``origin``, where its design comes from; ``seconds``, the time of its evaluation (the mean
-  of designs that were evaluated together); then variables, objectives, constraints and outputs
-  under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables are 0
-  and 1, choices are texts.
+- ``tests`` has one row for each test: ``test``, its number; ``design``, a key of its variables, and
+  ``repeat``, which of the tests of the design it is, 1 unless the model is noisy or people repeat
+  it; ``status``, NULL of a test that is planned; ``reason``, why it failed; ``origin``, where its
+  design comes from; ``seconds``, the time of its evaluation (the mean of designs that were
+  evaluated together); then variables, objectives, constraints and outputs under their names. A name
+  that is taken gets ``_`` appended. NaN is NULL, binary variables are 0 and 1, choices are texts.
+- ``plan`` has the points of the runs, the test that each of them has, and the proposals of an
+  algorithm, or for people, which may be without a test.
 - ``runs`` says for each run what determines its points, when, where and by which versions it was
-  begun, and the last point that it was asked for; ``adopted`` has the points of a run whose
-  designs other runs had tested.
-- ``proposals`` has designs that an algorithm or people are going to test.
-- ``history`` has tests as they were before they were corrected, and when that was.
-- ``study`` has the facts about the whole file: names, and values as JSON. One of them is what
-  people ask of a run while it works, and what the run answered.
+  begun, and the points that it was asked for.
+- ``meta`` has the facts about the whole file, as JSON. One of them is what people ask of a run
+  while it works, and what the run answered.
+- ``log`` says when stored tests were changed, by whom, and of corrections what they were before.
+
+Runs that want the same design share its test, which is that of the first one. Its number says the
+run and the point for which it was made: 3 000 017 is point 17 of run 4, and 17 that of the first
+run, unless the number was taken.
 
 Other programs may add views, indices and tables. Triggers are refused, as SQLite would run them
 whenever a test is written.
@@ -30,52 +34,42 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
-from pathlib import Path
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from glob import escape, glob
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import (
-    Columns,
-    FilePath,
-    Head,
-    Integers,
-    Received,
-    identity_text,
-    invalid,
-)
-from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
-from pymoo_psi.study._database import (
-    LAST,
-    Database,
-    Proposal,
-    create,
-    new_database,
-    opened,
-)
+from pymoo_psi._validation import Columns, FilePath, Head, identity_text, invalid
+from pymoo_psi.errors import StudyAccessError, StudyMismatchError
+from pymoo_psi.study._database import LAST, Database, Proposal, created
 from pymoo_psi.study._facts import (
-    ROOM,
     SUFFIX,
     Facts,
-    Renaming,
-    Share,
     StudyRun,
+    are_alike,
     columns_of_head,
     identity_of_run,
-    new_run,
+    require_fellow,
     require_same_model,
     with_outputs,
 )
-from pymoo_psi.study._integrity import BESIDE, intact, locked, reported
+from pymoo_psi.study._integrity import (
+    BESIDE,
+    connected,
+    intact,
+    locked,
+    reported,
+    require_study,
+)
 
-_PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
 # What is in such files is no study, and other programs would not open one by such a name.
 _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
-# A plain BEGIN would take the write lock at the first change only, after reading.
-_READ = "BEGIN"
-_WRITE = "BEGIN IMMEDIATE"
+# Connections that a fork has inherited: SQLite neither uses nor closes them there.
+_INHERITED: list[sqlite3.Connection] = []
 
 
 class Study:
@@ -103,12 +97,29 @@ class Study:
         self.wait = wait
         self._head: Head | None = None  # the head of the run that was begun
         self._id: str | None = None  # the study in use, as another file may take its place
+        self._open()
+
+    def _open(self) -> None:
+        self._threads = threading.RLock()  # one transaction at a time
+        self._db: sqlite3.Connection | None = None  # the connection, while it is open
+        self._file: object = None  # the process and the file to which it belongs
+        self._n_writing = 0  # how many contexts keep it open
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies open the file anew."""
+        return {name: vars(self)[name] for name in ("path", "wait", "_head", "_id")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a copy."""
+        vars(self).update(state)
+        self._open()
 
     def begin(
         self,
         head: Head,
         identity: Head | None = None,
         share: tuple[int, int] | None = None,
+        completed: Callable[[Columns], Columns] | None = None,
     ) -> tuple[Facts, StudyRun]:
         """Begin a run, or continue the one with the same identity; create the file if needed.
 
@@ -121,6 +132,7 @@ class Study:
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
                 and have the same number of parts.
+            completed: Returns the values of stored tests that follow from others under a new head.
 
         Returns:
             The facts, and the run.
@@ -135,30 +147,31 @@ class Study:
         self._head = head
         if identity is None:
             identity = identity_of_run(head, None)
-        facts = Facts(head, share, runs=[new_run(1, identity)])
+        new = Facts(head, [StudyRun(1, identity, {})], share=share)
         if share is not None:
-            self._prepare_folder(facts)
+            self._prepare_folder(new)
         if not os.path.exists(self.path):
             with self.writing():
                 # The previous owner of the lock may have made it meanwhile.
                 if not os.path.exists(self.path):
-                    create(self.path, facts)
+                    with created(self.path, head, share) as database:
+                        database.add_run(identity)
         self._id = None
         stored = self.facts()
         require_same_model(self.path, stored.head, head)
         if stored.share is not None:
-            require_fellow(self.path, stored, facts)
+            require_fellow(self.path, stored, new)
         run = stored.run_with(identity)
-        whole = with_outputs(head, columns_of_head(stored.head))
+        whole = with_outputs(head, columns_of_head(stored.head)) | stored.bounds
         if run is not None and json.dumps(whole) == json.dumps(stored.head):
             return stored, run
         with ExitStack() as locks:
-            # No other process writes under the names that are stored now.
-            if Renaming.between(stored.head, head):
+            if not are_alike(stored.head, head):
+                # No other process writes under the names that are stored now.
                 for stored_run in stored.runs:
                     locks.enter_context(self.writing(stored_run.number))
             database = locks.enter_context(self.changes())
-            database.replace_head(head)
+            database.replace_head(head, completed)
             run = database.facts.run_with(identity) or database.add_run(identity)
             return database.facts, run
 
@@ -170,8 +183,9 @@ class Study:
         for path in studies_in(folder):
             require_fellow(path, Study(path).facts(), facts)
 
-    def writing(self, run: int = 1) -> AbstractContextManager[None]:
-        """Return a context in which no other process can add to a run.
+    @contextmanager
+    def writing(self, run: int = 1) -> Iterator[None]:
+        """Let no other process add to a run, and keep the file open.
 
         Without it, :meth:`append` does so for each block. It may be nested. Threads of this process
         wait for one another. Other runs of the study can be added to meanwhile.
@@ -180,22 +194,29 @@ class Study:
             StudyLockedError: Another process is writing. A killed process does not hold the lock.
             StudyAccessError: The folder cannot be written.
         """
-        return locked(self.path, run, self.wait)
+        with locked(self.path, run, self.wait):
+            self._n_writing += 1
+            try:
+                yield
+            finally:
+                with self._threads:
+                    self._n_writing -= 1
+                    self._close()
 
     def append(
         self,
         columns: Columns,
         *,
         run: int = 1,
+        repeat: int = 1,
+        noisy: bool = False,
         origin: str | None = None,
         seconds: ArrayLike | None = None,
     ) -> int:
         """Commit a block of n tests; after the return they are on the disk.
 
-        A test that is stored already with the same values is skipped, even if one of the two lacks
-        an output. A failed test is replaced by its repetition. No other stored test can be changed.
-        A design that another run has tested meanwhile is not stored again; both points share its
-        test.
+        A design that has a test is not stored again, and the values of the test stay, also if one
+        of the two lacks an output. A failed test is replaced by its repetition.
 
         Args:
             columns: Columns of n cells: ``test_point``, the numbers of the points in the run; the
@@ -203,6 +224,8 @@ class Study:
                 ``reason``, texts; and the outputs of the model, numbers, which may differ from
                 block to block.
             run: The run of the points.
+            repeat: Which of the tests of their designs these are, from 1; 0 for further ones.
+            noisy: Whether a design that recurs in the run is tested again.
             origin: Where the designs come from.
             seconds: How long the evaluation of a design took, one number or ``(n,)``.
 
@@ -211,7 +234,7 @@ class Study:
 
         Raises:
             StudyMismatchError: Another study has taken the place of this one.
-            ArgumentValueError: A test is stored with other values.
+            ArgumentValueError: A test of the run is stored with other values.
             StudyLockedError: Another process is writing.
             StudyAccessError: The disk is full, or file or folder cannot be written.
             StudyCorruptError: The file is damaged.
@@ -222,13 +245,12 @@ class Study:
         origins = np.full(n, origin, dtype=object)
         more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
         with self.writing(run), self.changes() as database:
-            head = database.facts.head
-            if self._head is not None and Renaming.between(head, self._head):
+            if self._head is not None and not are_alike(database.head, self._head):
                 raise StudyMismatchError(
                     f"another run has given the objectives of study {self.path} other names or "
                     "directions since this one began; this one stored nothing more: run it again"
                 )
-            return database.append(run, columns | more)
+            return database.append(run, columns | more, repeat, noisy=noisy)
 
     def facts(self) -> Facts:
         """Return the facts of the study as a whole.
@@ -269,149 +291,59 @@ class Study:
 
     def reading(self) -> AbstractContextManager[Database]:
         """Return a context in which the study can be read and does not change."""
-        return self._transaction(_READ)
+        # A plain BEGIN would take the write lock at the first change only, after reading.
+        return self._transaction("BEGIN")
 
     def changes(self) -> AbstractContextManager[Database]:
         """Return a context in which the study can be changed; changes are committed together."""
-        return self._transaction(_WRITE)
+        return self._transaction("BEGIN IMMEDIATE")
 
     @contextmanager
     def _transaction(self, begin: str) -> Iterator[Database]:
         """Yield what is still the same study in a transaction; an error in the body undoes it."""
-        with reported(self.path):
-            if not os.path.isfile(self.path):
-                raise StudyAccessError(f"study {self.path} does not exist; check the name")
-            with closing(self._connected()) as db:
-                db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-                db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
+        with self._threads, reported(self.path):
+            db = self._connection()
+            try:
                 db.execute(begin)
                 with intact(db, self.path):
-                    database = opened(db, self.path)
-                if self._id not in (None, database.facts.id):
+                    require_study(db, self.path)
+                    query = "SELECT value FROM meta WHERE key = 'id'"
+                    stored_id = json.loads(db.execute(query).fetchone()[0])
+                if self._id not in (None, stored_id):
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
                         "another has taken its place, and was left as it is; put the right file "
                         "back, or run again to continue this one"
                     )
-                yield database
-                if begin == _WRITE:
-                    database.save()
+                yield Database(db, self.path)
                 db.execute("COMMIT")
-        self._id = database.facts.id
+                self._id = stored_id
+            finally:
+                if db.in_transaction:
+                    db.execute("ROLLBACK")
+                self._close()
 
-    def _connected(self) -> sqlite3.Connection:
-        """Return a connection to the file."""
-        # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
-        # that must not be written as read-only. isolation_level=None: Python's module would
-        # begin transactions by itself.
-        uri = f"{Path(self.path).as_uri()}?mode=rw"
-        return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
+    def _connection(self) -> sqlite3.Connection:
+        """Return the connection of this process to the file, which another may have replaced."""
+        if not os.path.isfile(self.path):
+            raise StudyAccessError(f"study {self.path} does not exist; check the name")
+        state = os.stat(self.path)
+        file = (os.getpid(), state.st_dev, state.st_ino)
+        if self._db is not None and self._file != file:
+            _INHERITED.append(self._db)
+            self._db = None
+        if self._db is None:
+            self._db = connected(self.path)
+            self._file = file
+        return self._db
 
-
-def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
-    """Refuse a study that is no share of the same points as another one.
-
-    Raises:
-        StudyMismatchError: It is none; the message says what differs.
-    """
-    require_same_model(path, facts.head, others.head, where)
-    if facts.share and others.share and facts.share[1] != others.share[1]:
-        parts = f"one of {facts.share[1]} shares, not of {others.share[1]}"
-        raise StudyMismatchError(f"study {path} is {parts}; give the name of another folder")
-    if len(facts.runs) > 1 or others.run_with(facts.runs[0].identity) is None:
-        raise StudyMismatchError(
-            f"study {path} is a share of other points than those {where}; give the name of another "
-            "folder, or join the shares by 'pymoo-psi export' and go on with that study"
-        )
-
-
-def write_study(path: FilePath, head: Head, columns: Columns) -> None:
-    """Write tests as a new study, whole or not at all; see :class:`Study` for head and columns.
-
-    Args:
-        path: The file.
-        head: The head; its ``problem`` may say the ``sampling`` of its points, or the identities of
-            several ``runs`` by their numbers.
-        columns: The columns of :meth:`Study.append`, and the ``run`` if there are several.
-
-    Raises:
-        StudyAccessError: The file exists already, or cannot be written.
-    """
-    file = Study(path).path
-    if os.path.lexists(file):
-        raise StudyAccessError(
-            f"study {file} exists already and was left as it is; give the name of a new file"
-        )
-    stored_head = json.loads(identity_text({"problem": None, **head}))
-    problem = stored_head["problem"] or {}
-    sampling = problem.pop("sampling", None)
-    identities = problem.pop("runs", None) or {"1": identity_of_run(stored_head, sampling)}
-    test_points = np.asarray(columns["test_point"], dtype=np.int64)
-    columns = {"run": np.ones(len(test_points), dtype=np.int64)} | columns
-    columns["test"] = (columns["run"] - 1) * ROOM + test_points
-    if len(np.unique(columns["test"])) < len(test_points):
-        rule = "different ones, as numbers of tests follow from them"
-        raise invalid("the runs and test points of a study", rule, Received("some that recur"))
-    facts = Facts(with_outputs(stored_head, columns))
-    for number, identity in identities.items():
-        last = test_points[columns["run"] == int(number)].max(initial=0)
-        facts.runs.append(new_run(int(number), identity, int(last)))
-    create(file, facts, columns)
+    def _close(self) -> None:
+        """Close the connection, unless a context keeps it open."""
+        if self._db is not None and self._n_writing == 0:
+            self._db.close()
+            self._db = None
 
 
 def studies_in(folder: FilePath) -> list[str]:
     """Return the paths of the studies in a folder, sorted."""
-    return sorted(map(str, Path(folder).glob(f"*{SUFFIX}")))
-
-
-def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
-    """Return the tests of all studies in a folder as those of one; see :class:`Study`.
-
-    Returns:
-        The facts, the columns, and which test points are missing; empty if none are.
-
-    Raises:
-        StudyMismatchError: Two studies belong to different problems, or have different results for
-            the same test point.
-        StudyError: One of them is damaged, or there is none; the message names the file.
-    """
-    files = studies_in(Path(path).resolve())
-    if not files:
-        raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
-    contents = [Study(file).contents() for file in files]
-    first = contents[0][0]
-    n_shares = 1
-    with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
-        joined = new_database(db, os.fspath(path), first)
-        for file, (facts, columns) in zip(files, contents, strict=True):
-            require_fellow(file, facts, first, f"in {files[0]}")
-            if facts.share is not None:
-                n_shares = facts.share[1]
-            columns = Renaming.between(facts.head, first.head).of_columns(columns)
-            try:
-                if len(columns["test"]):
-                    joined.append(1, columns)
-            except ArgumentValueError as error:
-                raise StudyMismatchError(
-                    f"study {file} and one before it in the folder have different results for test "
-                    f"points; move the file that is wrong, or older, to another folder ({error})"
-                ) from error
-        columns = joined.tests()
-    return first, columns, _missing(n_shares, columns["test"])
-
-
-def _missing(n_shares: int, numbers: Integers) -> str:
-    """Say how many test points each share lacks between the first and the last stored one."""
-    if n_shares == 1 or len(numbers) == 0:
-        return ""
-    first = int(numbers[0])
-    last = int(numbers[-1])
-    counts = []
-    for part in range(1, n_shares + 1):
-        share = Share(part, n_shares)
-        n_missing = len(np.setdiff1d(share.numbers(first, last), numbers))
-        if n_missing:
-            counts.append(f"{n_missing} of share {share}")
-    if not counts:
-        return ""
-    return f"Missing between test points {first} and {last}: {', '.join(counts)}"
+    return sorted(glob(f"{escape(os.fspath(folder))}/*{SUFFIX}"))

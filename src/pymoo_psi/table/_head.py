@@ -309,9 +309,6 @@ def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
             problem["sampling"] = sampling
     else:
         problem["runs"] = {str(number): dict(identity) for number, identity in runs.items()}
-        for side, end in (("lower", np.fmin), ("upper", np.fmax)):
-            bounds = [np.array(run[side], dtype=np.float64) for run in runs.values()]
-            head[side] = end.reduce(bounds).tolist()
         head["extra"] = [RUN, POINT]
         if any(RUN in head.get(group, ()) for group in GROUPS):
             head["extra"] = [POINT]

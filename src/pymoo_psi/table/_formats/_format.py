@@ -185,6 +185,7 @@ class StudyFile(FileFormat):
             head["limits"] = limits
         columns = columns_of(tests)
         if has_runs(table.extra):
+            columns["test"] = table.numbers
             for name in (RUN, POINT):
                 columns[name] = table.extra[name].astype(np.int64)
         write_study(path, head, columns)
