@@ -192,6 +192,8 @@ def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
     tests = [*table.reasons]
     reasons = alike(table.reasons.values())
+    if table.layout.words["row"] == "design":
+        reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
     rows = []
     for reason, count in Counter(reasons).most_common(_REASONS):
         first = tests[reasons.index(reason)]

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 _PORT = 8741  # the port, unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
+_LOOKS = 120  # looks over which the rate is measured
 _GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
@@ -78,6 +79,7 @@ class GrowingStudy:
         self._n_first = 0  # tests with which the edition began
         self._n_left = 0  # planned tests that are not done
         self._pages: dict[str, str] = {}  # the page made last, by its edition
+        self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # times, and numbers of tests
         self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
 
     def look(self) -> None:
@@ -142,10 +144,7 @@ class GrowingStudy:
         reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
         failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
         counts = ", ".join([f"{n_tests} of {n_planned} tests", *failures])
-        work = self._end()
-        if not work and self._last_action() == "pause":
-            work = "Paused."
-        return [counts, work or f"The study last changed {age:.0f} s ago."]
+        return [counts, self._end() or self._pace(age)]
 
     def _last_action(self) -> str:
         """Return what a run has done last at a request since it began; empty if nothing."""
@@ -166,6 +165,17 @@ class GrowingStudy:
         if not _is_alive(*self._facts.process):
             return "No run is at work. The command of the last one continues it."
         return ""
+
+    def _pace(self, age: float) -> str:
+        """Return a sentence on the run at work; the study has last changed ``age`` seconds ago."""
+        self._counts.append((time.monotonic(), len(self.tests)))
+        (began, n_then), (now, n_now) = self._counts[0], self._counts[-1]
+        rate = (n_now - n_then) / max(now - began, _PAUSE)
+        if self._last_action() == "pause":
+            return "Paused."
+        if rate > 0 and self._n_left:
+            return f"{rate:.2g} tests a second, {self._n_left / rate:.0f} s left."
+        return f"The study last changed {age:.0f} s ago."
 
     async def events(self, edition: str, position: int) -> AsyncIterator[str]:
         """Yield what is new for a page, as events, until it has to be loaded anew.
