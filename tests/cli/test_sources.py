@@ -163,7 +163,7 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(said, tmp_path):
         "3 of 5 designs are feasible, 2 incomplete",
         "5 designs (3 ok, 0 infeasible, 2 incomplete) written",
         "5 designs: 3 ok, 0 infeasible, 2 incomplete",
-        "cost is nan",
+        "cost is missing",
     ):
         assert text in shown
     page = decision_page(read_table("set.csv", drop_incomplete=True))
