@@ -105,6 +105,7 @@ SELECT test, run, point, max((run - 1) * {ROOM} + point = test) FROM tests JOIN 
 WHERE test BETWEEN ? AND ? AND status NOT NULL GROUP BY test ORDER BY test
 """
 _OF_BLOCK = ("block_point", "block_number")
+_OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
 _OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
 
 
@@ -529,7 +530,7 @@ def _columns_of_values(head: Head) -> dict[str, tuple[str, Kind]]:
     """Return the columns of a head by name: their quoted names in SQL, and their kinds."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
     columns = {}
-    taken = {*NOT_VALUES, *_OF_TEST, *_OF_BLOCK}
+    taken = {*NOT_VALUES, *_OF_TEST, *_OF_BLOCK, *_OF_SQLITE}
     for name in columns_of_head(head):
         column = name
         while column.lower() in taken:  # SQL takes "a" and "A" for one name

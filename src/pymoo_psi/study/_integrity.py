@@ -65,10 +65,14 @@ def connected(path: str) -> sqlite3.Connection:
     db = sqlite3.connect(
         uri, uri=True, timeout=_PATIENCE, isolation_level=None, check_same_thread=False
     )
-    db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-    db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
-    db.execute("PRAGMA temp_store = MEMORY")
-    db.execute("PRAGMA cache_size = -65536")  # 64 MB, as designs are spread over their index
+    try:
+        db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+        db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
+        db.execute("PRAGMA temp_store = MEMORY")
+        db.execute("PRAGMA cache_size = -65536")  # 64 MB, as designs are spread over their index
+    except sqlite3.Error:  # it is no database
+        db.close()
+        raise
     return db
 
 
