@@ -1,7 +1,7 @@
 """The kinds of variables and columns, in pymoo's words, and what tells their values apart."""
 
 import json
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from enum import Enum
 from hashlib import blake2b
 from typing import Any
@@ -56,21 +56,10 @@ def plain(value: Any) -> Any:
     return value
 
 
-def design_key(values: Iterable[Any]) -> str:
-    """Return a text that is the same for the same design only.
-
-    It tells 12, "12", 12.0 and True, and 0.0 and -0.0, apart, as a model can.
-
-    Args:
-        values: The values of the variables, as a table has them.
-    """
-    return repr([*values])
-
-
 def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[str]:
     """Return a key for each of n designs, which is that of no other design, in files too.
 
-    It tells apart what :func:`design_key` does.
+    It tells 12, "12", 12.0 and True, and 0.0 and -0.0, apart, as a model can.
 
     Args:
         columns: ``(n,)`` values of each variable; choices as the texts of :func:`option_text`.

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, keys_of_designs
 from pymoo_psi._validation import Array, Designs, Entries, Values, mapping
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -37,7 +37,7 @@ from pymoo_psi.table import (
     Layout,
     TestTable,
     choice_values,
-    design_keys,
+    columns_of_designs,
     design_matrix,
 )
 
@@ -156,7 +156,10 @@ class Model:
 
     def keys(self, X: Designs) -> list[str]:
         """Return a key for each of ``(n, n_var)`` designs, which is that of its tests, too."""
-        return design_keys(design_matrix("X", X, self.layout.variables, self.layout.kinds))
+        names = self.layout.variables
+        kinds = self.layout.kinds
+        columns = columns_of_designs(names, kinds, design_matrix("X", X, names, kinds))
+        return keys_of_designs([*columns.values()], kinds)
 
     def requirement_columns(self, columns: Entries) -> dict[str, Array]:
         """Return the columns of the requirements of stored tests, by name."""

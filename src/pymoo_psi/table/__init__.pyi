@@ -57,7 +57,6 @@ from ._layout import POINT as POINT
 from ._layout import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._layout import RESERVED as RESERVED
 from ._layout import RUN as RUN
-from ._layout import design_keys as design_keys
 from ._layout import design_matrix as design_matrix
 from ._layout import first_of as first_of
 from ._layout import number_column as number_column

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._kinds import DTYPES, design_key, plain
+from pymoo_psi._kinds import DTYPES, keys_of_designs, option_text, plain
 from pymoo_psi._kinds import Kind as Kind  # public here
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
@@ -569,8 +569,16 @@ def common_dtype(kinds: Sequence[Kind]) -> Any:
 
 
 def design_keys(X: AnyArray) -> list[str]:
-    """Return the :func:`design_key` of each row of ``(n, n_var)`` designs in normal form."""
-    return list(map(design_key, X.tolist()))
+    """Return a key for each row of ``(n, n_var)`` designs in normal form, to compare these."""
+    if X.shape[1] == 0:
+        return [""] * len(X)
+    kinds = column_kinds(X)
+    columns = []
+    for cells, kind in zip(X.T, kinds, strict=True):
+        if kind is Kind.CHOICE:
+            cells = np.fromiter(map(option_text, cells.tolist()), object)
+        columns.append(cells)
+    return keys_of_designs(columns, kinds)
 
 
 def first_rows(X: AnyArray, F: Array | None = None, columns: Iterable[AnyArray] = ()) -> Rows:
