@@ -53,9 +53,13 @@ class Points:
     def __reduce__(self) -> tuple[Any, ...]:
         """Send consecutive numbers as a range: half a megabyte takes as long as 7000 designs."""
         numbers: Any = self.numbers
-        if len(numbers) > 0 and (np.diff(numbers) == 1).all():
+        if self._consecutive:
             numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
         return Points, (numbers, self.n_dim, self.coordinates, self.rounds, self.designs)
+
+    @property
+    def _consecutive(self) -> bool:
+        return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
 
     def __len__(self) -> int:
         """Return how many points there are."""
@@ -66,6 +70,8 @@ class Points:
         """``(n, n_dim)`` points of the unit cube."""
         if self.coordinates is not None:
             return self.coordinates
+        if self._consecutive:  # all at once is faster
+            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
     def matrix(self, space: DesignSpace) -> Designs:
