@@ -181,6 +181,8 @@ class WorkerError(PsiError, RuntimeError):
 
 def _in_a_line(design: Any) -> str:
     """Return a design as one line, cut: many variables would bury the reason of an error."""
-    if hasattr(design, "tolist"):  # numbers of NumPy, which are shown with all digits
+    if isinstance(design, dict):  # of mixed variables
+        design = ", ".join(f"{name} = {value}" for name, value in design.items())
+    elif hasattr(design, "tolist"):  # numbers of NumPy, which are shown with all digits
         design = design.tolist()
     return shorten(str(design), 200, placeholder="...")

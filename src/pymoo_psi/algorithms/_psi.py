@@ -377,7 +377,8 @@ class PSI(PointAlgorithm):
     not in the result. Only one process at a time tests points for a run of a study.
 
     The model is assumed to be deterministic: a discrete design that occurs again gets its known
-    result (:attr:`TestTable.repeats`). Values passed to ``tell()`` are not changed.
+    result (:attr:`TestTable.repeats`); with a study the table has it once. Values passed to
+    ``tell()`` are not changed.
 
     Every further number that the model puts into ``out``, such as ``out["temperature"]``, is a
     column of the table; ``res.pop.get("temperature")`` gives it, too.

@@ -194,9 +194,9 @@ class StudyStore(Store):
         return {POINT: points} | columns_of_designs(layout.variables, layout.kinds, X)
 
     def lookup(self, X: Designs) -> tuple[Numbers, TestTable]:
-        """Return the tests of ``(n, n_var)`` designs, and their numbers, ``(n,)``.
+        """Return the numbers of the tests of ``(n, n_var)`` designs, ``(n,)``, and these tests.
 
-        The number is 0 where there is no test, or it is to be retried.
+        A number is 0 where there is no test, and negative where it is to be retried.
         """
         with self.study.reading() as database:
             numbers = database.find(self._designs(X, np.arange(len(X))))

@@ -326,6 +326,11 @@ class Comparison(Shown):
         frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p"])
         return frame.assign(p_holm=holm(frame["p"].to_numpy(float)))
 
+    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
+        medians = self.summary()
+        columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
+        return medians[columns].head(n), len(medians)
+
 
 def compare(
     problem: Any,

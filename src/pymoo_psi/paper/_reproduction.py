@@ -25,6 +25,7 @@ from pymoo_psi._validation import (
     Array,
     Rows,
     job_count,
+    known_name,
 )
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, ModelName, criteria, motion
@@ -58,6 +59,7 @@ def published_table(number: Literal["6.1", "6.2"]) -> pd.DataFrame:
         1  0.4        3085    2.0454    0.0476    0.2635    0.1072
         2  0.6        1029    2.0454    0.0476    0.2635    0.1144
     """
+    known_name("number", number, ("6.1", "6.2"))
     text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
     return pd.DataFrame(json.loads(text)[f"table_{number.replace('.', '_')}"])
 

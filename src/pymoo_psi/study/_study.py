@@ -195,7 +195,8 @@ class Study:
             StudyAccessError: The folder cannot be written.
         """
         with locked(self.path, run, self.wait):
-            self._n_writing += 1
+            with self._threads:
+                self._n_writing += 1
             try:
                 yield
             finally:
