@@ -30,7 +30,7 @@ from benchmarks.machine import describe_machine, output, processor_seconds, size
 from benchmarks.motion import compare_speed, designs
 from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.chute import ChuteParameters, criteria, motion
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 
 README = output(Path(__file__).with_name("README.md"))
 BEGIN = "<!-- figures: written by python -m benchmarks -->"

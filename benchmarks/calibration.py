@@ -23,7 +23,8 @@ from pymoo.problems import get_problem
 
 from benchmarks.machine import sized
 from pymoo_psi import TestTable, cautions, lp_tau, rank_of_efficiency
-from pymoo_psi.table import Layout
+from pymoo_psi.analysis import averaged
+from pymoo_psi.table import Schema
 
 N_DESIGNS = sized(256, 32)
 NOISE = (0.0, 0.02, 0.05, 0.1)
@@ -71,18 +72,18 @@ def decisions(n_seeds: int) -> Iterator[dict[str, Any]]:
                         errors = np.tile(noise * ranges, (len(values), 1)).T
                         names = [f"{name} standard error" for name in objectives]
                         outputs = dict(zip(names, errors, strict=True))
-                        layout = Layout.of(0, objectives, outputs=names)
+                        schema = Schema.of(0, objectives, outputs=names)
                         table = TestTable.of(
                             numbers,
                             no_variables,
                             values,
                             outputs=outputs,
-                            layout=layout,
-                            extra=extra,
+                            schema=schema,
+                            notes=extra,
                         )
                     else:
-                        table = TestTable.of(numbers, no_variables, values, extra=extra)
-                        table = table.averaged("label")
+                        table = TestTable.of(numbers, no_variables, values, notes=extra)
+                        table = averaged(table, "label")
                     frame = table.confidence()
                     ranking = table.feasible_ranking()
                     chosen = ranking.salukvadze[0]

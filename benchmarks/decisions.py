@@ -138,7 +138,7 @@ def tests(name: str, seed: int, n: int, **options: Any) -> TestTable:
     """Return n tests of ``SurrogatePSI``."""
     algorithm = SurrogatePSI(n, sampling=QMCSampling("sobol"), **options)
     result = minimize(PROBLEMS[name](), algorithm, seed=seed)
-    table: TestTable = result.algorithm.table.tested
+    table: TestTable = result.algorithm.table.under(Formulation())
     return table
 
 

@@ -24,8 +24,8 @@ from benchmarks.comparison_problems import PROBLEMS
 from benchmarks.machine import describe_machine, sized
 from pymoo_psi import SurrogatePSI, TestTable
 from pymoo_psi.algorithms import RunOptions, import_tests
+from pymoo_psi.files import read_table
 from pymoo_psi.pareto import hypervolume
-from pymoo_psi.table import read_table
 
 NAMES = ("osy", "welded_beam", "zdt3")
 N_GIVEN, N_PROPOSED = 64, 32

@@ -49,8 +49,8 @@ from pymoo_psi import (
     nsga3,
 )
 from pymoo_psi.algorithms import RunOptions, _run, ask_tests, tell_tests
+from pymoo_psi.files import read_table
 from pymoo_psi.study import Study
-from pymoo_psi.table import read_table
 
 EVALUATIONS = 20  # for each kill
 FURTHER = 3  # a kill comes during or between so many evaluations

@@ -18,8 +18,8 @@ from pymoo.core.problem import Problem
 
 from benchmarks.machine import describe_machine, sized
 from pymoo_psi import Restricted, TestTable, investigate, nsga3, read_table
+from pymoo_psi.analysis import sensitivities
 from pymoo_psi.pareto import UtopianFrame, hypervolume
-from pymoo_psi.table import sensitivities
 
 VARIABLES = 60
 TOGETHER = 8
@@ -71,7 +71,7 @@ def _in_turn(problem: Problem, budget: int, study: Path) -> TestTable:
     for k in range(rounds):
         free = order[k * TOGETHER : (k + 1) * TOGETHER]
         best = np.flatnonzero(table.pareto())[table.ranking().salukvadze[0]]
-        fixed = dict(zip(table.layout.variables, table.X[best].tolist(), strict=True))
+        fixed = dict(zip(table.schema.variables, table.X[best].tolist(), strict=True))
         for name in free:
             del fixed[name]
         investigate(Restricted(problem, fixed), points, study=study)

@@ -33,7 +33,7 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 
 T = TypeVar("T")
 

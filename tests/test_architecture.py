@@ -20,7 +20,7 @@ PROJECT = Path(__file__).parents[1]
 LAYERS = {
     "base": ["errors", "guide", "_names", "_validation", "_kinds", "_output", "_modules"],
     "mathematics": ["sequences", "chute", "pareto"],
-    "data": ["study", "table"],
+    "data": ["table", "analysis", "study", "files"],
     "pymoo": ["parallel", "problems", "algorithms", "selection"],
     "experiments": ["comparison", "paper"],
     "presentation": ["page", "plots", "report", "server", "cli", "__main__"],

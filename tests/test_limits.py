@@ -7,7 +7,6 @@ would change, and the ends of axes and sliders.
 import os
 import re
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -18,6 +17,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer
 
 from pymoo_psi import (
+    Decision,
     Formulation,
     TestTable,
     acceptability,
@@ -27,11 +27,13 @@ from pymoo_psi import (
     investigate,
     representatives,
 )
+from pymoo_psi.analysis import averaged, certainty_sentences, separation_sentences
+from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import Acceptability
 from pymoo_psi.plots import plot_ranking
 from pymoo_psi.report import decision_report
-from pymoo_psi.table import Layout, certainty_sentences, read_table, separation_sentences
+from pymoo_psi.table import Schema
 from tests.page.documents import payload_of
 from tests.page.test_page_logic import in_node
 from tests.plots.drawn import texts
@@ -81,7 +83,7 @@ class Example:
                     rail[row] = rail[before]
         names = [f"f{j + 1}" for j in range(m)]
         maximize = [name for name in names if rng.random() < 0.4]
-        layout = Layout.of(
+        schema = Schema.of(
             ["x", "k", "steel"],
             names,
             ["g"][: G.shape[1]],
@@ -89,11 +91,19 @@ class Example:
             units={names[0]: "kg"},
             outputs=["heat"],
         )
+        label = None
         if rng.random() < 0.5:
-            layout = replace(layout, label="name")
+            label = "name"
         extra = {"rail": rail, "name": [f"offer {k}" for k in rng.permutation(n)]}
         tests = TestTable.of(
-            np.arange(1, n + 1), X, F, G, outputs={"heat": heat}, layout=layout, extra=extra
+            np.arange(1, n + 1),
+            X,
+            F,
+            G,
+            outputs={"heat": heat},
+            schema=schema,
+            notes=extra,
+            label=label,
         )
         self.limits = self.drawn(rng, tests)
         objectives = names
@@ -114,7 +124,7 @@ class Example:
     def drawn(self, rng, tests):
         """Return limits on columns of any kind, such that some rows are left, as a rule."""
         limits = {}
-        for name in rng.choice([*tests.layout.objectives, "x", "k", "heat"], 2, replace=False):
+        for name in rng.choice([*tests.schema.objectives, "x", "k", "heat"], 2, replace=False):
             values = np.sort(tests.column(name).astype(float))
             low, high = np.quantile(values[np.isfinite(values)], [0.1, rng.uniform(0.5, 1.0)])
             limits[str(name)] = [(None, float(high)), (float(low), float(high))][rng.integers(2)]
@@ -129,12 +139,12 @@ def fixed(table):
     if not table.eligible().any():
         return table
     ranges = {}
-    for name in table.layout.objectives:
+    for name in table.schema.objectives:
         values = table.column(name)[table.eligible()]
         low, high = values.min(), values.max()
         middle = (low + high) / 2
         ranges[name] = (low, middle)
-        if name in table.layout.maximize:
+        if name in table.schema.maximize:
             ranges[name] = (middle, high)
         if not low < middle < high:
             return table
@@ -157,7 +167,7 @@ def test_limits_leave_what_removed_rows_leave(seed):
     if example.is_empty:
         return
     assert limited.best().names == left.best().names
-    first = limited.layout.objectives[0]
+    first = limited.schema.objectives[0]
     assert limited.sorted_by(first).names == left.sorted_by(first).names
     np.testing.assert_array_equal(
         limited.refined_bounds(margin=0.1), left.refined_bounds(margin=0.1)
@@ -198,7 +208,7 @@ def separations(table, names):
          "aspiration": {}, "reason": ""}
         for name, chosen in people
     ]  # fmt: skip
-    return separation_sentences(table.under(positions=positions))
+    return separation_sentences(table.under(Decision(table.formulation, positions=positions)))
 
 
 @given(seed=SEEDS)
@@ -207,7 +217,7 @@ def test_means_of_tests_are_as_sure_as_without_rejected_designs(seed):
     n = int(rng.integers(4, 12))
     X = np.repeat(rng.random((n, 1)), rng.integers(2, 5, n), axis=0)
     F = np.column_stack([X[:, 0], (1 - X[:, 0]) ** 2]) + rng.normal(0, 0.05, (len(X), 2))
-    designs = TestTable.of(np.arange(1, len(X) + 1), X, F).averaged()
+    designs = averaged(TestTable.of(np.arange(1, len(X) + 1), X, F))
     limit = float(np.quantile(designs["f1"], 0.7))
     limited = designs.under(limits={"f1": limit})
     left = designs.take(designs["f1"] <= limit)
@@ -279,9 +289,9 @@ def test_fixed_ranges_hold_everywhere_and_are_named():
     frame = pd.DataFrame({"cost": [1.0, 2.0, 8.0], "mass": [8.0, 2.0, 1.0]}, ["A", "B", "C"])
     ranges = {"cost": (0, 4), "mass": (0, 4)}
     table = read_table(frame, Formulation(["cost", "mass"], ranges=ranges, limits={"cost": 3}))
-    assert "Behind the best in cost by 1 (25 % of its fixed range)" in str(table.explain("B"))
+    assert "Behind the best in cost by 1 (25 % of its fixed range)" in str(explain(table, "B"))
     # Beyond a range, only units tell.
-    assert "Behind the best in mass by 6; " in str(table.explain("A"))
+    assert "Behind the best in mass by 6; " in str(explain(table, "A"))
     assert "The ranges are fixed." in Reader(decision_report(table)).text
     axes = plot_ranking(table.feasible_ranking()).axes[0]
     assert axes.get_ylabel() == "share of the fixed range (0 is best)"

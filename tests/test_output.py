@@ -12,8 +12,10 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, Formulation, Recorded, SphereChute, TestTable, representatives
 from pymoo_psi._output import ROWS, whole_file
+from pymoo_psi.analysis import convergence
+from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
-from pymoo_psi.table import Layout, convergence, read_table
+from pymoo_psi.table import Schema
 from tests.formulas import CELLS
 from tests.processes import posix
 
@@ -23,9 +25,9 @@ EVIL = "<b>cost</b> & \"co\" <script>alert('1')</script>"
 @pytest.fixture(scope="module")
 def table():
     rng = np.random.default_rng(3)
-    layout = Layout.of(["width"], [EVIL, "gain"], maximize=["gain"], units={"width": "mm<i>"})
+    schema = Schema.of(["width"], [EVIL, "gain"], maximize=["gain"], units={"width": "mm<i>"})
     F = np.column_stack([np.arange(40.0), -(np.arange(40.0) ** 2)])
-    return TestTable.of(1 + np.arange(40), rng.random((40, 1)), F, layout=layout)
+    return TestTable.of(1 + np.arange(40), rng.random((40, 1)), F, schema=schema)
 
 
 def shown(thing):
@@ -94,12 +96,12 @@ def live(path):
 def test_written_tables_hold_no_formulas_and_come_back(tmp_path, said, in_folder):
     """Names and cells, in the head too, where a comma in a name would begin a cell."""
     names = ["=1+1", "a,=cmd|' /C calc'!A0", "＝b", "@n;=2", "-x", "\t=t", "'=q", "''"]
-    layout = Layout.of(names[:2], names[2:4], names[4:5], outputs=names[5:], units={"＝b": "=u,+v"})
+    schema = Schema.of(names[:2], names[2:4], names[4:5], outputs=names[5:], units={"＝b": "=u,+v"})
     cells = [cell for cell in CELLS if not any(mark in cell for mark in ",;%")]
     n = len(cells)
     table = TestTable.of(
         1 + np.arange(n), [[cell, 0.5] for cell in cells], np.random.default_rng(1).random((n, 2)),
-        np.full((n, 1), -1.0), outputs=dict.fromkeys(names[5:], np.arange(n)), layout=layout,
+        np.full((n, 1), -1.0), outputs=dict.fromkeys(names[5:], np.arange(n)), schema=schema,
     )  # fmt: skip
     path = tmp_path / "tests.csv"
     table.to_csv(path)
@@ -107,7 +109,7 @@ def test_written_tables_hold_no_formulas_and_come_back(tmp_path, said, in_folder
     assert live(path) == []
     said("rank", "tests.csv", "--maximize", "＝b", "--out", "ranks.csv")
     assert live(tmp_path / "ranks.csv") == []
-    assert read_table("ranks.csv").layout.maximize == ("＝b",)
+    assert read_table("ranks.csv").schema.maximize == ("＝b",)
 
 
 def write(path, text="new"):

@@ -10,19 +10,20 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import Formulation, SurrogatePSI, TestTable, investigate
-from pymoo_psi.table import Layout, read_table
+from pymoo_psi.files import read_table
+from pymoo_psi.table import Schema
 
 SEEDS = st.integers(0, 2**32 - 1)
 
 
 def smooth_table(rng, n=40):
     F, G, heat = rng.normal(size=(n, 2)), rng.normal(size=(n, 2)) - 1, rng.normal(size=n)
-    layout = Layout.of(
+    schema = Schema.of(
         ["x"], ["mass", "gain"], ["stress", "bend"], outputs=["heat"], maximize=["gain"]
     )
     outputs = {"heat": heat}
     return TestTable.of(
-        np.arange(1, n + 1), rng.random((n, 1)), F, G, outputs=outputs, layout=layout
+        np.arange(1, n + 1), rng.random((n, 1)), F, G, outputs=outputs, schema=schema
     )
 
 
@@ -52,7 +53,7 @@ def test_a_formulation_takes_the_place_of_the_one_before(seed, data):
     )
     before = table.under(first)
     assert before.under(second).equals(table.under(second))
-    assert before.tested is table
+    assert before.under(Formulation()).data is table.data
     assert before.under(Formulation()).equals(table)
     limits, normalize = second.limits, second.normalize
     loosened = before.under(limits=limits).under(normalize=normalize)

@@ -15,8 +15,8 @@ import pymoo_psi
 from pymoo_psi import VectorizedSphereChute, guide, investigate, paper
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.cli import main
+from pymoo_psi.files import FORMATS
 from pymoo_psi.paper import published_table
-from pymoo_psi.table import FORMATS
 
 README = Path(__file__).parents[1] / "README.md"
 FOLDER = Path(pymoo_psi.__file__).parent / "guide"

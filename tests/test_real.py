@@ -27,11 +27,11 @@ def test_two_designs_of_a_real_model(name, tmp_path):
     table = investigate(problem, 2, first=2)
     assert (table.status != "failed").any()
     assert np.isfinite(table.F[table.status != "failed"]).all()
-    assert table.layout.units
+    assert table.schema.units
 
 
 def test_openmdao_runs_psi():
     pytest.importorskip("openmdao")
     from benchmarks.real.openmdao_beam import by_the_driver
 
-    assert by_the_driver(8).layout.objectives == ("f1", "f2")
+    assert by_the_driver(8).schema.objectives == ("f1", "f2")

@@ -15,7 +15,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import pymoo_psi
-from pymoo_psi import Formulation, problems
+from pymoo_psi import Decision, Formulation, problems
 from pymoo_psi.cli._app import app
 
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
@@ -117,4 +117,4 @@ def test_every_key_of_a_file_is_in_the_reference(folder, pages):
     keys = set(re.findall(r"(\w+)\s*= ", re.sub(r'"[^"]*"', "", example)))
     of_users = {"width", "height", "area", "teeth", "steel", "stress", "tip", "load", "mass"}
     assert sections | (keys - of_users - {"slender", "minimize", "maximize"}) <= shown
-    assert {field.name for field in fields(Formulation)} <= shown
+    assert {field.name for field in (*fields(Formulation), *fields(Decision)[1:])} <= shown

@@ -12,8 +12,9 @@
 - Sampling: :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`,
   :class:`UniformSampling`.
 - Algorithms: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate`; :func:`nsga3`.
-- Tables: :class:`TestTable`; :func:`read_table` opens files, studies and frames;
-  ``table.under(...)`` asks it under another :class:`Formulation`.
+- Tables: :class:`TestTable`; :func:`read_table` opens files, studies and frames,
+  :func:`write_table` writes them; ``table.under(...)`` asks it under another
+  :class:`Formulation`; a :class:`Decision` is what people decided. More in :mod:`.analysis`.
 - Decision-making: :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions`
   about its optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
   :func:`acceptability`, for how many weights a design is the best;
@@ -39,8 +40,9 @@ layer        subpackages                            knows
 base         ``errors``, ``guide``, ``_validation`` nothing
              and other small modules
 mathematics  ``sequences``, ``chute``, ``pareto``   arrays
-data         ``study`` (the file of tests),         arrays, pandas; SQLite
-             ``table`` (tests, sources, analysis)   only in ``study``
+data         ``table`` (tests), ``analysis``,       arrays, pandas; SQLite
+             ``study`` (the file of tests),         only in ``study``
+             ``files`` (sources)
 pymoo        ``parallel``, ``problems``,            pymoo
              ``algorithms``, ``selection``
 experiments  ``comparison``, ``paper``              all above

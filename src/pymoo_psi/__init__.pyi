@@ -1,9 +1,11 @@
 # The public names, by purpose. `lazy_loader` reads this file when the package is imported.
 
 from . import algorithms as algorithms
+from . import analysis as analysis
 from . import chute as chute
 from . import comparison as comparison
 from . import errors as errors
+from . import files as files
 from . import guide as guide
 from . import page as page
 from . import paper as paper
@@ -25,8 +27,11 @@ from .algorithms import SurrogatePSI as SurrogatePSI
 from .algorithms import UniformSampling as UniformSampling
 from .algorithms import investigate as investigate
 from .algorithms import nsga3 as nsga3
+from .analysis import switching_values as switching_values
 from .comparison import compare as compare
 from .errors import PsiError as PsiError
+from .files import read_table as read_table
+from .files import write_table as write_table
 from .page import decision_page as decision_page
 from .parallel import ExecutorRunner as ExecutorRunner
 from .parallel import JoblibRunner as JoblibRunner
@@ -54,10 +59,9 @@ from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness
 from .sequences import lp_tau as lp_tau
 from .server import live as live
+from .table import Decision as Decision
 from .table import Formulation as Formulation
 from .table import TestTable as TestTable
-from .table import read_table as read_table
-from .table import switching_values as switching_values
 
 __version__: str
 __citation__: str

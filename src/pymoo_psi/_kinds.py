@@ -77,7 +77,7 @@ def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[
         elif kind is Kind.BINARY:
             cells = cells.astype(np.int64)
         numbers.append(cells.view(np.int64))
-    n = len(columns[0])
+    n = max(map(len, columns), default=0)
     cells = np.column_stack([np.zeros((n, 0), np.int64), *numbers]).astype("<i8")
     rows = [row.tobytes() for row in cells]
     if texts:
@@ -104,7 +104,7 @@ def option_of(text: str) -> Any:
     try:
         # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
         return json.loads(text)
-    except (ValueError, RecursionError):
+    except (TypeError, ValueError, RecursionError):  # nothing is no text
         return text
 
 

@@ -24,6 +24,11 @@ _OTHER_NAMES = {
     "TestTable": {
         "page": "decision_page(table)",
         "report": "decision_report(table)",
+        "explain": "pymoo_psi.explain(table)",
+        "switching": "pymoo_psi.analysis.switching(table)",
+        "averaged": "pymoo_psi.analysis.averaged(table)",
+        "to_xlsx": "pymoo_psi.write_table(table, path)",
+        "to_study": "pymoo_psi.write_table(table, path)",
         "plot": "the functions of pymoo_psi.plots",
         "head": "to_frame().head()",
         "loc": "take(rows)",
@@ -40,7 +45,7 @@ _OTHER_NAMES = {
     "Formulation": {"minimize": "objectives", "constraints": "limits"},
     "pymoo_psi": {
         "minimize": "pymoo.optimize.minimize",
-        "sensitivities": "pymoo_psi.table.sensitivities",
+        "sensitivities": "pymoo_psi.analysis.sensitivities",
         "sobol": "lp_tau",
     },
 }

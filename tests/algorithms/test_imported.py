@@ -93,7 +93,7 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
         "study": first,
         "csv": exported(first, tmp_path / "a.csv"),
         "table": tests,
-        "frame": pd.DataFrame({name: tests[name] for name in tests.layout.columns}),
+        "frame": pd.DataFrame({name: tests[name] for name in tests.schema.names}),
     }[form]
     options = RunOptions(study=second)
     assert import_tests(Noisy(), source, options).remarks[0].startswith("72 of 72 tests taken")

@@ -16,7 +16,7 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")

@@ -15,8 +15,8 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, FailureTolerant, Recorded, investigate
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
+from pymoo_psi.files import read_table
 from pymoo_psi.study import Study
-from pymoo_psi.table import read_table
 from tests.refusals import interrupted, refused
 
 
@@ -167,7 +167,7 @@ def test_names_senses_and_outputs_are_those_of_the_problem_or_told(tmp_path):
     assert again.n_evaluated == 0
     np.testing.assert_array_equal(again.table.column("gain"), -out["F"][:, 1])
     np.testing.assert_array_equal(again.table.column("lift"), 2 * X[:, 0])
-    assert again.table.layout.units == {"lift": "N"}
+    assert again.table.schema.units == {"lift": "N"}
     refused(
         "belongs to another model",
         Recorded,
@@ -198,7 +198,7 @@ def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as):
             assert [f.reason for f in problem.failures] == [f.reason for f in expected.failures]
         assert model.seen == []
         table = problem.table
-        assert table.layout.constraints == ("g1",)
+        assert table.schema.constraints == ("g1",)
         assert list(table.reasons.values()) == [f.reason for f in expected.failures]
 
 

@@ -1,5 +1,7 @@
 """Sections through a design: what surrogates expect, against the models themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -47,7 +49,7 @@ def table():
 
 def test_a_section_is_that_of_the_model_within_its_band(table):
     frame = sections(table, 7)
-    design = dict(zip(table.layout.variables, table.X[table.row_of(7)], strict=True))
+    design = dict(zip(table.schema.variables, table.X[table.row_of(7)], strict=True))
     assert frame["variable"].unique().tolist() == ["a", "n", "c"]
     for line in frame.to_dict("records"):
         assert line["design"] == design[line["variable"]]
@@ -63,7 +65,7 @@ def test_a_section_is_that_of_the_model_within_its_band(table):
 
 
 def test_the_design_is_the_chosen_one_or_the_best(table):
-    chosen = table.under(chosen="test point 9")
+    chosen = table.under(replace(table.decision, chosen="test 9"))
     pd.testing.assert_frame_equal(sections(chosen), sections(table, 9))
     pd.testing.assert_frame_equal(sections(table), sections(table, int(table.best().numbers[0])))
 

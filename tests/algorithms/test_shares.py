@@ -5,7 +5,7 @@ import os
 import pytest
 
 from pymoo_psi import QMCSampling, VectorizedSphereChute, investigate
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4)

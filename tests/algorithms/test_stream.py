@@ -14,7 +14,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, investigate
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.processes import posix, until
 
 

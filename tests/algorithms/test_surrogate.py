@@ -22,9 +22,10 @@ from pymoo_psi import (
     SurrogatePSI,
     investigate,
 )
+from pymoo_psi.files import read_table
 from pymoo_psi.problems import ProgramProblem, ProgramRun, design_space
 from pymoo_psi.study import Study
-from pymoo_psi.table import Expression, read_table
+from pymoo_psi.table import Expression
 from tests.processes import posix
 from tests.refusals import interrupted, refused
 
@@ -116,7 +117,7 @@ def test_a_formulation_directs_the_proposals_and_changes_no_test(asked):
     formulation = Formulation(**asked)
     result = minimize(Weighed(), SurrogatePSI(40, formulation=formulation), seed=1)
     table = result.algorithm.table
-    tests = table.tested
+    tests = table.under(Formulation())
     assert {*investigate(Weighed(), 1).columns} < {*tests.columns}
     np.testing.assert_array_equal(tests.F, Weighed().evaluate(tests.X)[0])
     assert {*map(tuple, result.F)} <= {*map(tuple, tests.F)}
@@ -278,7 +279,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     assert last.most == min(workers, 30)
     assert algorithm.evaluator.n_eval == 30
     assert algorithm.table.numbers.tolist() == list(range(1, 71))
-    assert algorithm.table.tested.take(stored.numbers - 1).equals(stored)
+    assert algorithm.table.under(Formulation()).take(stored.numbers - 1).equals(stored)
     units = [content["point"] for *_, content in proposed]
     tested = design_space(Mixed()).matrix(np.array(units))[: 70 - 20]
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)

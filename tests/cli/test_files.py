@@ -10,7 +10,7 @@ import zipfile
 import pandas as pd
 import pytest
 
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.processes import posix
 
 FRONT = "a,b\n1,2\n2,1\n3,0\n"
@@ -101,7 +101,7 @@ def test_a_ranking_comes_back_and_without_its_metadata_is_refused(said, tmp_path
     said("rank", "set.xlsx", "--maximize", "b", "--units", "a=µg", "--out", "o.csv")
     table = read_table("o.csv")
     assert sorted(table.names) == sorted(read_table("set.xlsx").names)
-    assert (table.layout.maximize, table.layout.units) == (("b",), {"a": "µg"})
+    assert (table.schema.maximize, table.schema.units) == (("b",), {"a": "µg"})
     assert read_table("o.csv", skip_rows=[3]).names == [*table.names[:1], *table.names[2:]]
     (tmp_path / "o.csv-metadata.json").unlink()
     refusal = "it is without o.csv-metadata.json, which says what the columns are; put it beside"

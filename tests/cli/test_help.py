@@ -13,7 +13,7 @@ import pymoo_psi
 from pymoo_psi import Formulation, paper
 from pymoo_psi.cli import _experiments
 from pymoo_psi.cli._app import app
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 
 COMMANDS = [
     "solve",

@@ -17,7 +17,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import PSI, ProgramProblem
 from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli import main
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.refusals import refused
 from tests.table.exact_csv import EXACT
 

@@ -15,6 +15,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
+    Decision,
     FailureTolerant,
     Formulation,
     QMCSampling,
@@ -26,7 +27,8 @@ from pymoo_psi import (
     nsga3,
     rank_of_efficiency,
 )
-from pymoo_psi.table import alike, read_table
+from pymoo_psi.analysis import alike
+from pymoo_psi.files import read_table
 from tests.table.exact_csv import EXACT
 
 
@@ -53,7 +55,7 @@ def test_the_pareto_set_is_the_librarys(said, words, problem, psi):
     points = [] if 24 in words else ["--points", 200]
     printed = said("solve", "--out", "o.csv", *points, *words)
     result = minimize(problem, psi, seed=3)
-    found = written().set_index("test_point").loc[result.opt.get("test_point")]
+    found = written().set_index("test").loc[result.opt.get("test_point")]
     objectives = [name for name in found if name[0] == "f"]
     np.testing.assert_array_equal(found[objectives], result.F)
     np.testing.assert_array_equal(found[[n for n in found if n[0] == "x"]], result.opt.get("X"))
@@ -69,13 +71,13 @@ def test_a_problem_is_solved_as_asked(said):
         ["mass", "stiffness"], maximize=["stiffness"], limits={"height": (80, 180), "stress": 120},
         computed={"stiffness": "5 / deflection"},
     )  # fmt: skip
-    asked.to_json("asked.json")
+    Decision(asked).to_json("asked.json")
     options = ["--compute", "stiffness=5/deflection", "--objectives", "mass,stiffness",
                "--maximize", "stiffness", "--limits", "80<=height<=180,stress<=120"]  # fmt: skip
     table = investigate(Beam(), 200).under(asked)
     for words in (["--decision", "asked.json"], options):
         printed = said("solve", "models:Beam", "--points", 200, *words, "--out", "o.csv")
-        assert sorted(written()["test_point"]) == table.numbers[table.pareto()].tolist()
+        assert sorted(written()["test"]) == table.numbers[table.pareto()].tolist()
     # The part that is suggested holds every feasible design.
     box = printed.partition("--box ")[2].split()[0].strip("'")
     for name, low, high in re.findall(r"(\w+)=([^:]+):([^,]+)", box):
@@ -115,7 +117,7 @@ def test_nsga3_continues_a_study(said):
         printed = said(*words, "--study", "osy.db", "--out", "o.csv")
         assert f"evaluated {200 - stored} designs: 200 tested, {stored} of them" in printed
     table = read_table("osy.db")
-    assert sorted(written("o.csv")["test_point"]) == sorted(table.numbers[table.pareto()])
+    assert sorted(written("o.csv")["test"]) == sorted(table.numbers[table.pareto()])
     alone = written("alone.csv")[["f1", "f2"]].to_numpy().tolist()
     assert all(F in table.F.tolist() for F in alone)
     # A design that recurs is one test.

@@ -12,10 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import Formulation, TestTable
+from pymoo_psi import Decision, Formulation, TestTable
+from pymoo_psi.analysis import convergence, sensitivities
 from pymoo_psi.cli import main
+from pymoo_psi.files import read_table, write_table
 from pymoo_psi.page import decision_page
-from pymoo_psi.table import Layout, convergence, read_table, sensitivities
+from pymoo_psi.table import Schema
 from tests.cli.conftest import MODELS
 from tests.page.documents import payload_of
 from tests.table.exact_csv import EXACT
@@ -27,7 +29,7 @@ CARS = pd.DataFrame(
     {"cost, k€": COST, "range [km]": 500 - 3000 / (COST + 1) ** 1.5, "seats": 5.0, "km": 1 / COST}
 )
 OBJECTIVES = ["--objectives", '"cost, k€",range [km]']
-CHOSEN = {"objectives": ["mass", "deflection"], "chosen": "test point 7", "reason": "in stock"}
+CHOSEN = {"objectives": ["mass", "deflection"], "chosen": "test 7", "reason": "in stock"}
 
 CASES = {
     "limits": ("beam.db", ["--limits", "mass<=60,80<=height<=180"],
@@ -64,7 +66,7 @@ def made(tmp_path_factory):
             assert main([*solve, "parts", "--share", share]) == 0
         assert main(["export", "beam.db", "--out", "all.csv"]) == 0
         CARS.to_csv("cars.csv", index=False)
-        Formulation(limits={"mass": (None, 60)}).to_json("asked.json")
+        Decision(Formulation(limits={"mass": (None, 60)})).to_json("asked.json")
     sys.modules.pop("models")
     return folder
 
@@ -83,12 +85,12 @@ def test_every_command_gives_the_librarys_answer(sources, said, case, tmp_path):
     printed = said("rank", path, *options, "--out", "ranked.csv")
     assert f"Salukvadze optimum: {best}\n" in printed
     ranked = pd.read_csv("ranked.csv", **EXACT)
-    number = "test_point" if "test_point" in ranked else "row"
+    number = "test" if "test" in ranked else "row"
     assert sorted(ranked[number]) == table.numbers[table.eligible()].tolist()
     assert sorted(ranked[number][ranked["pareto"]]) == table.numbers[table.pareto()].tolist()
     rows = [table.numbers.tolist().index(n) for n in ranked[number]]
-    for name in table.layout.objectives:
-        heading = table.layout.label_of(name).removesuffix(" (max)")
+    for name in table.schema.objectives:
+        heading = table.schema[name].heading.removesuffix(" (max)")
         assert ranked[heading].tolist() == table.column(name)[rows].tolist()
     assert not [name for name in ranked if "=" in name]  # of limits, as mass<=60
     said("report", path, *options, "--out", "r.html")
@@ -117,8 +119,9 @@ REFUSED = {
 
 @pytest.mark.parametrize("command", ["rank", "page", "report"])
 def test_no_column_is_named_as_one_of_a_ranking(said, command, tmp_path):
-    layout = Layout.of(["x1"], ["place", "cost"])
-    TestTable.of([1, 2], [[0], [1]], [[1, 2], [2, 1]], layout=layout).to_study(tmp_path / "s.db")
+    schema = Schema.of(["x1"], ["place", "cost"])
+    table = TestTable.of([1, 2], [[0], [1]], [[1, 2], [2, 1]], schema=schema)
+    write_table(table, tmp_path / "s.db")
     refusal = "named unlike the columns of a ranking, got 'place'"
     assert refusal in said(command, "s.db", code=2)
     (tmp_path / "set.csv").write_text("name,rank,pareto,cost\nA,1,1,2\nB,2,0,1\n")
@@ -198,20 +201,20 @@ def test_the_choice_comes_back_with_the_designs(sources, said, writer, suffix):
     for command in ("rank", "report", "page"):
         printed = said(command, f"c.{suffix}")
         assert "Reason: in stock" in printed
-        assert "Chosen: test point 7" in printed
-    assert read_table(f"c.{suffix}").layout.units["mass"] == "kg"
+        assert "Chosen: test 7" in printed
+    assert read_table(f"c.{suffix}").schema.units["mass"] == "kg"
 
 
 def test_a_decision_is_a_formulation_with_a_choice(sources, said, tmp_path):
     mass = float(read_table("beam.db").column("mass")[6])
-    changed = "test point 7, the chosen design, has changed: mass was 1.0 and is"
+    changed = "test 7, the chosen design, has changed: mass was 1.0 and is"
     words = decision(page={"values": {"mass": 1.0}})
     assert changed in joined(said("rank", *words))
     words = decision(limits={"mass": 0.999 * mass}, page={"values": {"mass": mass}})
     said("report", *words)  # it violates the limits: the proposal, and why
     report = (tmp_path / "report.html").read_text("utf-8")
     for text in (said("rank", *words), report):
-        assert "test point 7, the chosen design, violates the limits" in joined(text)
+        assert "test 7, the chosen design, violates the limits" in joined(text)
     assert "no design is chosen" in report
     assert "in stock" not in report
     words = decision(units={"deflection": "mm"})

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
+from pymoo_psi.table import Limit
 
 SOLVER = """
 import sys
@@ -73,7 +74,7 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     text = said(*solve, "--points", "12")
     assert "tip<=2.5" in text
     table = read_table("beam.db")
-    assert table.limits == {"tip": (-float("inf"), 2.5)}
+    assert table.limits == {"tip": Limit(high=2.5)}
     assert table["mass"].tolist() == (3 * table["width"] * table["height"]).tolist()
     text = said(*solve, "--points", "12", "--limits", "tip<=3")
     assert "tip<=3" in text
@@ -84,7 +85,7 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     edit('"mass", "tip"', '"mass", "stress"')
     said(*solve, "--points", "12")
     table = read_table("beam.db")
-    assert table.layout.objectives == ("mass", "stress")
+    assert table.schema.objectives == ("mass", "stress")
     assert table["stress"].tolist() == pytest.approx(
         (900 / (table["width"] * table["height"] ** 2)).tolist()
     )

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import Formulation, TestTable, investigate, read_table
+from pymoo_psi import Decision, Formulation, TestTable, investigate, read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Schema
 from tests.beams import OBJECTIVES, beams, page_of_beams
 from tests.page.documents import column_of, payload_of
 from tests.refusals import refused
@@ -45,7 +45,7 @@ def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
 
 
 def test_what_a_table_of_tests_knows_is_on_its_page():
-    layout = Layout.of(
+    schema = Schema.of(
         1, ["mass", "gain"], 1, outputs=["heat"], maximize=["gain"], units={"mass": "kg"}
     )
     table = TestTable.of(
@@ -55,10 +55,10 @@ def test_what_a_table_of_tests_knows_is_on_its_page():
         G=[[-1], [-1], [1], [0]],
         outputs={"heat": [5, 6, 7, 8]},
         reasons={4: "no mesh"},
-        layout=layout,
+        schema=schema,
     )
     sent = payload_of(decision_page(table))
-    assert sent["names"] == ["test point 1", "test point 2"]
+    assert sent["names"] == ["test 1", "test 2"]
     columns = [column_of(sent, name).tolist() for name in ("gain", "heat")]
     assert columns == [[1, 4], [5, 6]]
     remark = "2 of 4 tests are on the page (2 ok, 1 infeasible, 1 failed)."
@@ -87,7 +87,7 @@ def content(**changes):
 def test_a_decision_is_a_formulation_that_the_page_opens_with(tmp_path):
     path = tmp_path / "d.json"
     path.write_text(json.dumps(content()))
-    page = decision_page(beams(), Formulation.read_json(path))
+    page = decision_page(beams(), Decision.read_json(path))
     assert content().items() <= payload_of(page)["opens_with"].items()
     assert len(page.table) == 400  # limits can be moved on the page
 

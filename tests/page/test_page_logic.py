@@ -13,10 +13,12 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import compare_designs, explain, rank_of_efficiency
+from pymoo_psi.analysis import separation_sentences, switching, switching_values
+from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page, written
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.selection import ReferencePoint
-from pymoo_psi.table import Formulation, read_table, separation_sentences, switching_values
+from pymoo_psi.table import Decision, Formulation
 from tests.page.documents import payload_of
 from tests.table.asked import kept_by_hand
 
@@ -164,7 +166,7 @@ class Case:
     def mask(self, state):
         return kept_by_hand(len(self.frame), self.frame.get, state["limits"])
 
-    def table(self, **formulation):
+    def table(self, positions=(), **formulation):
         """The designs as Python reads them, under limits, ranges or positions."""
         asked = Formulation(
             self.names,
@@ -173,7 +175,7 @@ class Case:
             units=self.units,
             **formulation,
         )
-        return read_table(self.frame, asked, variables=["x"])
+        return read_table(self.frame, Decision(asked, positions=positions), variables=["x"])
 
     def asked(self):
         return {
@@ -389,7 +391,7 @@ def test_switching_values_are_those_of_python(rankings):
             assert (one["value"], design, one["exact"]) == (value, row.design, row.exact)
             changed += row.design is not None
         compared += len(limits)
-        assert found["switches"]["text"].lower() == "".join(table.switching()).lower()
+        assert found["switches"]["text"].lower() == "".join(switching(table)).lower()
     assert compared > 130
     assert changed > 60
 
@@ -453,7 +455,7 @@ def test_python_keeps_the_designs_that_a_saved_decision_keeps(cases, answers):
     for case, k, found in answered(cases, answers):
         decision = {**json.loads(found["written"]), "ranges": None}
         assert decision.pop("version") == 1
-        table = read_table(case.frame, Formulation(**decision), variables=["x"])
+        table = read_table(case.frame, Decision.of_stated(decision), variables=["x"])
         assert table.eligible().tolist() == case.mask(case.states[k]).tolist()
 
 
@@ -487,7 +489,7 @@ def test_what_no_longer_fits_at_the_opening_is_reported(cases):
 def test_a_position_by_hand_keeps_its_limits(cases):
     case = cases[0]
     position = {"name": "Ann", "limits": {case.names[0]: 5, "x": [0, None]}}
-    held = Formulation(positions=[position], decided={"chosen": case.payload["names"][0]})
+    held = Decision(positions=[position], decided={"chosen": case.payload["names"][0]})
     found = opened(case, positions=held.positions, decided=held.decided)
     assert found["remarks"] == []
     (of_ann,) = found["state"]["positions"]
@@ -503,7 +505,7 @@ def test_positions_have_the_order_of_python(cases):
         {"name": name, "date": date, "chosen": chosen}
         for name in names for date in dates for chosen in (second, None, first)
     ]  # fmt: skip
-    ordered = Formulation(positions=held).positions
+    ordered = Decision(positions=held).positions
     found = opened(case, positions=random.Random(1).sample(held, len(held)))
     assert found["state"]["positions"] == ordered
 
@@ -537,14 +539,14 @@ def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_pat
         path.write_text(found["csv"], "utf-8", newline="")
         (tmp_path / "left.csv-metadata.json").write_text(found["metadata"], "utf-8")
         table = read_table(path)
-        layout = table.layout
-        assert layout.objectives == tuple(case.names)
-        assert set(layout.maximize) == set(case.maximize)
-        assert layout.units[case.names[0]] == "kg"
+        schema = table.schema
+        assert schema.objectives == tuple(case.names)
+        assert set(schema.maximize) == set(case.maximize)
+        assert schema.units[case.names[0]] == "kg"
         chosen = found["state"]["chosen"]
         reason = "" if chosen is None else found["state"]["reason"]
-        assert (table.formulation.chosen, table.formulation.reason) == (chosen, reason)
+        assert (table.decision.chosen, table.decision.reason) == (chosen, reason)
         order = found["order"][case.seed % 2 :]
         expected = case.frame.iloc[order][case.names].to_numpy()
-        np.testing.assert_array_equal(table.F * layout.sign, expected)
+        np.testing.assert_array_equal(table.F * schema.sign, expected)
         assert sorted(order) == rows.tolist()

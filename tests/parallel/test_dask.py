@@ -12,7 +12,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, ExecutorRunner, JoblibRunner, VectorizedSphereChute, investigate
 from pymoo_psi.errors import ArgumentValueError, WorkerError
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.processes import posix, until
 from tests.refusals import refused
 

@@ -23,7 +23,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.errors import WorkerError
-from pymoo_psi.table import read_table
+from pymoo_psi.files import read_table
 from tests.processes import posix
 from tests.refusals import refused
 

@@ -1,7 +1,6 @@
 """Why a design, against loops in exact fractions; what the sentences say is what the numbers say."""
 
 import re
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -12,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import TestTable, compare_designs, explain, rank_of_efficiency
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 
 small_sets = st.tuples(st.integers(1, 9), st.integers(1, 4)).flatmap(
@@ -134,15 +133,16 @@ def labelled(labels):
 
 def table_of(labels=None):
     """Tests 10 to 14, of which the first is infeasible and the last dominated."""
-    layout = Layout.of(1, ["a", "b"], ["g"], units={"a": "kg"})
-    extra = {}
+    schema = Schema.of(1, ["a", "b"], ["g"], units={"a": "kg"})
+    notes = {}
+    label = None
     if labels is not None:
-        layout = replace(layout, label="name")
-        extra = {"name": labels}
+        notes = {"name": labels}
+        label = "name"
     X = np.linspace(0, 1, 5)[:, None]
     G = [[1.0], [0.0], [0.0], [0.0], [0.0]]
     numbers = [10, 11, 12, 13, 14]
-    return TestTable.of(numbers, X, [[0.0, 0.0], *ROWS], G, layout=layout, extra=extra)
+    return TestTable.of(numbers, X, [[0.0, 0.0], *ROWS], G, schema=schema, notes=notes, label=label)
 
 
 ARRAY = np.array(ROWS)
@@ -207,7 +207,7 @@ def test_what_names_no_design_is_refused(source, design, message):
 
 def test_rows_are_those_of_the_source():
     of_ranking = explain(PLAIN.feasible_ranking(), row=1, units={"a": "kg"})
-    assert of_ranking.sentences == explain(PLAIN, row=2).sentences == PLAIN.explain(12).sentences
+    assert of_ranking.sentences == explain(PLAIN, row=2).sentences == explain(PLAIN, 12).sentences
     assert compare_designs(PLAIN, rows=[2, 1]).rows.tolist() == [1, 0]
 
 

@@ -6,7 +6,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.comparison import compare
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Schema
 
 
 @pytest.fixture(scope="session")
@@ -25,11 +25,11 @@ def mixed():
     metals = ("steel", "brass", "tin")
     X = [[1 + i / 60, int(3 + i % 5), bool(i % 2), metals[i % 3]] for i in k]
     F = np.column_stack([k % 7 + k / 60, (k * 5) % 11 - k / 60])
-    layout = Layout.of(
+    schema = Schema.of(
         ["length", "count", "hollow", "metal"], 2, 1,
         lower=[1, 3, np.nan, np.nan], upper=[2, 7, np.nan, np.nan],
     )  # fmt: skip
-    return TestTable.of(1 + k, X, F, G=(k % 4 - 2.0)[:, None], layout=layout)
+    return TestTable.of(1 + k, X, F, G=(k % 4 - 2.0)[:, None], schema=schema)
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from pymoo_psi.analysis import sensitivities
 from pymoo_psi.plots import plot_sensitivities
-from pymoo_psi.table import sensitivities
 from tests.plots.drawn import assert_whole, shown
 
 

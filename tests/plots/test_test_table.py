@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pymoo_psi import TestTable
+from pymoo_psi.analysis import histogram
 from pymoo_psi.plots import plot_objectives, plot_table
-from pymoo_psi.table import Layout, histogram
+from pymoo_psi.table import Schema
 from tests.plots.drawn import assert_whole, shown, texts
 from tests.refusals import refused
 
@@ -46,7 +47,7 @@ def test_a_chosen_design_is_marked(chute):
     figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
     (ax,) = shown(figure)
     np.testing.assert_array_equal(ax.lines[-1].get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert "test point 7" in texts(figure)
+    assert "test 7" in texts(figure)
 
 
 def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
@@ -73,13 +74,13 @@ def test_limits_are_shaded_and_those_far_away_named_in_the_legend(chute):
 
 
 def test_values_are_in_the_original_direction_and_units():
-    layout = Layout.of(
+    schema = Schema.of(
         ["width"], ["mass", "gain"], outputs=["heat"], maximize=["gain"], units={"mass": "kg"},
         lower=[0], upper=[1],
     )  # fmt: skip
     table = TestTable.of(
         [1, 2, 3], [[0.1], [0.5], [0.9]], [[1, -3], [2, -4], [3, -1]],
-        outputs={"heat": [5, 6, 7]}, layout=layout,
+        outputs={"heat": [5, 6, 7]}, schema=schema,
     )  # fmt: skip
     (ax,) = shown(plot_objectives(table))
     drawn = np.concatenate([*points(ax).values()])
@@ -110,9 +111,9 @@ def test_one_outlier_does_not_flatten_a_histogram_and_is_reported():
     random = np.random.default_rng(0)
     heat = random.random(200)
     heat[7] = 1e6
-    layout = Layout.of(1, 2, outputs=["heat"])
+    schema = Schema.of(1, 2, outputs=["heat"])
     X, F = random.random((200, 1)), random.random((200, 2))
-    table = TestTable.of(range(1, 201), X, F, outputs={"heat": heat}, layout=layout)
+    table = TestTable.of(range(1, 201), X, F, outputs={"heat": heat}, schema=schema)
     figure = plot_table(table, variables=["x1", "heat"], objectives=())
     assert [ax.get_xlabel() for ax in shown(figure)] == ["x1", "heat"]
     heights = figure.axes[1].patches[0].get_data().values
@@ -141,16 +142,16 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
 def test_little_is_drawn_as_well(n, feasible):
     G = np.full((n, 1), -1.0 if feasible else 1.0)
     table = TestTable.of(range(1, n + 1), np.ones((n, 2)), np.ones((n, 2)), G,
-                         layout=Layout.of(2, 2, 1))  # fmt: skip
+                         schema=Schema.of(2, 2, 1))  # fmt: skip
     for figure in (plot_table(table), plot_objectives(table)):
         assert_whole(figure)
 
 
 def test_any_name_can_be_drawn():
     names = ["$x_1$", "_under", "a very long name of a variable that goes on and on and on"]
-    layout = Layout.of(names, ["$f$", "_g"])
+    schema = Schema.of(names, ["$f$", "_g"])
     random = np.random.default_rng(1)
-    table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), layout=layout)
+    table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), schema=schema)
     figure = plot_table(table.under(limits={"_g": 0.5}))
     assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
     assert_whole(figure, draw=True)

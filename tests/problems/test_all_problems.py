@@ -65,7 +65,7 @@ class Model(ElementwiseProblem):
 
 def test_a_name_may_be_a_text_and_names_a_list():
     for problem in (Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})):
-        assert investigate(problem, 4).layout.variables == ("width", "height")
+        assert investigate(problem, 4).schema.variables == ("width", "height")
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
 
 

@@ -16,8 +16,10 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
+from pymoo_psi.analysis import histogram, sensitivities
+from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_table
-from pymoo_psi.table import histogram, read_table, sensitivities
+from pymoo_psi.table import Kind
 from tests.refusals import refused
 
 
@@ -112,7 +114,7 @@ def test_analysis_is_that_of_the_logarithm(tmp_path):
         sensitivities(table)["first_order"], sensitivities(plain)["first_order"], atol=1e-9
     )
     table.to_csv(tmp_path / "table.csv")
-    assert read_table(tmp_path / "table.csv").layout.is_log("area")
+    assert read_table(tmp_path / "table.csv").schema["area"].kind is Kind.LOG
     assert "log" in {axes.get_xscale() for axes in plot_table(table).axes}
 
 

@@ -91,8 +91,8 @@ def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
         np.testing.assert_allclose(table.column(name), expected, rtol=1e-15)
     np.testing.assert_array_equal(table.F[:, 2], -table.column("load"))
     np.testing.assert_array_equal(table.status == "ok", 600 / width / height <= 60)
-    assert table.layout.units == {"width": "mm", "mass": "kg", "stress": "MPa"}
-    assert table.layout.maximize == ("load",)
+    assert table.schema.units == {"width": "mm", "mass": "kg", "stress": "MPa"}
+    assert table.schema.maximize == ("load",)
     assert runs(tmp_path) == []
 
 

@@ -142,7 +142,7 @@ def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     assert 10 < met.sum() < 54
     assert (table.status[~met] == "infeasible").all()
     assert np.isfinite(table.F[met]).all()
-    if "heat" in table.layout.outputs:
+    if "heat" in table.schema.outputs:
         assert np.isfinite(table.column("heat")[met]).all()
     assert {*table.to_frame()["violated"][~met]} == {"slender: height <= 2*width"}
     run = minimize(Required(make()), PSI(64))
@@ -177,7 +177,7 @@ def test_other_requirements_take_the_place_of_the_problems_own():
     table = investigate(Required(Plain()), 64, requirements=["height <= width"])
     ran = np.isfinite(table.F).all(axis=1)
     np.testing.assert_array_equal(ran, table.X[:, 1] <= table.X[:, 0])
-    assert table.layout.constraints == ("g1", "height <= width")
+    assert table.schema.constraints == ("g1", "height <= width")
 
 
 def test_a_model_that_fails_is_not_run_again_for_others():

@@ -83,7 +83,7 @@ def given(table, problem):
     """The designs of a table as the whole problem takes them."""
     if not getattr(problem, "vars", None):
         return table.X
-    names = table.layout.variables
+    names = table.schema.variables
     return np.array([dict(zip(names, row, strict=True)) for row in table.X.tolist()], dtype=object)
 
 
@@ -91,12 +91,12 @@ def given(table, problem):
 def test_a_table_has_the_whole_problems_columns_and_values(make, box):
     whole = make()
     table = investigate(Restricted(whole, box), 32)
-    assert table.layout.variables == investigate(whole, 1).layout.variables
+    assert table.schema.variables == investigate(whole, 1).schema.variables
     F = whole.evaluate(given(table, whole), return_as_dictionary=True)
     np.testing.assert_array_equal(table.F, F["F"])
     np.testing.assert_array_equal(table.G, F.get("G", table.G))
     for name, kept in box.items():
-        column = table.X[:, table.layout.variable(name)].tolist()
+        column = table[name].tolist()
         if isinstance(kept, tuple):
             assert min(column) >= (-np.inf if kept[0] is None else kept[0])
             assert max(column) <= (np.inf if kept[1] is None else kept[1])

@@ -154,8 +154,8 @@ def test_names_of_the_problem_are_kept_but_those_of_its_constraints():
     problem.names = {"x1": "width", "f2": "yield", "g1": "stress"}
     problem.maximize, problem.units = ("yield",), {"width": "mm", "stress": "MPa"}
     table = investigate(Robust(problem, tolerances={"width": 0.1}), 4)
-    assert table.layout.columns == ("width", "x2", "f1", "yield", "g1")
-    assert table.layout.units == {"width": "mm"}
+    assert table.schema.names == ("width", "x2", "f1", "yield", "g1")
+    assert table.schema.units == {"width": "mm"}
 
 
 CHUTE = SphereChute()

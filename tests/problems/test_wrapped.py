@@ -86,7 +86,7 @@ around = pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
 def same(table, expected):
     for name in ("numbers", "X", "F", "G", "status"):
         np.testing.assert_array_equal(getattr(table, name), getattr(expected, name))
-    assert table.layout.columns == expected.layout.columns
+    assert table.schema.names == expected.schema.names
     assert table.reasons == expected.reasons
 
 

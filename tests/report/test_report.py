@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -16,9 +17,11 @@ from pymoo_psi import (
     rank_of_efficiency,
     representatives,
 )
+from pymoo_psi.analysis import constraint_costs
+from pymoo_psi.files import read_table
 from pymoo_psi.pareto import number
 from pymoo_psi.report import decision_report
-from pymoo_psi.table import Layout, constraint_costs, read_table
+from pymoo_psi.table import Schema
 
 
 class Reader(HTMLParser):
@@ -54,13 +57,13 @@ def beams(n=96, **more):
     """Beams by width and height: light and stiff ones are wanted, some break, some have no mesh."""
     X = [20, 40] + lp_tau(n, 2) * [40, 120]
     mass, stiffness = X.prod(axis=1) / 100, X[:, 0] * X[:, 1] ** 3 / 1e4
-    layout = Layout.of(
+    schema = Schema.of(
         ["width", "height"], ["mass", "stiffness"], outputs=["stress"], maximize=["stiffness"],
         units={"mass": "kg", "stress": "MPa", "width": "mm"}, lower=[20, 40], upper=[60, 160],
     )  # fmt: skip
     slender = np.flatnonzero(X[:, 1] > 4 * X[:, 0]) + 1
     return TestTable.of(
-        range(1, n + 1), X, np.column_stack([mass, -stiffness]), layout=layout,
+        range(1, n + 1), X, np.column_stack([mass, -stiffness]), schema=schema,
         outputs={"stress": 3e7 / (X[:, 0] * X[:, 1] ** 2)},
         reasons={int(number): "no mesh: too slender" for number in slender}, **more,
     )  # fmt: skip
@@ -88,7 +91,7 @@ def html(beam):
 def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     rows = np.flatnonzero(LIMITED.eligible())
     own = pd.DataFrame(TABLE.F[rows] * [1, -1], columns=["mass", "stiffness"])
-    own.index = [f"test point {number}" for number in TABLE.numbers[rows]]
+    own.index = [f"test {number}" for number in TABLE.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
     ranking = rank_of_efficiency(own, maximize=["stiffness"])
     standing, behind, *steps = explain(ranking, row=optimum, units={"mass": "kg"}).sentences
@@ -106,15 +109,17 @@ def test_another_design_is_explained_as_itself():
     assert best != other
     report = decision_report(LIMITED, design=int(other))
     said = lines(report, "The choice")
-    assert said[0].startswith(f"Test point {other} is chosen instead of test point {best}: ")
+    assert said[0].startswith(f"Test {other} is chosen instead of test {best}: ")
     assert "objective | chosen | proposed | best | worst | behind best" in said
-    assert str(report).startswith(f"Report on a choice: test point {other} chosen of ")
+    assert str(report).startswith(f"Report on a choice: test {other} chosen of ")
 
 
 def test_nothing_is_chosen_until_somebody_has(beam):
     assert "is proposed" in lines(beam, "The proposal")[0]
     assert "chosen" not in str(beam)
-    chosen = LIMITED.under(chosen=LIMITED.best().names[0], reason="It is cheap.")
+    chosen = LIMITED.under(
+        replace(LIMITED.decision, chosen=LIMITED.best().names[0], reason="It is cheap.")
+    )
     first, *others = lines(decision_report(chosen), "The choice")
     assert "is chosen" in first
     assert "Reason: It is cheap." in others
@@ -123,7 +128,7 @@ def test_nothing_is_chosen_until_somebody_has(beam):
 def test_what_is_known_of_the_design_is_shown_though_others_lack_it():
     """Texts and outputs; the cell of another design is empty."""
     table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
-    table = dataclasses.replace(table, extra={"maker": ["", "Smith", ""]})
+    table = table.with_notes({"maker": ["", "Smith", ""]})
     assert any("maker: Smith" in t for t in lines(decision_report(table), "The proposal"))
     assert not [t for t in lines(decision_report(table, design=1), "The choice") if "maker" in t]
 
@@ -157,7 +162,7 @@ def test_counts_add_up(beam):
     assert designs == len(TABLE) == failed + beyond + ok
     assert failed == len(TABLE.reasons) > 0
     assert front == LIMITED.pareto().sum()
-    assert failures == f"{failed} | no mesh: too slender | test point {min(TABLE.reasons)}"
+    assert failures == f"{failed} | no mesh: too slender | test {min(TABLE.reasons)}"
 
 
 def test_a_limit_costs_what_would_be_had_without_it(beam):
@@ -176,7 +181,7 @@ def test_alternatives_are_representatives(beam):
     own = pd.DataFrame(TABLE.F * [1, -1], columns=["mass", "stiffness"], index=TABLE.numbers)
     own = own[LIMITED.eligible()]
     few = representatives(own, 5, maximize=["stiffness"])
-    head = " | ".join(f"test point {own.index[row]}" for row in few.rows)
+    head = " | ".join(f"test {own.index[row]}" for row in few.rows)
     assert f"design | {head}" in lines(beam, "Alternatives")
 
 
@@ -184,12 +189,12 @@ EVIL = "<script>alert(1)</script> & \"'$x_{$ <b>"
 
 
 def test_names_reasons_and_titles_are_text():
-    layout = Layout.of(
+    schema = Schema.of(
         [f"v {EVIL}"], [f"a {EVIL}", f"b {EVIL}"], [f"g {EVIL}"], units={f"a {EVIL}": EVIL}
     )
     X, F = lp_tau(16, 1), np.column_stack([lp_tau(16, 1)[:, 0], (1 - lp_tau(16, 1)[:, 0]) ** 2])
     reasons = {3: f"{EVIL} \x01"}
-    table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, layout=layout)
+    table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, schema=schema)
     html = decision_report(table.under(limits={f"a {EVIL}": 0.8}), title=EVIL, about=[EVIL]).html()
     found = Reader(html)
     text = found.text + " ".join(found.sections)
@@ -222,8 +227,8 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
 
 def test_a_limit_on_an_integer_among_variables_of_several_kinds_is_reported():
     X = np.array([[0.5, 2], [0.25, 3]], dtype=object)
-    layout = Layout.of(2, 1, kinds=["real", "integer"])
-    table = TestTable.of([1, 2], X, [[2.0], [1.0]], layout=layout).under(limits={"x2": 1})
+    schema = Schema.of(2, 1, kinds=["real", "integer"])
+    table = TestTable.of([1, 2], X, [[2.0], [1.0]], schema=schema).under(limits={"x2": 1})
     rows = lines(decision_report(table), "What limits cost")
     assert rows[1].endswith("| 2")
 
@@ -243,21 +248,29 @@ def test_a_limit_on_an_integer_among_variables_of_several_kinds_is_reported():
 def test_small_and_odd_tables(X, F):
     report = decision_report(TestTable.of(range(1, len(F) + 1), X, F))
     text = Reader(report.html()).text
-    assert "Test point" in text
+    assert "Test" in text
     assert "nan" not in text.replace("dominan", "")
 
 
 @pytest.fixture
 def written(tmp_path):
     """A report on a decision of a group, as a file, and the table."""
-    names = [f"test point {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
+    names = [f"test {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
     positions = [
         {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
         {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
         {"name": "Ben", "date": "2026-01-03", "chosen": names[2]},
     ]
     decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
-    table = LIMITED.under(positions=positions, decided=decided, chosen=names[2], reason="So be it.")
+    table = LIMITED.under(
+        dataclasses.replace(
+            LIMITED.decision,
+            positions=positions,
+            decided=decided,
+            chosen=names[2],
+            reason="So be it.",
+        )
+    )
     report = decision_report(table, title="Beams", prototype=TABLE.take([5]))
     report.save(tmp_path / "report.html")
     return tmp_path / "report.html", table
@@ -267,7 +280,7 @@ def test_the_sheet_has_the_decision_of_the_group(written):
     path, table = written
     html = path.read_text("utf-8")
     sheet = html[: html.index("<nav")]
-    chosen = table.formulation.chosen
+    chosen = table.decision.chosen
     mass, present = table.column("mass")[[table.names.index(chosen), 5]]
     word = "better" if mass < present else "worse"
     for text in (

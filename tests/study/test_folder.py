@@ -132,16 +132,3 @@ def test_a_study_is_written_at_once_and_never_over_another(study_file):
         error=StudyAccessError,
     )
     assert bits(read(study_file)[1]) == bits(block(1, 12))
-
-
-def test_shares_with_other_directions_and_names_have_the_same_objectives(tmp_path):
-    names = {**HEAD, "problem": {"objectives": 2}}
-    whole = shares(tmp_path, 2, 20, [1], names)
-    other = {**names, "objectives": ["f1", "power"], "maximize": ["power"]}
-    share = Share(2, 2)
-    study = Study(tmp_path / share.file)
-    study.begin(other, share=share)
-    part = rows(whole, share.numbers(1, 20) - 1)
-    part["power"] = -part.pop("f2")
-    study.append(part)
-    assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole)

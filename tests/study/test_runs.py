@@ -1,8 +1,6 @@
 """Several runs in one study: a design is tested once, whichever run asks for it first."""
 
 import dataclasses
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +20,10 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.algorithms import RunOptions, import_tests
-from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.analysis import even_part, sensitivities
+from pymoo_psi.files import read_table, write_table
 from pymoo_psi.study import Study
-from pymoo_psi.table import Layout, even_part, read_table, sensitivities
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
@@ -103,8 +102,8 @@ def test_more_proposals_after_few_points_are_all_new(model, study):
 def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study):
     options = RunOptions(study=study, units={"f1": "kg"}, log=["x2"])
     part = Restricted(model, {"x2": (0.1, 1)})
-    layout = Layout.of(["x1", "x2"], ["f1", "f2"], units={"f1": "g"})
-    grams = TestTable.of([1], [[0.25, 0.5]], [[1000.0, 3.0]], layout=layout)
+    schema = Schema.of(["x1", "x2"], ["f1", "f2"], units={"f1": "g"})
+    grams = TestTable.of([1], [[0.25, 0.5]], [[1000.0, 3.0]], schema=schema)
     refused("'f1' must be that of the formulation, kg, got 'g'", import_tests, part, grams, options)
     negative = pd.DataFrame({"x1": [0.25], "x2": [-0.5], "f1": [1.0], "f2": [3.0]})
     refused("x2 must be above 0", import_tests, part, negative, options)
@@ -126,14 +125,13 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
     investigate(model, 8, study=study)
     investigate(Restricted(model, {"x1": (0, 0.5)}), 8, study=study)
     table = read_table(study)
-    writers = {"copy.db": table.to_study, "copy.csv": table.to_csv, "copy.xlsx": table.to_xlsx}
-    for name, write in writers.items():
-        write(tmp_path / name)
+    for name in ("copy.db", "copy.csv", "copy.xlsx"):
+        write_table(table, tmp_path / name)
         assert read_table(tmp_path / name).equals(table), name
     assert investigate(model, 8, study=tmp_path / "copy.db").X.tolist() == table.X[:8].tolist()
     assert len(model.evaluated) == 15  # the corner of both is one design
     twice = table.extended(dataclasses.replace(table, numbers=table.numbers + 16))
-    refused("runs and test points .* different ones", twice.to_study, tmp_path / "twice.db")
+    refused("runs and test points .* different ones", write_table, twice, tmp_path / "twice.db")
 
 
 def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study):
@@ -142,11 +140,16 @@ def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, 
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
 
 
-@pytest.mark.parametrize("name", ["test", "run", "origin", "seconds"])
+@pytest.mark.parametrize("name", ["run", "origin", "seconds"])
 def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study, model):
     """Such an objective is refused; a further output is left out, which is said."""
     refused(
-        f"a column of a study.*'{name}'", investigate, model, 4, study=study, names={"f1": name}
+        f"a column of a study.*'{name}'",
+        investigate,
+        model,
+        4,
+        study=study,
+        names={"f1": name},
     )
     assert not study.exists()
 
@@ -162,33 +165,5 @@ def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study, mode
         table = investigate(Named(), 4, study=study)
     np.testing.assert_array_equal(table[name], [heat(x) for x in table.X])
     stored = read_table(study)
-    assert name not in stored.layout.columns
+    assert name not in stored.schema.names
     np.testing.assert_array_equal(stored.F, table.F)
-
-
-TURNED = """
-from pymoo_psi import investigate
-from tests.study.test_runs import Counted
-investigate(Counted(), 4, study={study!r}, maximize=["f2"], study_wait=0.1)
-"""
-
-
-def test_no_run_turns_an_objective_while_another_writes(model, study):
-    investigate(model, 4, study=study)
-    head = Study(study).facts().head
-    writer = Study(study)
-    writer.begin(head)
-    command = [sys.executable, "-c", TURNED.format(study=str(study))]
-    with writer.writing():
-        other = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert "StudyLockedError" in other.stderr
-    assert Study(study).facts().head == head
-    subprocess.run(command, cwd=ROOT, check=True)
-    refused(
-        "names or directions since this one began",
-        writer.append,
-        Study(study).contents()[1],
-        error=StudyMismatchError,
-    )
-    table = read_table(study)
-    np.testing.assert_array_equal(table["f2"], -(1 - table["x1"] + table["x2"] ** 2))

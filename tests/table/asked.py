@@ -10,7 +10,7 @@ from pymoo_psi import Formulation
 
 def freed(table, *names):
     """The table with constraints as further objectives."""
-    return table.under(Formulation(objectives=[*table.layout.objectives, *names]))
+    return table.under(Formulation(objectives=[*table.schema.objectives, *names]))
 
 
 def violations(table, limits=None):

@@ -13,16 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymoo.core.problem import Problem
 
-from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
+from pymoo_psi import Decision, Formulation, PsiError, TestTable, investigate, lp_tau
+from pymoo_psi.analysis import constraint_costs, decision_sentences
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table import (
-    Layout,
-    constraint_costs,
-    decision_sentences,
-    limit_text,
-    limits_of,
-    read_table,
-)
+from pymoo_psi.files import read_table
+from pymoo_psi.table import Schema, limits_of
 from tests.mutations import mutated
 from tests.refusals import refused
 
@@ -46,7 +41,7 @@ def model(X):
 
 # The table as it was tested: of two criteria one maximised, two constraints, an equality, an output.
 X = lp_tau(COUNT, 2)
-LAYOUT = Layout.of(
+SCHEMA = Schema.of(
     ["width", "wall kg"], ["mass", "gain"], ["stress", "bend"], ["volume"],
     lower=[0, 0], upper=[1, 1], eq_tolerance=0.5, outputs=["heat"], maximize=["gain"],
     units={"mass": "kg"},
@@ -63,7 +58,7 @@ def beam_tests(failed=()):
     reasons = dict.fromkeys(failed, "it broke")
     return TestTable.of(
         np.arange(1, COUNT + 1), X, F, G, H,
-        outputs={"heat": heat}, reasons=reasons, layout=LAYOUT,
+        outputs={"heat": heat}, reasons=reasons, schema=SCHEMA,
     )  # fmt: skip
 
 
@@ -77,8 +72,8 @@ class ByHand(Problem):
         self.criteria = names
         self.ieq = [name for name in ("stress", "bend") if name not in gone]
         self.eq = [name for name in ("volume",) if name not in gone]
-        ends = [end for pair in formulation.limits.values() for end in np.atleast_1d(pair)]
-        n_limits = sum(end is not None for end in ends)
+        ends = [end for limit in formulation.limits.values() for end in limit[:2]]
+        n_limits = np.isfinite(ends).sum()
         super().__init__(
             n_var=2, n_obj=len(names), n_ieq_constr=len(self.ieq) + n_limits,
             n_eq_constr=len(self.eq), xl=0.0, xu=1.0,
@@ -94,15 +89,14 @@ class ByHand(Problem):
         columns = [np.abs(values[n]) if n == "volume" else values[n] for n in self.criteria]
         out["F"] = np.column_stack(columns) * signs
         out["G"] = [values[name] for name in self.ieq]
-        for name, pair in self.asked.limits.items():
+        for name, (low, high, *_) in self.asked.limits.items():
             column = (
                 np.abs(values[name]) if name == "volume" and name in self.criteria else values[name]
             )
             column = np.where(np.isfinite(column), column, np.inf)  # what is not known is refused
-            low, high = pair if isinstance(pair, tuple) else (None, pair)
-            if low is not None:
+            if np.isfinite(low):
                 out["G"].append(np.where(column == np.inf, np.inf, low - column))
-            if high is not None:
+            if np.isfinite(high):
                 out["G"].append(column - high)
         out["G"] = np.column_stack([*out["G"], np.zeros((len(X), 0))])
         out["H"] = np.column_stack([*(values[name] for name in self.eq), np.zeros((len(X), 0))])
@@ -153,7 +147,7 @@ def test_tests_judged_anew_are_the_fresh_run_of_the_problem_so_formulated(formul
     fresh = investigate(ByHand(asked, computed), COUNT)
     fresh = TestTable.of(
         fresh.numbers, fresh.X, fresh.F, fresh.G, fresh.H, reasons=fresh.reasons,
-        layout=Layout.of(2, fresh.F.shape[1], fresh.G.shape[1], fresh.H.shape[1], eq_tolerance=0.5),
+        schema=Schema.of(2, fresh.F.shape[1], fresh.G.shape[1], fresh.H.shape[1], eq_tolerance=0.5),
     )  # fmt: skip
     anew = table.under(asked)
     np.testing.assert_array_equal(anew.numbers, fresh.numbers)
@@ -194,14 +188,14 @@ def test_every_column_stays_a_column():
             omitted=["stress"], computed={"gain per mass": "gain / mass"},
         )
     )  # fmt: skip
-    layout = anew.layout
-    assert layout.outputs == ("heat", "mass", "stress")
-    assert layout.constraints == ("bend", "volume")
+    schema = anew.schema
+    assert schema.outputs == ("heat", "mass", "stress")
+    assert schema.constraints == ("bend", "volume")
     assert anew.violations()[1] == ("bend", "volume", "0.25<=width<=0.75", "stress<=0.1")
-    for name in table.layout.columns:
+    for name in table.schema.names:
         np.testing.assert_array_equal(anew.column(name), table.column(name))
-    assert (layout.units, layout.maximize) == ({"mass": "kg"}, ("gain",))
-    assert layout.lower.tolist() == [0, 0]
+    assert (schema.units, schema.maximize) == ({"mass": "kg"}, ("gain",))
+    assert schema.lower.tolist() == [0, 0]
     beyond = X[:, 0] > 0.75
     assert all("0.25<=width<=0.75" in v for v in anew.to_frame()["violated"][beyond])
 
@@ -231,8 +225,8 @@ def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, messa
 def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
     asked, _ = formulations
     path = tmp_path_factory.getbasetemp() / "asked.json"
-    asked.to_json(path)
-    assert Formulation.read_json(path) == asked
+    Decision(asked).to_json(path)
+    assert Decision.read_json(path).formulation == asked
     json.loads(path.read_text("utf-8"))
 
 
@@ -260,7 +254,7 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
 def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, message):
     path = tmp_path / "asked.json"
     path.write_text(text, "utf-8")
-    refused(rf"asked\.json must be a formulation.*({message})", Formulation.read_json, path)
+    refused(rf"asked\.json must be a decision.*({message})", Decision.read_json, path)
 
 
 DECISION = {
@@ -272,7 +266,7 @@ DECISION = {
     "units": {"mass": "kg"},
     "normalize": True,
     "ranges": {"mass": [1, 2]},
-    "chosen": "test point 7",
+    "chosen": "test 7",
     "reason": "light",
     "page": {"title": "T", "values": {"mass": 3.0}, "state": {"pins": ["A"]}},
 }
@@ -286,14 +280,14 @@ def test_odd_files_give_a_formulation_or_an_error_of_the_package(tmp_path):
         text = json.dumps(mutated(DECISION, random.Random(seed))).replace("Infinity", "1e400")
         path.write_text(text, "utf-8")
         try:
-            asked = Formulation.read_json(path)
+            asked = Decision.read_json(path)
         except PsiError as error:
             messages.append(str(error))
         else:
             asked.to_json(path)
-            assert Formulation.read_json(path) == asked
+            assert Decision.read_json(path) == asked
     assert 50 < len(messages) < 190
-    assert all(text.startswith(f"{path} must be a formulation") for text in messages)
+    assert all(text.startswith(f"{path} must be a decision") for text in messages)
 
 
 def test_positions_are_joined_in_any_order():
@@ -306,7 +300,7 @@ def test_positions_are_joined_in_any_order():
         {"name": "Cy"},
         {"name": "Ann", "date": "2026-01-02", "chosen": "B"},
     ]
-    own = Formulation(limits={"mass": 20}, chosen="A", decided={"chosen": "A"})
+    own = Decision(Formulation(limits={"mass": 20}), chosen="A", decided={"chosen": "A"})
     joined = []
     for positions in itertools.permutations(held):
         joined.append(replace(own, positions=positions))
@@ -326,13 +320,13 @@ def test_positions_are_joined_in_any_order():
 def test_a_decision_of_a_group_may_be_written_by_hand(decided, said, tmp_path):
     path = tmp_path / "d.json"
     path.write_text(json.dumps({"decided": decided}))
-    asked = Formulation.read_json(path)
+    asked = Decision.read_json(path)
     assert decision_sentences(asked.decided) == said
     asked.to_json(path)
-    assert Formulation.read_json(path) == asked
+    assert Decision.read_json(path) == asked
     for wrong in ({"agree": ["Ann"]}, decided | {"agreed": ["Ann"]}, decided | {"agree": "Ann"}):
         path.write_text(json.dumps({"decided": wrong}))
-        refused("must be a formulation.*decided: .*", Formulation.read_json, path)
+        refused("must be a decision.*decided: .*", Decision.read_json, path)
 
 
 @pytest.mark.parametrize(
@@ -365,14 +359,14 @@ def test_ranges_are_fixed_kept_or_given_up(tmp_path):
     own = table.ranking().criteria
     path = tmp_path / "asked.json"
     for ranges in (fixed, {}, None):
-        Formulation(ranges=ranges).to_json(path)
-        assert Formulation.read_json(path).ranges == ranges
+        Decision(Formulation(ranges=ranges)).to_json(path)
+        assert Decision.read_json(path).formulation.ranges == ranges
     wide = table.under(Formulation(ranges=fixed))
     # fixed ranges are (lower, upper) in the original direction: of gain the ideal is 5
     F = np.column_stack([table.column("mass"), table.column("gain")])[table.pareto()]
     mu1 = np.hypot(F[:, 0] / 10, (5 - F[:, 1]) / 10)
     np.testing.assert_allclose(wide.ranking().criteria[:, 0], mu1)
-    assert wide.under(Formulation()).equals(table)
+    assert wide.under(Formulation()).equals(wide)
     assert wide.under(limits={"width": 1}).ranking().ideal.tolist() == [0, 5]
     assert wide.under(Formulation(ranges={})).equals(table)
     np.testing.assert_array_equal(wide.under(Formulation(ranges={})).ranking().criteria, own)
@@ -393,12 +387,12 @@ def test_ranges_are_fixed_kept_or_given_up(tmp_path):
 def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [90.0]])
     asked = Formulation(units={"f1": "%", "x1": "mm"}, limits={"f1": 80})
-    asked.to_json(tmp_path / "asked.json")
-    asked = Formulation.read_json(tmp_path / "asked.json")
+    Decision(asked).to_json(tmp_path / "asked.json")
+    asked = Decision.read_json(tmp_path / "asked.json").formulation
     under = table.under(asked)
-    assert under.layout.units == {"f1": "%", "x1": "mm"}
+    assert under.schema.units == {"f1": "%", "x1": "mm"}
     assert under.status.tolist() == ["ok", "infeasible"]
-    metres = replace(table, layout=replace(table.layout, units={"x1": "m"}))
+    metres = replace(table, evaluated=table.schema.with_units({"x1": "m"}))
     refused("unit of 'x1' must be that of the formulation, mm, got 'm'", metres.under, asked)
 
 
@@ -438,8 +432,8 @@ OFFERS = pd.DataFrame(
 def test_limits_on_texts(limits, kept, tmp_path):
     """In every form the same, also of a formulation in JSON."""
     asked = Formulation(["price", "days"], limits=limits)
-    asked.to_json(tmp_path / "d.json")
-    assert Formulation.read_json(tmp_path / "d.json") == asked
+    Decision(asked).to_json(tmp_path / "d.json")
+    assert Decision.read_json(tmp_path / "d.json").formulation == asked
     for table in (
         read_table(OFFERS, asked),
         read_table(OFFERS, Formulation(["price", "days"])).under(limits=limits),
@@ -476,4 +470,6 @@ def test_limits_as_they_are_written_can_be_typed():
         "mass": (None, 1.234), "time, s": (-12.125, 1e-7), 'the "time", in s': (999.999, None),
         "rail": ["a, b", 'the "c", d'], "material": ["steel, cast"], "cost": (None, 1e300),
     }  # fmt: skip
-    assert limits_of(", ".join(limit_text(*limit) for limit in limits.items())) == limits
+    assert limits_of(
+        ", ".join(limit.written(name) for name, limit in limits_of(limits).items())
+    ) == limits_of(limits)

@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pymoo_psi.analysis import constraint_costs, histogram
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table import Formulation, Layout, TestTable, constraint_costs, histogram
+from pymoo_psi.table import Formulation, Schema, TestTable
 from tests.refusals import refused
 
 # Few values, so that designs are equal in a criterion and limits are met exactly.
@@ -24,8 +25,9 @@ def mirrored(draw):
     more = draw(st.sets(st.sampled_from(["f1", "f2"]), min_size=1))
     X = np.arange(2.0 * n).reshape(n, 2) % 5
     plain = TestTable.of(range(1, n + 1), X, F, G, outputs={"heat": np.sqrt(np.arange(n))})
-    layout = replace(plain.layout, maximize=tuple(more))
-    return plain, replace(plain, layout=layout, reasons={})
+    schema = plain.schema.changed(maximize=dict.fromkeys(more, True))
+    outputs = {"heat": plain["heat"]}
+    return plain, TestTable.of(plain.numbers, X, F, G, outputs=outputs, schema=schema)
 
 
 @st.composite
@@ -35,7 +37,7 @@ def mirrored_limits(draw):
 
 def own(table, limits):
     """The same limits in the senses of a table."""
-    more = table.layout.maximize
+    more = table.schema.maximize
     return {n: (-limit, None) if n in more else limit for n, limit in limits.items()}
 
 
@@ -51,11 +53,11 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(order.numbers, other.sorted_by(name).numbers)
         # The best is first, in the criterion's own sense.
         steps = np.diff(order.column(name)[np.isfinite(order.column(name))])
-        assert ((steps <= 0) if name in turned.layout.maximize else (steps >= 0)).all()
+        assert ((steps <= 0) if name in turned.schema.maximize else (steps >= 0)).all()
     assert np.array_equal(histogram(mine, "x1").pareto, histogram(other, "x1").pareto)
     signs = {**dict.fromkeys(("lower", "upper", "rejects", "alone"), 1.0)}
     costs, its = constraint_costs(mine), constraint_costs(other)
-    for name, sign in zip(("f1", "f2"), turned.layout.sign, strict=True):
+    for name, sign in zip(("f1", "f2"), turned.schema.sign, strict=True):
         signs |= {f"{name}_feasible": sign, f"{name}_alone": sign}
         if name in limits and sign < 0:
             row = [text.startswith(name) for text in costs.index]
@@ -67,15 +69,17 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
 
 
 def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
-    layout = Layout.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
-    new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, layout=layout)
-    old = TestTable.of([1, 2], [[0.1], [0.2]], [[1], [2]], layout=Layout.of(1, ["mass"]))
+    schema = Schema.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
+    new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, schema=schema)
+    old = TestTable.of([1, 2], [[0.1], [0.2]], [[1], [2]], schema=Schema.of(1, ["mass"]))
     for table in (old.extended(new), new.extended(old), old.merge(new), new.merge(old)):
-        assert (table.layout.maximize, table.layout.units) == (("gain",), {"gain": "W"})
+        assert (table.schema.maximize, table.schema.units) == (("gain",), {"gain": "W"})
         judged = table.under(Formulation(objectives=["mass", "gain"]))
         assert judged.take(judged.pareto()).column("gain").tolist() == [6]
     # Two that contradict each other are refused, also beside a table that knows neither.
-    other = replace(new, numbers=[5, 6], layout=replace(layout, maximize=()))
-    refused("direction of gain max against min", old.extended, new, other, error=ArgumentValueError)
-    other = replace(new, layout=replace(layout, units={"gain": "kW"}))
+    other = replace(new, evaluated=schema.changed(maximize={"gain": False}))
+    refused(
+        "maximize of gain True against False", old.extended, new, other, error=ArgumentValueError
+    )
+    other = replace(new, evaluated=schema.with_units({"gain": "kW"}))
     refused("unit of gain W against kW", old.merge(new).merge, other)

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, TestTable, investigate
-from pymoo_psi.table import Layout, constraint_costs, histogram, limit_text
+from pymoo_psi import TestTable, explain
+from pymoo_psi.analysis import constraint_costs, histogram
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 from tests.table.asked import freed, violations
 
@@ -92,8 +91,8 @@ def test_feasible_and_pareto_agree_with_the_oracle(table, limits):
 def test_a_table_is_read_only_and_survives_copying(table):
     for other in (table, pickle.loads(pickle.dumps(table)), copy.copy(table), copy.deepcopy(table)):
         assert other.equals(table)
-        for name in ("numbers", "X", "F", "G", "H", "outputs"):
-            assert not getattr(other, name).flags.writeable
+        for cells in (other.numbers, other.X, other.F, other.G, other.H, *other.data.values()):
+            assert not cells.flags.writeable
     with pytest.raises(AttributeError):
         table.F = None
 
@@ -119,20 +118,20 @@ def test_designs_keep_the_types_of_their_values(X, dtype, same):
     assert [(type(v), v) for v in table.X[0].tolist()] == [(type(v), v) for v in same]
 
 
-KINDS = Layout.of(["a", "b", "c", "d"], 1, kinds=["real", "integer", "binary", "choice"])
+KINDS = Schema.of(["a", "b", "c", "d"], 1, kinds=["real", "integer", "binary", "choice"])
 
 
 def test_kinds_that_are_declared_hold_for_every_block():
     """Whatever a block happens to hold: a choice between 1 and 2 is no integer, 1 no integer."""
-    one = TestTable.of([1], [[1, 2.0, 1, 1]], [[1.0]], layout=KINDS)
-    two = TestTable.of([2], [[0.5, 3, False, "oak"]], [[1.0]], layout=KINDS)
+    one = TestTable.of([1], [[1, 2.0, 1, 1]], [[1.0]], schema=KINDS)
+    two = TestTable.of([2], [[0.5, 3, False, "oak"]], [[1.0]], schema=KINDS)
     assert [(type(v), v) for v in one.X[0]] == [(float, 1.0), (int, 2), (bool, True), (int, 1)]
-    assert one.kinds == two.kinds == KINDS.kinds
+    assert one.schema.kinds == two.schema.kinds == KINDS.kinds
     joined = one.extended(two)
     assert joined.take([0]).equals(one)
     assert joined.refined_bounds()[0].tolist()[:2] == [0.5, 2.0]
     assert np.isnan(joined.refined_bounds()[0][2:]).all()
-    whole = TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
+    whole = TestTable.of([1], [[2]], [[1.0]], schema=Schema.of(1, 1, kinds=["real"]))
     assert whole.X.dtype == np.float64
 
 
@@ -146,8 +145,8 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
     limited = table.under(limits=limits)
     costs = constraint_costs(limited)
     names = [
-        *table.layout.constraints,
-        *(limit_text(name, ends) for name, ends in limited.limits.items()),
+        *table.schema.constraints,
+        *(limit.written(name) for name, limit in limited.limits.items()),
     ]
     assert costs.index.tolist() == names
     violated = {}
@@ -162,7 +161,7 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
         alone = [f for number, _, f, *_ in rows(table) if violated.get(number) == [name]]
         assert costs.loc[name, "rejects"] == sum(name in b for b in violated.values())
         assert costs.loc[name, "alone"] == len(alone)
-        for j, criterion in enumerate(table.layout.objectives):
+        for j, criterion in enumerate(table.schema.objectives):
             best = min((f[j] for f in alone if np.isfinite(f[j])), default=np.nan)
             np.testing.assert_equal(costs.loc[name, f"{criterion}_alone"], best)
             feasible = table.F[table.under(limits=limits).eligible(), j]
@@ -180,13 +179,13 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
     [
         (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a name in limits must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of .*'x1', got 'x3'"),
-        (lambda: PLAIN.take([1, 1]), ValueError, "distinct, got test point 2 twice"),
-        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "under one formulation .* got several"),
-        (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
+        (lambda: PLAIN.take([1, 1]), ValueError, "distinct, got test 2 twice"),
+        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "of one problem and formulation .* got formulation"),
+        (lambda: TestTable.of([1], [["a"]], [[1.0]], schema=Schema.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
-        (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, "X must be a finite number, got nan"),
-        (lambda: Layout.of(["a", "a"], 1), ValueError, "names of a test table must be distinct, .* got 'a'"),
-        (lambda: Layout.of(1, 1, lower=[1.0], upper=[0.0]), ValueError, "lower must be at most upper, got .1.* and .0"),
+        (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, "X, x1, must be finite, got nan"),
+        (lambda: Schema.of(["a", "a"], 1), ValueError, "names of a table must be distinct, .* got 'a'"),
+        (lambda: Schema.of(1, 1, lower=[1.0], upper=[0.0]), ValueError, "the bounds of 'x1' must be in increasing order, got 1 and 0"),
     ],
 )  # fmt: skip
 def test_bad_arguments(make, kind, message):
@@ -194,36 +193,24 @@ def test_bad_arguments(make, kind, message):
 
 
 def test_designs_are_called_by_their_label():
-    layout = replace(PLAIN.layout, label="id")
-    assert PLAIN.names == ["test point 1", "test point 2"]
+    assert PLAIN.names == ["test 1", "test 2"]
     labels = {("A", "A"): ["A #1", "A #2"], ("old", 7): ["old", "id 7"]}
     for cells, names in labels.items():
-        table = replace(PLAIN, layout=layout, extra={"id": cells})
+        table = PLAIN.with_notes({"id": cells}, "id")
         assert table.names == names
-        assert table.take([1]).extra["id"].tolist() == [cells[1]]
-        assert table.explain().sentences[0].lower().startswith(table.best().names[0].lower())
-    other = replace(PLAIN.take([0]), numbers=[3], extra={"note": [None]}, remarks=("from a file",))
+        assert table.take([1])["id"].tolist() == [cells[1]]
+        assert explain(table).sentences[0].lower().startswith(table.best().names[0].lower())
+    other = TestTable.of([3], [[0.0]], [[1.0, 2.0]], [[0.0]], notes={"note": [None]})
+    other = replace(other, facts=("from a file",))
     joined = table.extended(other)
-    assert joined.extra["id"].tolist() == ["old", 7, None]
+    assert joined["id"].tolist() == ["old", 7, None]
     assert joined.remarks == ("from a file",)
     assert not joined.equals(table)
 
 
-def test_a_unit_of_no_column_is_refused_wherever_a_table_is_made():
+def test_a_unit_of_no_column_is_refused():
     units = {"f1": "kg", "mas": "kg"}
-    layout = Layout.of(1, 1, units=units)
-    for make in (
-        lambda: TestTable.of([1], [[0.5]], [[1.0]], layout=layout),
-        lambda: replace(PLAIN, layout=replace(PLAIN.layout, units=units)),
-        lambda: investigate(get_problem("bnh"), 4, units=units),
-        lambda: minimize(get_problem("bnh"), PSI(4, units=units)),
-    ):
-        refused("units must be one of .*, got 'mas'", make)
-    # Before the first test it is unknown which outputs there are.
-    assert TestTable.empty(layout).layout.units == units
-    failed = TestTable.of([1], [[0.5]], [[np.inf]], layout=layout)
-    other = TestTable.of([2], [[0.5]], [[1.0]], outputs={"mas": [3.0]}, layout=layout)
-    assert failed.extended(other).layout.units == units
+    refused("units must be one of .*, got 'mas'", Schema.of, 1, 1, units=units)
 
 
 def test_a_design_that_recurs_with_other_objectives_is_no_repetition():
@@ -232,4 +219,4 @@ def test_a_design_that_recurs_with_other_objectives_is_no_repetition():
     table = TestTable.of([1, 2, 3, 4, 5], X, F)
     assert table.repeats.tolist() == [False, False, False, True, False]
     assert table.pareto().tolist() == [False, True, True, False, False]
-    assert table.explain(2).ranking.pareto.sum() == 2
+    assert explain(table, 2).ranking.pareto.sum() == 2

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import Formulation, TestTable, explain, lp_tau
-from pymoo_psi.table import Layout, histogram, read_table
+from pymoo_psi.analysis import histogram
+from pymoo_psi.files import read_table
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 
 ring = lp_tau(512, 2)
@@ -16,7 +18,7 @@ RING = TestTable.of(
     ring,
     np.column_stack([ring[:, 0], 1 - ring[:, 1], ring.sum(axis=1)]),
     G=np.abs(ring - 0.5).max(axis=1, keepdims=True) - 0.3,  # feasible in [0.2, 0.8]^2
-    layout=Layout.of(2, 3, 1, lower=[0.0, 0.0], upper=[1.0, 1.0]),
+    schema=Schema.of(2, 3, 1, lower=[0.0, 0.0], upper=[1.0, 1.0]),
 )
 MIXED = TestTable.of(
     [1, 2, 3, 4],
@@ -28,7 +30,7 @@ MIXED = TestTable.of(
     ],
     [[1.0], [2.0], [3.0], [4.0]],
     G=[[0.0], [-1.0], [-1.0], [1.0]],
-    layout=Layout.of(
+    schema=Schema.of(
         ["size", "teeth", "hard", "steel", "code"], 1, 1,
         lower=[0.0, 10, *[np.nan] * 3], upper=[2.0, 20, *[np.nan] * 3],
     ),
@@ -48,7 +50,7 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
     box = {"lower": [-2.0], "upper": [2.0]} if boxed else {}
     numbers = np.arange(1, len(column) + 1)
     F = np.column_stack([column, -column])
-    table = TestTable.of(numbers, column[:, None], F, layout=Layout.of(1, 2, **box))
+    table = TestTable.of(numbers, column[:, None], F, schema=Schema.of(1, 2, **box))
     limits = {"f1": limit}
     seen = histogram(table.under(limits=limits), "x1", bins=bins)
     masks = (
@@ -119,15 +121,15 @@ def test_refined_bounds_of_mixed_variables():
 
 
 def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
-    """Row 1 of the Pareto set is test point 5, which nobody must look for under 1."""
+    """Row 1 of the Pareto set is test 5, which nobody must look for under 1."""
     table = TestTable.of(
         [2, 3, 5, 7], [[0.1], [0.2], [0.3], [0.4]], [[0, 4], [5, 5], [1, 1], [4, 0]]
     )
     ranking = table.ranking()
     frame = ranking.to_frame()
-    assert (frame.index.name, frame.index[0]) == ("test_point", 5)
+    assert (frame.index.name, frame.index[0]) == ("test", 5)
     assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
-    assert "the best is test point 5)" in repr(ranking)
+    assert "the best is test 5)" in repr(ranking)
 
 
 def test_a_ranking_of_labelled_designs_names_them():

@@ -8,18 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pymoo_psi import TestTable, lp_tau
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 from tests.table.asked import freed
 
-LAYOUT = Layout.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 1.0])
+SCHEMA = Schema.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 1.0])
 
 
-def run(n, first=1, layout=LAYOUT):
+def run(n, first=1, schema=SCHEMA):
     """An investigation of a made-up problem in which every fourth design or so fails."""
     X = lp_tau(n, 2, first=first)
     F = np.column_stack([X.sum(axis=1), np.where(X[:, 0] > 0.75, np.nan, X[:, 1])])
-    return TestTable.of(np.arange(first, first + n), X, F, X[:, :1] - X[:, 1:], layout=layout)
+    return TestTable.of(np.arange(first, first + n), X, F, X[:, :1] - X[:, 1:], schema=schema)
 
 
 @given(n=st.integers(0, 60), data=st.data())
@@ -37,25 +37,25 @@ def other_result(block):
     table = run(8)
     changed = {name: np.array(getattr(table, name)) for name in "XFG"}
     changed[block][3] = -0.25
-    return TestTable.of(table.numbers, **changed, layout=LAYOUT)
+    return TestTable.of(table.numbers, **changed, schema=SCHEMA)
 
 
 def failed(reason):
     table = run(8)
     return TestTable.of(
-        table.numbers, table.X, table.F, table.G, layout=LAYOUT, reasons={2: reason}
+        table.numbers, table.X, table.F, table.G, schema=SCHEMA, reasons={2: reason}
     )
 
 
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: run(8).merge(other_result("X")), ValueError, "tests must be the same for each test point, got .* and -0.25 as x1 of test point 4; do not join"),
-        (lambda: run(8).merge(other_result("G")), ValueError, "got .* and -0.25 as g1 of test point 4"),
-        (lambda: run(8).merge(failed("crash")), ValueError, "got ok and failed as status of test point 2"),
-        (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got bounds of x2 .0.0, 1.0. against .0.0, 2.0"),
-        (lambda: run(8).merge(run(8, 9, replace(LAYOUT, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
-        (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "under one formulation .* got several"),
+        (lambda: run(8).merge(other_result("X")), ValueError, "tests must be the same for each number, got .* and -0.25 as x1 of test 4; do not join"),
+        (lambda: run(8).merge(other_result("G")), ValueError, "got .* and -0.25 as g1 of test 4"),
+        (lambda: run(8).merge(failed("crash")), ValueError, "got ok and failed as status of test 2"),
+        (lambda: run(8).merge(run(8, 9, SCHEMA.changed(upper={"x2": 2.0}))), ValueError, "got upper of x2 1.0 against 2.0"),
+        (lambda: run(8).merge(run(8, 9, replace(SCHEMA, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
+        (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "of one problem and formulation .* got formulation"),
     ],
 )  # fmt: skip
 def test_what_does_not_belong_together_is_refused(make, kind, message):
@@ -66,27 +66,25 @@ def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined()
     whole = run(8)
     one, two = (
         TestTable.of(whole.numbers, whole.X, whole.F, whole.G, outputs={name: np.arange(8.0)},
-                     layout=LAYOUT, extra={name.upper(): list("abcdefgh")})
+                     schema=SCHEMA, notes={name.upper(): list("abcdefgh")})
         for name in ("heat", "noise")
     )  # fmt: skip
     both = one.merge(two.take([5, 2, 7]))
-    assert both.layout.outputs == ("heat", "noise")
+    assert both.schema.outputs == ("heat", "noise")
     np.testing.assert_array_equal(both.column("noise")[[2, 5, 7]], [2, 5, 7])
-    assert both.extra["NOISE"].tolist() == [None, None, "c", None, None, "f", None, "h"]
-    last_bit = replace(whole, F=whole.F * (1 + 2**-52))
+    assert both["NOISE"].tolist() == [None, None, "c", None, None, "f", None, "h"]
+    last_bit = TestTable.of(whole.numbers, whole.X, whole.F * (1 + 2**-52), whole.G, schema=SCHEMA)
     assert whole.merge(last_bit).equals(whole)
     known = whole.take(whole.status != "failed")
     moved = replace(known, numbers=known.numbers + 8)
     assert len(whole.merge(moved)) == 8 + len(known)  # the same designs with the same results
-    named = replace(whole, layout=replace(LAYOUT, label="id"), extra={"id": list("abcdefgh")})
-    refused(
-        "got .* and 9.0 as f1 of a; do not join",
-        named.take([0]).merge,
-        replace(named.take([0]), F=[[9.0, 9.0]]),
-    )
+    one = whole.take([0])
+    other = TestTable.of(one.numbers, one.X, [[9.0, 9.0]], one.G, schema=SCHEMA)
+    named = [table.with_notes({"id": ["a"]}, "id") for table in (one, other)]
+    refused("got .* and 9.0 as f1 of a; do not join", named[0].merge, named[1])
 
 
 def test_values_of_other_types_are_not_the_same():
     one, yes = (TestTable.of([1], [[value, "a"]], [[1.0]]) for value in (1, True))
     assert one.merge(one).equals(one)
-    refused("got 1 and True as x1 of test point 1", one.merge, yes, error=ValueError)
+    refused("X must hold integer values for x1, got True", one.merge, yes, error=TypeError)

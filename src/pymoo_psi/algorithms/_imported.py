@@ -19,16 +19,9 @@ from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._store import StudyStore
+from pymoo_psi.files import read_table
 from pymoo_psi.problems import known_expressions, problem_identity
-from pymoo_psi.table import (
-    Formulation,
-    TestTable,
-    choice_texts,
-    error_column,
-    first_of,
-    read_table,
-    units_of,
-)
+from pymoo_psi.table import Formulation, TestTable, choice_texts, error_column, first_of, units_of
 
 
 def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
@@ -77,14 +70,14 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     table = _table_of(model, source)
     tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
-    first = first_of(zip(*(results[name].tolist() for name in model.layout.variables), strict=True))
+    first = first_of(zip(*(results[name].tolist() for name in model.schema.variables), strict=True))
     if not model.noisy and (tested.F[first] != tested.F).any():
         rule = "one of each design if the model is not noisy"
         remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
         raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
-    remarks = [*table.tested.remarks]
+    remarks = [*table.facts]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
@@ -93,7 +86,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     n_new = store.keep(tests.take(_are_new(model, tests, store)))
     n_known = len(tests) - n_new
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already."
-    return replace(tests, remarks=(taken, *remarks))
+    return replace(tests, facts=(taken, *remarks))
 
 
 def _table_of(model: Model, source: Any) -> TestTable:
@@ -102,23 +95,23 @@ def _table_of(model: Model, source: Any) -> TestTable:
     Raises:
         ArgumentValueError: A column is missing or in another unit, or the rows are means.
     """
-    layout = model.layout
-    inequalities = layout.inequalities[: model.n_ieq_constr]
-    names = (*layout.objectives, *inequalities, *layout.equalities, *model.default_limits)
+    schema = model.schema
+    inequalities = schema.of_role("inequality")[: model.n_ieq_constr]
+    names = (*schema.objectives, *inequalities, *schema.of_role("equality"), *model.default_limits)
     needed = dict.fromkeys(names)
     for name, expression in reversed([*known_expressions(model.inner).items()]):
         if name in needed:  # an expression uses outputs before it
             del needed[name]
             needed |= dict.fromkeys(expression.columns)
-    results = [name for name in needed if name not in layout.variables]
-    units = units_of((*layout.variables, *results), layout.units)
+    results = [name for name in needed if name not in schema.variables]
+    units = units_of((*schema.variables, *results), schema.units)
     formulation = Formulation(objectives=results, units=units)
     arguments = ("objectives", "units", "column")  # which nobody has given
     with named_as(dict.fromkeys(arguments, "a column that the problem needs")):
         table = read_table(source, formulation, repeats=False, drop_incomplete=True)
-        for name in layout.variables:
+        for name in schema.variables:
             table.column(name)
-    means = error_column(layout.objectives[0])
+    means = error_column(schema.objectives[0])
     if means in table.columns:
         remedy = "give the study that has them, or its tests by 'pymoo-psi export'"
         raise invalid("the tests", "single ones", Received(f"means with {means!r}"), remedy)
@@ -127,11 +120,11 @@ def _table_of(model: Model, source: Any) -> TestTable:
 
 def _results_of(model: Model, table: TestTable) -> Columns:
     """Return tests of a source as columns of a study; outputs that it lacks are NaN."""
-    layout = model.layout
+    schema = model.schema
     n = len(table)
     results: Columns = {"test": np.arange(1, n + 1), "reason": np.full(n, "", object)}
     choices = problem_identity(model.problem)["choices"]  # those beyond a box, too
-    for variable, name in zip(model.space.variables, layout.variables, strict=True):
+    for variable, name in zip(model.space.variables, schema.variables, strict=True):
         kind = variable.kind
         options = choices.get(variable.title)
         cells = table.column(name)
@@ -142,19 +135,19 @@ def _results_of(model: Model, table: TestTable) -> Columns:
             values.append(design_value(cell, f"{place}, {name}", kind, options))
         results[name] = np.array(values, DTYPES[kind])
     outputs = (*model.default_limits, *getattr(model.inner, "outputs", ()))
-    for name in (*layout.objectives, *layout.constraints, *outputs):
+    for name in (*schema.objectives, *schema.constraints, *outputs):
         results[name] = np.full(n, np.nan)
-        if name in table.layout.columns:
+        if name in table.schema.values:
             results[name] = table.column(name)
     return results
 
 
 def _beyond_bounds(model: Model, results: Columns) -> list[str]:
     """Return remarks on the values outside the bounds."""
-    layout = model.layout
+    schema = model.schema
     remarks = []
     for name, kind, low, high in zip(
-        layout.variables, layout.kinds, layout.lower, layout.upper, strict=True
+        schema.variables, schema.kinds, schema.lower, schema.upper, strict=True
     ):
         values = results[name]
         if kind is Kind.CHOICE:

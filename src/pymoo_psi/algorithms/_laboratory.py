@@ -34,6 +34,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import unit_points
 from pymoo_psi.algorithms._store import StudyStore
+from pymoo_psi.files import is_blank, source_columns, where
 from pymoo_psi.problems import require_no_permutation, requirements_of
 from pymoo_psi.study import Database, Proposal, Study
 from pymoo_psi.table import (
@@ -41,9 +42,6 @@ from pymoo_psi.table import (
     PROPOSAL_ROUND,
     Expression,
     columns_of_designs,
-    is_blank,
-    source_columns,
-    where,
 )
 
 if TYPE_CHECKING:
@@ -169,7 +167,7 @@ def ask_tests(
     require_no_permutation(problem)
     model = Model(problem, options)
     for name in (TEST, FAILURE):
-        if name in model.layout.columns:
+        if name in model.schema.names:
             remedy = "rename the column"
             raise invalid("the columns", f"named unlike {TEST} and {FAILURE}", name, remedy)
     sampling = options.sampling_in(len(model.space.searched))
@@ -187,7 +185,7 @@ def ask_tests(
         if with_surrogates:
             n_known = len(laboratory.tests) + len(laboratory.pending)
             n_proposed = max(0, n_tests - max(0, _POINTS - n_known))
-        known = laboratory.designs(model.layout.variables)
+        known = laboratory.designs(model.schema.variables)
         proposals = []
         for design in _points_of_sequence(model, options, known, n_tests - n_proposed):
             proposals.append(Proposal(0, 0, store.origin, {"design": design}))
@@ -235,7 +233,7 @@ def _proposed_by_surrogates(
     from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
 
     space = model.space
-    designs = model.designs(dict(pd.DataFrame(pending, columns=[*model.layout.variables])))
+    designs = model.designs(dict(pd.DataFrame(pending, columns=[*model.schema.variables])))
     points = space.points(designs[space.has_options(designs)])
     table = store.whole()
     table = model.under_so_far(table.take(space.has_options(table.X)))
@@ -244,8 +242,8 @@ def _proposed_by_surrogates(
 
 def _unknown_designs(model: Model, X: Designs, known: set[tuple[Any, ...]], n: int) -> list[Values]:
     """Return the first n designs that are not known; from now on they are."""
-    layout = model.layout
-    columns = columns_of_designs(layout.variables, layout.kinds, X)
+    schema = model.schema
+    columns = columns_of_designs(schema.variables, schema.kinds, X)
     designs: list[Values] = []
     for values in zip(*(column.tolist() for column in columns.values()), strict=True):
         if values not in known and len(designs) < n:

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind, keys_of_designs
-from pymoo_psi._validation import Array, Designs, Entries, Values, mapping
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Array, Designs, Entries, Values, known_name, mapping
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.pareto import constraint_violation
@@ -24,7 +23,7 @@ from pymoo_psi.problems import (
     design_space,
     evaluate_designs,
     known_limits,
-    problem_layout,
+    problem_schema,
     untolerant,
     with_requirements,
     within_same_columns,
@@ -34,11 +33,10 @@ from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RESERVED,
     Formulation,
-    Layout,
+    Schema,
     TestTable,
     choice_values,
-    columns_of_designs,
-    design_matrix,
+    designs_of,
 )
 
 
@@ -55,7 +53,7 @@ class Model:
         problem: The problem with its requirements, not tolerant of failures.
         inner: The same problem without its requirements.
         space: Its variables.
-        layout: The columns that the problem promises.
+        schema: The columns that the problem promises.
         default_limits: The limits of the problem, by column.
         formulation: The formulation of the run, with these limits where it says no others.
         repeat: Which of the tests of each design these are.
@@ -75,8 +73,8 @@ class Model:
             log = [default_names.get(name, name) for name in log]
         self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
-        layout = problem_layout(self.problem, self.space, *columns)
-        self.layout = replace(layout, inequalities=layout.inequalities[len(self._limits) :])
+        schema = problem_schema(self.problem, self.space, *columns)
+        self.schema = schema.without(schema.of_role("inequality")[: len(self._limits)])
         self.default_limits = _pairs(self._limits)
         formulation = options.formulation or Formulation(limits=options.limits)
         self.formulation = self.with_default_limits(formulation)
@@ -105,17 +103,12 @@ class Model:
         when all tests are there, however they were cut into blocks.
         """
         formulation = formulation or self.formulation
-        present = (*formulation.computed, *tests.layout.columns)
+        present = (*formulation.computed, *tests.schema.names)
         names = dict.fromkeys([*formulation.columns, *formulation.units])
         missing = [name for name in names if name not in present]
         if missing:
-            outputs = (*tests.layout.outputs, *missing)
-            unknown = np.full((len(tests), len(missing)), np.nan)
-            tests = replace(
-                tests,
-                layout=replace(tests.layout, outputs=outputs),
-                outputs=np.hstack([tests.outputs, unknown]),
-            )
+            unknown = np.full(len(tests), np.nan)
+            tests = tests.with_outputs(dict.fromkeys(missing, unknown))
         return self.under(tests, formulation)
 
     def total_violation(self, tests: TestTable) -> Array:
@@ -124,10 +117,10 @@ class Model:
         It is infinite where a design failed, or a value that has a limit is none or not finite.
         """
         table = self.under_so_far(tests)
-        total = constraint_violation(table.G, table.H, table.layout.eq_tolerance)
+        total = constraint_violation(table.G, table.H, table.schema.eq_tolerance)
         excess = np.zeros(len(table))
         for name, limit in table.limits.items():
-            excess += table.excess(name, limit)
+            excess += limit.excess(name, table.column(name))
         return np.where(table.status == "failed", np.inf, total + excess)
 
     # Requirements
@@ -147,7 +140,7 @@ class Model:
     def designs(self, columns: Entries) -> Designs:
         """Return ``(n, n_var)`` designs of ``(n,)`` variables by name, choices as texts."""
         designs = []
-        for name, kind in zip(self.layout.variables, self.layout.kinds, strict=True):
+        for name, kind in zip(self.schema.variables, self.schema.kinds, strict=True):
             cells = columns[name]
             if kind is Kind.CHOICE:
                 cells = choice_values(cells)
@@ -156,16 +149,14 @@ class Model:
 
     def keys(self, X: Designs) -> list[str]:
         """Return a key for each of ``(n, n_var)`` designs, which is that of its tests, too."""
-        names = self.layout.variables
-        kinds = self.layout.kinds
-        columns = columns_of_designs(names, kinds, design_matrix("X", X, names, kinds))
-        return keys_of_designs([*columns.values()], kinds)
+        columns, _ = designs_of(X, self.schema.with_role("variable"))
+        return self.schema.keys(columns)
 
     def requirement_columns(self, columns: Entries) -> dict[str, Array]:
         """Return the columns of the requirements of stored tests, by name."""
         if not self.has_requirements:
             return {}
-        names = self.layout.inequalities[self.n_ieq_constr :]
+        names = self.schema.of_role("inequality")[self.n_ieq_constr :]
         violations = self.violations(self.designs(columns))
         return dict(zip(names, violations.T, strict=True))
 
@@ -196,14 +187,14 @@ class Model:
         amounts = []
         for limit in self._limits:
             outputs = np.full(len(tests), np.nan)
-            if limit.output in tests.layout.columns:
+            if limit.output in tests.schema.names:
                 outputs = tests.column(limit.output)
             amounts.append(limit.violation(outputs))
         return np.column_stack([*amounts, tests.G])
 
     def values(self, tests: TestTable) -> list[Values]:
         """Return the values of each test as its evaluation returned them."""
-        names = ("F", "G", "H", *tests.layout.outputs, "failure")
+        names = ("F", "G", "H", *tests.schema.outputs, "failure")
         constraints = self.constraints(tests)
         has_run = np.isfinite(tests.F).all(axis=1)
         lacks_output = has_run & np.isnan(constraints).any(axis=1)
@@ -214,7 +205,8 @@ class Model:
             )
         failures = [reasons.get(number, "") for number in tests.numbers.tolist()]
         arrays = tests.F, constraints, tests.H
-        rows = zip(*arrays, *tests.outputs.T.tolist(), failures, strict=True)
+        outputs = [tests.column(name).tolist() for name in tests.schema.outputs]
+        rows = zip(*arrays, *outputs, failures, strict=True)
         return [dict(zip(names, row, strict=True)) for row in rows]
 
     def tests(self, points: Points, values: Sequence[Values]) -> TestTable:
@@ -243,7 +235,7 @@ class Model:
 
     def _table(self, points: Points, X: Designs, out: Entries) -> TestTable:
         values = {**out, "G": out["G"][:, len(self._limits) :]}
-        return table_of_values(self.layout, points, X, values)
+        return table_of_values(self.schema, points, X, values)
 
 
 def _pairs(limits: Sequence[Any]) -> Values:
@@ -259,7 +251,7 @@ def _pairs(limits: Sequence[Any]) -> Values:
     return pairs
 
 
-def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> TestTable:
+def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> TestTable:
     """Return the tests of n designs with all numbers that the model returned.
 
     An output that is not a single number for any design, or has the name of another column, is left
@@ -267,7 +259,7 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> Tes
     it: values of one design never affect those of another.
 
     Args:
-        layout: The columns that the problem promises.
+        schema: The columns that the problem promises.
         points: The n points of the designs.
         X: ``(n, n_var)`` the designs.
         out: Their values, as :func:`evaluate_designs` returns them.
@@ -282,7 +274,7 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> Tes
         # first, and those of the points: a repeated design has the values of another point
         candidates.pop(PROPOSAL_ROUND, None)
         candidates = {PROPOSAL_ROUND: points.rounds} | candidates
-    other_columns = {*layout.columns, *RESERVED}
+    other_columns = {*schema.names, *RESERVED} - {*schema.outputs}
     outputs = {}
     for name, values in candidates.items():
         if name in NO_OUTPUTS or name.startswith("__"):
@@ -297,8 +289,12 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> Tes
             if np.isnan(column).all():
                 continue
         outputs[name] = np.where(has_failed, np.nan, column)
+    has_run = ~has_failed & np.isfinite(out["F"]).any(axis=1)
+    if has_run.any():
+        for name in schema.outputs:  # promised by their units
+            known_name("units", name, {*other_columns, *outputs} - {*RESERVED})
     return TestTable.of(
-        numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
+        numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, schema=schema
     )
 
 

@@ -7,6 +7,7 @@ variables, as do the outputs of a problem that are expressions.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,12 +16,12 @@ from pymoo_psi._validation import AnyArray, Array, Mask
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
-from pymoo_psi.table import OPEN, Expression, Layout, TestTable
+from pymoo_psi.table import Decision, Expression, Limit, Schema, TestTable
 
 # A predicted equality counts as met within this many standard deviations.
 _EQUALITY_TOLERANCE = 0.01
 
-_Limits = Mapping[str, tuple[float, float]]
+_Limits = Mapping[str, Limit]
 
 
 class _Output(NamedTuple):
@@ -94,22 +95,22 @@ class Task:
         n_uniform: int,
         pending: Array,
     ) -> None:
-        tested = table.tested
+        tested = replace(table, decision=Decision())
         problem = model.inner
         space = model.space
-        variables = tested.layout.variables
+        variables = tested.schema.variables
         numeric_limits = {}
         self._options = {}  # allowed texts, by the column of a variable
         for name, limit in table.limits.items():
-            if not isinstance(limit, list):
+            if limit.texts is None:
                 numeric_limits[name] = limit
             elif name in variables:
-                self._options[variables.index(name)] = limit
+                self._options[variables.index(name)] = limit.texts
         outputs = _outputs(table, space, numeric_limits, model.n_ieq_constr)
         names = {output.name for output in outputs}
-        expressions = _expressions(problem, tested.layout)
+        expressions = _expressions(problem, tested.schema)
         computed = _needed(table.formulation.computed, names)
-        operands = _operands(tested.layout, outputs, {**expressions, **computed})
+        operands = _operands(tested.schema, outputs, {**expressions, **computed})
         self.failed = table.status == "failed"
         # The model does not run for a design that violates a requirement.
         self.unknown = self.failed | (tested.G[:, model.n_ieq_constr :] > 0).any(axis=1)
@@ -126,9 +127,9 @@ class Task:
         self.points = space.points(tested.X)
         self.Y = _learned_values(table, outputs, operands, n_uniform, self.unknown)
         self.eligible = table.eligible()
-        self.n_obj = len(table.layout.objectives)
+        self.n_obj = len(table.schema.objectives)
         self.limits = []
-        for name in (*table.layout.constraints, *numeric_limits):
+        for name in (*table.schema.constraints, *numeric_limits):
             for j, output in enumerate(outputs):
                 if output.name == name:
                     self.limits.append((j, output.least, output.greatest))
@@ -223,25 +224,26 @@ def _outputs(
         limits: The limits that are numbers, by column.
         n_ieq_constr: The number of inequalities before requirements, which are not learned.
     """
-    tested = table.tested.layout
-    layout = table.layout
+    tested = table.evaluated
+    schema = table.schema
     outputs = []
-    for name, sign in zip(layout.objectives, layout.sign.tolist(), strict=True):
+    for name, sign in zip(schema.objectives, schema.sign.tolist(), strict=True):
         # An equality that is an objective counts by its absolute value.
-        is_tested = name in tested.columns and name not in tested.equalities
-        least, greatest = sorted(sign * end for end in limits.get(name, OPEN))
+        is_tested = name in tested.names and name not in tested.of_role("equality")
+        limit = limits.get(name, Limit())
+        least, greatest = sorted((sign * limit.low, sign * limit.high))
         outputs.append(_Output(name, least, greatest, is_tested, sign))
-    requirements = tested.inequalities[n_ieq_constr:]
-    for name in layout.inequalities:
+    requirements = tested.of_role("inequality")[n_ieq_constr:]
+    for name in schema.of_role("inequality"):
         if name not in requirements:
             outputs.append(_Output(name, -np.inf, 0.0))
-    for name in layout.equalities:
+    for name in schema.of_role("equality"):
         outputs.append(_Output(name, 0.0, 0.0))
     for name, limit in limits.items():
         # Under equalities, limits on variables are no sides of the unit cube.
-        if name in layout.outputs or (space.equalities and name in layout.variables):
-            is_tested = name in tested.columns
-            outputs.append(_Output(name, *limit, is_tested, is_limited=True))
+        if name in schema.outputs or (space.equalities and name in schema.variables):
+            is_tested = name in tested.names
+            outputs.append(_Output(name, limit.low, limit.high, is_tested, is_limited=True))
     return outputs
 
 
@@ -266,7 +268,7 @@ def _limits_of_cube(
     for j, variable in enumerate(space.searched):
         name = names[variable.name]
         if name in limits and name not in learned:
-            cube[:, j] = variable.between(*limits[name])
+            cube[:, j] = variable.between(limits[name].low, limits[name].high)
     return cube
 
 
@@ -275,8 +277,8 @@ def _ranges(table: TestTable) -> Array | None:
     ranges = table.formulation.ranges
     if not ranges:
         return None
-    pairs = [ranges[name] for name in table.layout.objectives]
-    return np.sort(np.array(pairs).T * table.layout.sign, axis=0)
+    pairs = [ranges[name] for name in table.schema.objectives]
+    return np.sort(np.array(pairs).T * table.schema.sign, axis=0)
 
 
 def _learned_values(
@@ -296,7 +298,7 @@ def _learned_values(
         else:
             columns.append(np.where(unknown, np.nan, column))
     for name in operands:
-        columns.append(table.tested.column(name))
+        columns.append(table.data[name])
     return np.column_stack(columns)
 
 
@@ -312,7 +314,7 @@ def _needed(computed: Mapping[str, str], names: Collection[str]) -> dict[str, Ex
     return expressions
 
 
-def _expressions(problem: Any, tested: Layout) -> Mapping[str, Any]:
+def _expressions(problem: Any, tested: Schema) -> Mapping[str, Any]:
     """Return the outputs of a problem that are expressions, if they mean the tested columns."""
     expressions = known_expressions(problem)
     if expressions and (
@@ -325,11 +327,11 @@ def _expressions(problem: Any, tested: Layout) -> Mapping[str, Any]:
 
 
 def _operands(
-    tested: Layout, outputs: Sequence[_Output], expressions: Mapping[str, Expression]
+    tested: Schema, outputs: Sequence[_Output], expressions: Mapping[str, Expression]
 ) -> list[str]:
     """Return the columns as tested that expressions need beside known and learned ones."""
     operands: set[str] = set()
     for expression in expressions.values():
         operands.update(expression.columns)
     learned = {output.name for output in outputs if output.is_tested}
-    return sorted((operands & {*tested.columns}) - {*tested.variables} - {*expressions} - learned)
+    return sorted((operands & {*tested.names}) - {*tested.variables} - {*expressions} - learned)

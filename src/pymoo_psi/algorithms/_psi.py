@@ -39,6 +39,7 @@ from pymoo_psi.algorithms._options import (
 )
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
+from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
     NO_OUTPUTS,
@@ -48,7 +49,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TestTable, averaged_repeats, limits_on
+from pymoo_psi.table import TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -266,7 +267,7 @@ class PointAlgorithm(WithTable, Algorithm):
     def _individuals(self, tests: TestTable) -> Population:
         """Return individuals with the values of tests; pymoo then does not evaluate them."""
         model = self._run.model
-        names = tests.layout.outputs
+        names = tests.schema.outputs
         config = Individual.default_config()  # one for all, which takes less time
         # Copies, as individuals may be changed; one of each array, as a row takes a while.
         arrays = tests.F.copy(), model.constraints(tests), tests.H.copy()
@@ -274,7 +275,9 @@ class PointAlgorithm(WithTable, Algorithm):
         violation = model.total_violation(tests)[:, None]
         numbers = tests.numbers.tolist()
         individuals = []
-        rows = zip(numbers, designs, *arrays, violation, tests.outputs.tolist(), strict=True)
+        columns = [tests.column(name) for name in names]
+        values_of_outputs = np.column_stack([np.zeros((len(tests), 0)), *columns]).tolist()
+        rows = zip(numbers, designs, *arrays, violation, values_of_outputs, strict=True)
         for number, x, f, g, h, cv, outputs in rows:  # `set` takes twice as long
             individual = Individual(config)
             individual.X = x
@@ -550,15 +553,12 @@ def investigate(
     model = run.model
     if is_noisy:
         table = PieceTask(model, keep).needed(averaged_repeats(table))
-    table = run.store.numbered(table)
+    table = model.under(run.store.numbered(table))
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = table.take(model.under_so_far(table).pareto())
-    # Whether tests that are left out have failed is unknown.
-    table = model.under(table)
-    if keep != "all":
-        limits_on(model.formulation.limits, table.layout)
-    if keep == "pareto":
-        table.know_pareto(np.ones(len(table), dtype=bool))
+        table = table.take(table.pareto())
+    if keep != "all":  # whether all tests that are left out have failed is unknown
+        for name in model.formulation.allowed:
+            known_name("a name in limits", name, table.schema.names)
     return table
 
 

@@ -42,7 +42,7 @@ from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import problem_identity, require_no_permutation
 from pymoo_psi.study import LAST, further_tests
-from pymoo_psi.table import Formulation, TestTable, limit_text
+from pymoo_psi.table import Decision, TestTable
 
 # Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
 # and not much more is lost when the process is killed.
@@ -276,13 +276,13 @@ class Run:
         action = request["action"]
         if action == "search":
             text = json.dumps(request["formulation"]).encode()
-            formulation = Formulation.from_json(text, "the request")
+            formulation = Decision.from_json(text, "the request").formulation
             formulation = self.model.with_default_limits(formulation)
             # a wrong one is refused here
-            table = self.model.under_so_far(TestTable.empty(self.model.layout), formulation)
+            table = self.model.under_so_far(TestTable.empty(self.model.schema), formulation)
             self.source.direct(formulation, request["number"])
-            limits = [limit_text(name, limit) for name, limit in table.limits.items()]
-            objectives = ", ".join(table.layout.objectives)
+            limits = [limit.written(name) for name, limit in table.limits.items()]
+            objectives = ", ".join(table.schema.objectives)
             within = f"{objectives} within {', '.join(limits) or 'no limits'}"
             return {"answer": f"{within}, from the next proposal"}
         if action == "more":
@@ -518,7 +518,7 @@ def run_of_sequence(
     """
     require_no_permutation(problem)
     model = Model(problem, options, repeat)
-    model.under_so_far(TestTable.empty(model.layout))  # a wrong formulation is refused here
+    model.under_so_far(TestTable.empty(model.schema))  # a wrong formulation is refused here
     integer("n_points", n_points, minimum=1)
     n_dim = len(model.space.searched)
     sampling = options.sampling_in(n_dim)
@@ -589,7 +589,7 @@ def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str])
     Raises:
         PsiError: A file cannot hold the identity, and a study or a share needs it.
     """
-    table = TestTable.empty(model.layout)
+    table = TestTable.empty(model.schema)
     try:
         identity = problem_identity(model.problem)
         text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})

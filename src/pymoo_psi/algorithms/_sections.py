@@ -73,15 +73,15 @@ def sections(
         x2  1.8  2.2
     """
     integer("n_values", n_values, minimum=2)
-    layout = table.layout
-    if not layout.variables:
+    schema = table.schema
+    if not schema.variables:
         raise invalid("the variables of the table", "one or more", Received("none"))
     if columns is None:
-        columns = layout.objectives
+        columns = schema.objectives
     for name in columns:
-        known_name("columns", name, [*layout.objectives, *layout.constraints, *layout.outputs])
+        known_name("columns", name, [*schema.objectives, *schema.constraints, *schema.outputs])
     if design is None:
-        design = table.formulation.chosen
+        design = table.decision.chosen
     if row is None:
         if design is not None:
             row = table.row_of(design)
@@ -93,7 +93,7 @@ def sections(
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
             # Minimised: on a logarithmic scale, the best values are finest.
-            sign = -1.0 if name in layout.maximize else 1.0
+            sign = -1.0 if name in schema.maximize else 1.0
             fit, process, most = _surrogate(table, name, sign, Z, row)
             for j, variable in enumerate(space.variables):
                 values = _values(variable, n_values)
@@ -118,7 +118,7 @@ def sections(
                 }
                 frames.append(pd.DataFrame(section))
     sections = pd.concat(frames, ignore_index=True)
-    sections.attrs["units"] = dict(layout.units)
+    sections.attrs["units"] = dict(schema.units)
     return sections
 
 
@@ -141,13 +141,13 @@ def _surrogate(
         rule = f"{_LEAST_TESTS} or more with a value of {name!r}"
         raise invalid("the tests of sections", rule, Received(f"{n_usable}"))
     is_even = np.full(n_usable, True)
-    if PROPOSAL_ROUND in table.layout.outputs:
+    if PROPOSAL_ROUND in table.schema.outputs:
         is_even = table.column(PROPOSAL_ROUND)[is_usable] == 0
     if is_even.sum() < _LEAST_TESTS:
         is_even[:] = True
     y = bounded(y[is_usable, None])[:, 0]
     Z_usable = Z[is_usable]
-    constraint = name in table.layout.constraints and bool((y < 0).any())
+    constraint = name in table.schema.constraints and bool((y < 0).any())
     fit = OutputFit.of(Z_usable, y, y[is_even], constraint=constraint)
     distance = ((Z_usable - Z[row]) ** 2).sum(axis=1)
     nearest = np.argsort(distance, kind="stable")[:_NEAREST]
@@ -158,15 +158,15 @@ def _surrogate(
 
 def space_of_table(table: TestTable) -> DesignSpace:
     """Return the variables of tests; without bounds, such as those of a file, what they span."""
-    layout = table.layout
+    schema = table.schema
     variables = []
-    for j, (name, kind) in enumerate(zip(layout.variables, table.kinds, strict=True)):
+    for j, (name, kind) in enumerate(zip(schema.variables, table.schema.kinds, strict=True)):
         column = table.X[:, j]
         if kind is Kind.CHOICE:
             options = tuple(value_ranks(column)[0])
             variables.append(Variable(name, kind, 0, len(options) - 1, options))
             continue
-        low, high = layout.lower[j], layout.upper[j]
+        low, high = schema.lower[j], schema.upper[j]
         if not np.isfinite([low, high]).all():
             numbers = column.astype(float)
             low, high = numbers.min(), numbers.max()

@@ -20,20 +20,22 @@ from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
+from pymoo_psi.files import lacking, stored_tests, table_of, without_rejected
 from pymoo_psi.problems import layers, requirement_texts
 from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
+    OUTPUT,
     POINT,
     RUN,
-    StoredTests,
+    TEST,
+    Column,
+    Decision,
     TestTable,
     columns_of,
     columns_of_designs,
     head_of,
     kinds_of_columns,
-    lacking,
-    limits_of,
-    stored_tests,
+    schema_head,
 )
 
 _OVER = "; over when the run began"
@@ -190,8 +192,8 @@ class StudyStore(Store):
 
     def _designs(self, X: Designs, points: Numbers) -> Columns:
         """Return the columns of ``(n, n_var)`` designs of points."""
-        layout = self.empty.layout
-        return {POINT: points} | columns_of_designs(layout.variables, layout.kinds, X)
+        schema = self.empty.schema
+        return {POINT: points} | columns_of_designs(schema.variables, schema.kinds, X)
 
     def lookup(self, X: Designs) -> tuple[Numbers, TestTable]:
         """Return the numbers of the tests of ``(n, n_var)`` designs, ``(n,)``, and these tests.
@@ -203,7 +205,7 @@ class StudyStore(Store):
             if not numbers.any():
                 return numbers, self.empty
             columns = database.tests_with(numbers)
-        tests = self.table(columns, "test")
+        tests = self.table(columns, TEST)
         retried = tests.numbers[self._is_retried(tests, columns)]
         return np.where(np.isin(numbers, retried), -numbers, numbers), tests
 
@@ -229,43 +231,46 @@ class StudyStore(Store):
             return has_failed
         is_retried = np.zeros(len(tests), dtype=bool)
         if self._options.retry == "incomplete":
-            for name in (*self.empty.layout.objectives, *self._model.default_limits):
+            for name in (*self.empty.schema.objectives, *self._model.default_limits):
                 is_retried |= np.isnan(tests.column(name))
         return is_retried & ~has_failed
 
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
         tests = stored_tests(*self.study.contents())
-        return tests._replace(remarks=(), limits={}).table(self.study.path)
+        return replace(tests, decision=Decision(), facts=())
 
     def others(self) -> TestTable:
         """Return the tests of other runs of the same model, without those to be retried."""
         if not self.has_other_runs:
             return self.empty
         columns = self.study.contents()[1]
-        tests = self.table(columns, "test")
+        tests = self.table(columns, TEST)
         is_of_other = columns["run"] != self.run
         return tests.take(is_of_other & ~self._is_retried(tests, columns))
 
     def table(self, columns: Columns, number: str) -> TestTable:
         """Return the table of columns of the study; ``number`` is the column that numbers them."""
-        layout = self.empty.layout
+        schema = self.empty.schema
         unknown = np.full(len(columns["test"]), np.nan)
-        columns = dict.fromkeys(self._model.default_limits, unknown) | columns
+        columns = dict.fromkeys((*self._model.default_limits, *schema.outputs), unknown) | columns
         # Those that a test was made under may be others.
-        columns |= self._model.requirement_columns(columns) | {POINT: columns[number]}
+        columns |= self._model.requirement_columns(columns) | {TEST: columns[number]}
         # Tests of another run may have outputs that this one does not know yet.
-        promised = (*kinds_of_columns(layout), *_NUMBERS)
-        outputs = [name for name in columns if name not in promised]
-        head = head_of(TestTable.empty(replace(layout, outputs=(*layout.outputs, *outputs))))
-        needed = (*layout.objectives, *limits_of(self._model.formulation.limits))
-        tests = StoredTests(head, columns, lacking(columns, needed), is_derived=True)
-        return tests.table(self.study.path)
+        promised = (*kinds_of_columns(schema), *_NUMBERS)
+        outputs = []
+        for name, cells in columns.items():
+            if name not in promised and cells.dtype != object:  # texts are notes
+                outputs.append(name)
+        schema = schema.with_columns(*(Column(name, OUTPUT) for name in outputs))
+        needed = (*schema.objectives, *self._model.formulation.allowed)
+        tests = without_rejected(table_of(schema_head(schema), columns), columns["status"])
+        return replace(tests, facts=lacking(columns, needed))
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
         """Store tests, and what each of them took; return how many are new or replaced."""
-        columns = columns_of(tests)
-        for name in tests.layout.outputs:
+        columns = columns_of(tests, POINT)
+        for name in tests.schema.outputs:
             if name in ADDED:
                 del columns[name]
                 warn_of_output(name, "in the study, which adds a column of this name")
@@ -288,17 +293,17 @@ class StudyStore(Store):
             n_runs = database.count("runs")
             n_stored = database.count("tests WHERE status NOT NULL")
             if n_runs == 1 and n_stored == database.count("plan WHERE test NOT NULL"):
-                return tests.of_study(n_stored)
+                return replace(tests, n_stored=n_stored)
             test_of = database.tests_of_points(self.run)
         numbers = np.array([test_of[point] for point in tests.numbers.tolist()], dtype=np.int64)
         numbers, first = np.unique(numbers, return_index=True)
         tests = tests.take(first)
         if n_runs > 1:
-            extra = {**tests.extra, POINT: tests.numbers.tolist()}
-            if RUN not in tests.layout.columns:
-                extra[RUN] = [self.run] * len(tests)
-            tests = replace(tests, extra=extra)
-        return renumbered(tests, numbers).of_study(n_stored)
+            notes = {POINT: tests.numbers.tolist()}
+            if RUN not in tests.schema.names:
+                notes[RUN] = [self.run] * len(tests)
+            tests = tests.with_notes(notes)
+        return replace(renumbered(tests, numbers), n_stored=n_stored)
 
     def remember_once(self, name: str, value: Any) -> Any:
         """Remember a value of the run by name, if it has none; return the remembered one."""
@@ -408,14 +413,14 @@ def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
 
 
 # Columns of a study that a table of a single run does not have.
-_NUMBERS = ("test", RUN, POINT)
+_NUMBERS = (TEST, RUN, POINT)
 
 
 def renumbered(tests: TestTable, numbers: Numbers) -> TestTable:
     """Return tests with other numbers, ``(n,)``."""
     new = dict(zip(tests.numbers.tolist(), numbers.tolist(), strict=True))
-    reasons = {new[number]: reason for number, reason in tests.reasons.items()}
-    return replace(tests, numbers=numbers, reasons=reasons)
+    failures = {new[number]: reason for number, reason in tests.failures.items()}
+    return replace(tests, numbers=numbers, failures=failures)
 
 
 class _Terminated(KeyboardInterrupt):

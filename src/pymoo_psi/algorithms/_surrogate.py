@@ -510,7 +510,7 @@ def proposed_now(
         round_number: The number of the round, from 0.
     """
     n_uniform = len(table)
-    if PROPOSAL_ROUND in table.layout.outputs:
+    if PROPOSAL_ROUND in table.schema.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
     task = Task(table, model, n_uniform, pending)

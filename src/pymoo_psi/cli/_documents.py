@@ -21,18 +21,30 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
+from pymoo_psi.analysis import (
+    certainty_sentences,
+    constraint_costs,
+    convergence,
+    decision_sentences,
+    even_part,
+    positions_frame,
+    sensitivities,
+    separation_sentences,
+    switching,
+)
 from pymoo_psi.cli._app import Options, path_in
 from pymoo_psi.cli._console import print_frame, require_output, results_folder, say, write_frame
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
+    decision_in,
     decision_remarks,
-    formulation_of,
     opened,
     opened_by_options,
     say_source,
     typed_options,
 )
 from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.files import STUDY, suffixes_for, write_table
 from pymoo_psi.pareto import (
     RANKING_COLUMNS,
     cautions,
@@ -42,19 +54,7 @@ from pymoo_psi.pareto import (
     number,
     ranking_frame,
 )
-from pymoo_psi.table import (
-    STUDY,
-    Formulation,
-    TestTable,
-    certainty_sentences,
-    constraint_costs,
-    decision_sentences,
-    format_of,
-    number_column,
-    positions_frame,
-    separation_sentences,
-    suffixes_for,
-)
+from pymoo_psi.table import TEST, TestTable
 
 _N_PRINTED = 12  # designs or variables; all are in the file
 _N_REASONS = 4  # sentences that a reader takes in at a glance
@@ -70,16 +70,16 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
         only_pareto: Whether dominated designs are left out.
 
     Returns:
-        Columns: ``place``; ``test_point``, ``test`` or, of a file, ``row``; texts carried along;
+        Columns: ``place``; ``test`` or, of a file, ``row``; texts carried along;
         variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``
         unless dominated designs are left out.
     """
     ranking = table.feasible_ranking()
     designs = table.take(ranking.rows)
-    layout = designs.layout
-    number = number_column(designs.extra) if layout.label is None else "row"
+    schema = designs.schema
+    number = TEST if schema.label is None else "row"
     columns: Values = {number: designs.numbers}
-    for name in (*designs.extra, *layout.variables, *layout.objectives, *layout.outputs):
+    for name in (*designs.schema.notes, *schema.variables, *schema.objectives, *schema.outputs):
         columns[_beside_ranking(name)] = designs.column(name)
     frame = ranking_frame(ranking, columns)
     if only_pareto:
@@ -113,17 +113,17 @@ def most_violated(table: TestTable) -> str:
 def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
-    table, formulation = opened_by_options(options, suffixes_for("designs"))
+    table = opened_by_options(options, suffixes_for("designs"))
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
     frame = ranked_frame(table, options.out)
-    say_source(path, table, formulation)
-    if formulation.positions:
+    say_source(path, table)
+    if table.decision.positions:
         print_frame(positions_frame(table), "Positions:")
-    say(*separation_sentences(table), *decision_sentences(formulation.decided))
+    say(*separation_sentences(table), *decision_sentences(table.decision.decided))
     _say_set(path, table)
     say_best(frame, "The best compromises, by place:", table, options.out)
-    say(*table.switching())
+    say(*switching(table))
     return 0
 
 
@@ -183,7 +183,7 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
         column = _beside_ranking(name)
         if column in rounded:
             rounded[column] = [written(notation, value) for value in rounded[column]]
-    headings = {name: table.layout.label_of(name) for name in table.layout.columns}
+    headings = {column.name: column.heading for column in table.schema.columns}
     # The number leads each part of a wide table, as dominated designs have no place.
     rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))
     return rounded.rename(columns=headings | {"efficiency_rank": "eff_rank"})
@@ -195,15 +195,13 @@ def run_page(options: Options) -> int:
 
     path = options.file
     out = options.out
-    table, formulation = opened_by_options(options, _HTML)
+    table = opened_by_options(options, _HTML)
     prototype = existing_designs(options.prototype, table, **_of_writer(options))
-    page = decision_page(table, prototype=prototype, title=_title(options, formulation))
-    # The decisions that the page saves repeat the formulation of the table.
-    saved = replace(formulation, limits=page.formulation.limits)
+    page = decision_page(table, prototype=prototype, title=_title(options, table))
     further = _command_for_more(path, table)
-    replace(page, formulation=saved, origin=path.name, further=further).save(out)
-    say_source(path, replace(table.under(limits={}), remarks=table.remarks), formulation)
-    objectives = ", ".join(table.layout.objectives)
+    replace(page, origin=path.name, further=further).save(out)
+    say_source(path, replace(table.under(limits={}), facts=table.remarks))
+    objectives = ", ".join(table.schema.objectives)
     say(f"{counted(len(page.table), 'design')} by {objectives}: open {out} in a browser")
     return 0
 
@@ -234,8 +232,8 @@ def _of_writer(options: Options) -> Values:
     return {"decimal": options.decimal, "encoding": options.encoding}
 
 
-def _title(options: Options, formulation: Formulation) -> str:
-    return options.title or str(formulation.page.get("title") or options.file.stem)
+def _title(options: Options, table: TestTable) -> str:
+    return options.title or str(table.decision.page.get("title") or options.file.stem)
 
 
 def run_report(options: Options) -> int:
@@ -249,21 +247,22 @@ def run_report(options: Options) -> int:
 
     path = options.file
     out = options.out
-    table, formulation = opened_by_options(options, _HTML)
-    remarks = decision_remarks(path, table, replace(formulation, reason=""))
+    table = opened_by_options(options, _HTML)
+    without_reason = table.under(replace(table.decision, reason=""))  # the report has it below
+    remarks = decision_remarks(path, without_reason)
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     origin = f"{path.name}, {date}, pymoo-psi {version('pymoo-psi')}"
     report = decision_report(
         table,
         design=options.design,
-        title=_title(options, formulation),
+        title=_title(options, table),
         about=[origin, *table.remarks, *remarks],
         prototype=existing_designs(options.prototype, table, **_of_writer(options)),
     )
     command = shlex.join(["pymoo-psi", "report", str(path), *typed_options([*vars(options)])])
     further = _command_for_more(path, table, typed_options(OF_FORMULATION))
     replace(report, command=command, further=further).save(out)
-    say_source(path, table, formulation)
+    say_source(path, table)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
 
@@ -271,15 +270,14 @@ def run_report(options: Options) -> int:
 def run_analyze(options: Options) -> int:
     """Print sensitivities, sections and convergence; write tables and figures."""
     path = options.file
-    formulation = formulation_of(options)
-    table = opened(path, options, formulation)
-    if not table.layout.variables:
+    table = opened(path, options, decision_in(options))
+    if not table.schema.variables:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
     if options.out is not None:
         folder = results_folder(options.out)
         if path.resolve().parent == folder.resolve() and path.stem in _ANALYSES:
             raise invalid("--out", "another folder than that of the file read", str(options.out))
-    say_source(path, table, formulation, ranked=False)
+    say_source(path, table, ranked=False)
     for name, analyze in _ANALYSES.items():
         try:
             frame = analyze(table)
@@ -307,8 +305,6 @@ def _write_analysis(name: str, frame: pd.DataFrame, folder: Path, title: str) ->
 
 def _sensitivities(table: TestTable) -> pd.DataFrame:
     """Print and return the sensitivities."""
-    from pymoo_psi.table import even_part, sensitivities
-
     say(*even_part(table)[1])
     indices = sensitivities(table)
     shares = indices["first_order"]
@@ -338,8 +334,6 @@ def _sections(table: TestTable) -> pd.DataFrame:
 
 def _convergence(table: TestTable) -> pd.DataFrame:
     """Print and return the convergence with the number of tests."""
-    from pymoo_psi.table import convergence
-
     steps = convergence(table)
     frame = steps.to_frame()
     print_frame(frame.reset_index().round(4), "Convergence with the number of tests")
@@ -357,7 +351,7 @@ def _command_for_more(path: Path, table: TestTable, purpose: Names = ()) -> str:
     """
     from pymoo_psi.study import Study
 
-    if path.suffix != STUDY.suffix or not table.layout.variables:
+    if path.suffix != STUDY.suffix or not table.schema.variables:
         return ""
     words: list[str] = []
     for run in Study(path).facts().runs:
@@ -390,24 +384,23 @@ _ANALYSES = {
 def run_export(options: Options) -> int:
     """Write the tests of one source, or of several of one run, as one table or study.
 
-    Several are merged by the numbers of their test points.
+    Several are merged by the numbers of their tests.
     """
     files = [path_in(source) for source in options.sources]
     out = options.out
     require_output(out, suffixes_for("tests"), *files)
-    formulation = formulation_of(options)
+    decision = decision_in(options)
     options.average_by = options.average_by or False  # every test of a study, no means
-    tables = [opened(path, options, formulation) for path in files]
+    tables = [opened(path, options, decision) for path in files]
     try:
         table = reduce(TestTable.merge, tables)
     except PsiError as error:
         raise ArgumentValueError(f"{' and '.join(options.sources)}: {error}") from error
-    file_format = format_of(out, "tests")
-    file_format.save_tests(out, table)
+    write_table(table, out)
     for source in tables:
         say(*source.remarks)
-    if file_format is STUDY and "problem" not in (table.problem or {}):
+    if out.suffix == STUDY.suffix and "problem" not in (table.problem or {}):
         say("The problem of the tests is unknown: no run can continue the study.")
-    size = counted(len(table), table.layout.words["row"])
+    size = counted(len(table), table.schema.words["row"])
     say(f"{size} ({table.status_counts()}) written to {out}")
     return 0

@@ -31,16 +31,18 @@ from pymoo_psi.algorithms import (
     stored_at_termination,
     tell_tests,
 )
+from pymoo_psi.analysis import alike, averaged_repeats, written_limits
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import most_violated, ranked_frame, say_best
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
-    formulation_of,
+    decision_in,
     require_free_names,
     typed_options,
 )
+from pymoo_psi.files import read_table, suffixes_for
 from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
@@ -49,15 +51,7 @@ from pymoo_psi.problems import (
     with_requirements,
 )
 from pymoo_psi.study import Study
-from pymoo_psi.table import (
-    Formulation,
-    TestTable,
-    alike,
-    averaged_repeats,
-    read_table,
-    suffixes_for,
-    written_limits,
-)
+from pymoo_psi.table import Decision, Formulation, TestTable
 
 _N_REASONS = 3  # most frequent reasons of failures
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
@@ -119,7 +113,7 @@ def run_solve(options: Options) -> int:
     """
     if options.new:
         return write_example(options.problem)
-    formulation = formulation_of(options)  # before a user's model is imported
+    formulation = decision_in(options).formulation  # before a user's model is imported
     n_points, more = options.points or (_POINTS[options.algorithm], False)
     if not options.points and options.problem.endswith(".toml"):
         n_points = _POINTS_OF_PROGRAM
@@ -183,7 +177,7 @@ def _require_effect(options: Options, more: bool) -> None:
 def _plan(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Plan:
     """Return the plan, after what can be refused before the search."""
     model = Model(problem, settings)
-    require_free_names((*model.layout.columns, *model.formulation.computed))
+    require_free_names((*model.schema.names, *model.formulation.computed))
     settings = replace(settings, formulation=model.formulation)
     runner = set_runner(problem, options)
     return Plan(problem, n_points, settings, runner)
@@ -280,11 +274,11 @@ def _by_surrogate(plan: Plan, show: Show) -> Result:
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        statuses = Counter(algorithm.table.tested.status.tolist())
+        statuses = Counter(replace(algorithm.table, decision=Decision()).status.tolist())
         _show_counts(show, statuses, algorithm.n_left)
 
     algorithm = minimize(plan.problem, algorithm, seed=options.seed, callback=callback).algorithm
-    return _result(plan, algorithm.table.tested, algorithm.evaluator.n_eval)
+    return _result(plan, replace(algorithm.table, decision=Decision()), algorithm.evaluator.n_eval)
 
 
 def _result(plan: Plan, tests: TestTable, n_evaluated: int) -> Result:
@@ -389,7 +383,7 @@ def _say_remarks(result: Result) -> None:
 def _say_box(table: TestTable) -> None:
     """Print the bounds of the feasible designs as an option for the next search."""
     entries = []
-    for name, lower, upper in zip(table.layout.variables, *table.refined_bounds(), strict=True):
+    for name, lower, upper in zip(table.schema.variables, *table.refined_bounds(), strict=True):
         if lower < upper:  # not a choice, where both are NaN, nor a fixed variable
             entries.append(f"{name}={lower}:{upper}")
     if entries:
@@ -408,7 +402,7 @@ def run_ask(options: Options) -> int:
     if options.study is None:
         raise invalid("--study", "the name of a study, which keeps the tests", Received("none"))
     with_surrogates = options.algorithm == "surrogate"
-    formulation = formulation_of(options)
+    formulation = decision_in(options).formulation
     if formulation != Formulation() and not with_surrogates:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)

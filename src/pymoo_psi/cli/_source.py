@@ -16,42 +16,43 @@ from click.core import ParameterSource
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
+from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS, decimal_mark, number
-from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
+from pymoo_psi.table import Decision, TestTable, entries_of, limits_of
 
-# What a source may say of a decision.
-OF_CHOICE = ("chosen", "reason", "positions", "decided")
 # The options of a formulation.
 OF_FORMULATION = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
 
 
-def formulation_of(options: Options) -> Formulation:
-    """Return the formulation of ``--decision`` with the additions of the other options.
+def decision_in(options: Options) -> Decision:
+    """Return the decision of ``--decision`` with what the other options add to its formulation.
 
     Raises:
         ArgumentValueError: An option cannot be read, or the file is not a decision.
         OSError: The file cannot be opened.
     """
     path = options.decision
-    base = Formulation()
+    decision = Decision()
     if path is not None:
-        base = Formulation.read_json(path)
-    instance(f"page.values in {path}", base.page.get("values", {}), dict)  # untrusted input
+        decision = Decision.read_json(path)
+    instance(f"page.values in {path}", decision.page.get("values", {}), dict)  # untrusted input
+    base = decision.formulation
     maximize = [*base.maximize, *entries_of(options.maximize)]
     units = pairs_in("--units", getattr(options, "units", ()), "column=unit")
     for name, unit in units.items():
         decided = base.units.get(name, unit)
         if decided != unit:  # the limits of the decision would have another meaning
             raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
-    return replace(
+    formulation = replace(
         base,
         objectives=entries_of(options.objectives) or base.objectives,
         maximize=list(dict.fromkeys(maximize)),
-        limits=limits_of(base.limits) | limits_of(options.limits, "--limits"),
+        limits=base.allowed | limits_of(options.limits, "--limits"),
         computed={**base.computed, **_computed_in(options.compute)},
         units={**base.units, **units},
         normalize=base.normalize and not options.no_normalize,
     )
+    return replace(decision, formulation=formulation)
 
 
 def _computed_in(entries: Names) -> dict[str, str]:
@@ -88,17 +89,19 @@ def typed_options(names: Names) -> list[str]:
     return words
 
 
-def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
-    """Return the table of a source under a formulation; every command opens sources here.
+def opened(path: Path, options: Options, decision: Decision) -> TestTable:
+    """Return the table of a source under a decision; every command opens sources here.
 
     Raises:
         ArgumentValueError: The source is not a table, or an option does not fit it.
         OSError: The source cannot be opened.
     """
-    formulated = None if formulation == Formulation() else formulation
+    asked = None
+    if decision != Decision():
+        asked = decision
     table = read_table(
         path,
-        formulated,
+        asked,
         variables=entries_of(options.variables) or None,
         repeats=options.average_by,
         drop_incomplete=options.drop_incomplete,
@@ -107,14 +110,14 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         skip_rows=options.skip_rows or (),
         sheet=options.sheet,
     )
-    require_free_names((*table.layout.objectives, *table.layout.variables))
+    require_free_names((*table.schema.objectives, *table.schema.variables))
     # All that the command says of it is written as in the source.
     click.get_current_context().with_resource(decimal_mark(table.decimal))
     return table
 
 
-def opened_by_options(options: Options, suffixes: Names) -> tuple[TestTable, Formulation]:
-    """Return the table of the argument FILE, and the formulation of the options with its choice.
+def opened_by_options(options: Options, suffixes: Names) -> TestTable:
+    """Return the table of the argument FILE under the decision of the options.
 
     Raises:
         ArgumentValueError: The output must not be written, the source is not a table, or an option
@@ -124,57 +127,53 @@ def opened_by_options(options: Options, suffixes: Names) -> tuple[TestTable, For
     path = options.file
     prototype = getattr(options, "prototype", None)
     require_output(options.out, suffixes, path, prototype, options.decision)
-    formulation = formulation_of(options)
-    table = opened(path, options, formulation)
-    choice = {name: getattr(table.formulation, name) for name in OF_CHOICE}
-    return table, replace(formulation, **choice)
+    return opened(path, options, decision_in(options))
 
 
-def say_source(
-    path: Path, table: TestTable, formulation: Formulation, *, ranked: bool = True
-) -> None:
+def say_source(path: Path, table: TestTable, *, ranked: bool = True) -> None:
     """Print remarks on the rows of a source, on its objectives if none is named, on a decision.
 
     Args:
         path: The source.
-        table: Its table under the formulation.
-        formulation: The formulation that the options give.
+        table: Its table.
         ranked: Whether infeasible designs are left out of the result.
     """
-    layout = table.layout
+    schema = table.schema
     say(*table.remarks)
-    if not formulation.objectives:
-        say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
+    if not table.formulation.objectives:
+        headings = [schema[name].heading for name in schema.objectives]
+        say(f"Objectives: {', '.join(headings)}")
     n_feasible = (table.status == "ok").sum()
     n_failed = (table.status == "failed").sum()
     if n_feasible < len(table):
-        sentence = f"{n_feasible} of {counted(len(table), layout.words['row'])} are feasible"
+        sentence = f"{n_feasible} of {counted(len(table), schema.words['row'])} are feasible"
         if n_failed:
-            sentence += f", {n_failed} {layout.words['failed']}"
+            sentence += f", {n_failed} {schema.words['failed']}"
         if ranked:
             sentence += "; the others are left out"
         say(f"{sentence}.")
-    say(*decision_remarks(path, table, formulation))
+    say(*decision_remarks(path, table))
 
 
-def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> list[str]:
+def decision_remarks(path: Path, table: TestTable) -> list[str]:
     """Return remarks on the chosen design of a decision, and the reason for it.
 
     Raises:
         ArgumentValueError: The decision has other directions than the table.
     """
-    layout = table.layout
-    if formulation.page:
-        for name in layout.objectives:
-            if name in layout.maximize and name not in formulation.maximize:
+    schema = table.schema
+    decision = table.decision
+    if decision.page:
+        for name in schema.objectives:
+            if name in schema.maximize and name not in decision.formulation.maximize:
                 rule = "about the same directions as the designs"
                 raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
     remarks = []
-    if formulation.chosen is not None:
-        values = formulation.page.get("values", {})
-        remarks.append(_remark_on_choice(table, formulation.chosen, values))
-    if formulation.reason:
-        remarks.append(f"Reason: {formulation.reason}")
+    if decision.chosen is not None:
+        values = decision.page.get("values", {})
+        remarks.append(_remark_on_choice(table, decision.chosen, values))
+    if decision.reason:
+        remarks.append(f"Reason: {decision.reason}")
     return remarks
 
 
@@ -185,7 +184,7 @@ def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
         return f"{warning} is not among these."
     row = table.names.index(chosen)
     changes = []
-    for name in table.layout.objectives:
+    for name in table.schema.objectives:
         value = float(table.column(name)[row])
         if name in values and values[name] != value:  # a decision may hold any value
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")

@@ -57,8 +57,8 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.problems import (
     design_space,
-    problem_layout,
     problem_name,
+    problem_schema,
     require_problem,
     with_requirements,
 )
@@ -406,7 +406,7 @@ def compare(
     problem = with_requirements(problem)
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
-    problem_layout(problem, design_space(problem))  # reports flaws before any run
+    problem_schema(problem, design_space(problem))  # reports flaws before any run
     fronts = []
     if reference_front is not None:
         front = objective_matrix("reference_front", reference_front)

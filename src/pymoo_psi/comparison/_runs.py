@@ -70,15 +70,16 @@ from pymoo_psi.algorithms import (
     table_of_values,
 )
 from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
+from pymoo_psi.files import table_of
 from pymoo_psi.problems import (
     WrappedProblem,
     design_space,
     evaluate_designs,
     problem_identity,
-    problem_layout,
+    problem_schema,
 )
 from pymoo_psi.study import Study, write_study
-from pymoo_psi.table import StoredTests, TestTable, columns_of, design_matrix, head_of
+from pymoo_psi.table import POINT, TestTable, columns_of, head_of
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
@@ -267,7 +268,7 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     tests = observed.tests()
     if folder is not None:
         head = {**_head(tests, problem), "run": {**asdict(task), **times}}
-        write_study(folder / _file_name(task), head, columns_of(tests))
+        write_study(folder / _file_name(task), head, columns_of(tests, POINT))
     return _result(task, tests, **times)
 
 
@@ -325,15 +326,15 @@ class ObservedProblem(WrappedProblem):
 
     def tests(self) -> TestTable:
         """Return all designs that were evaluated, numbered from 1."""
-        layout = problem_layout(self.wrapped, self._space)
+        schema = problem_schema(self.wrapped, self._space)
         if not self._kept:
-            return TestTable.empty(layout)
+            return TestTable.empty(schema)
         values = {}
         for name in ("X", *_KEPT):
             values[name] = np.concatenate([evaluation[name] for evaluation in self._kept])
-        X = design_matrix("X", values.pop("X"), layout.variables, layout.kinds)
+        X = values.pop("X")
         points = Points(np.arange(1, 1 + len(X)), 0)
-        return table_of_values(layout, points, X, values)
+        return table_of_values(schema, points, X, values)
 
 
 class BudgetSpentError(PsiError):
@@ -352,8 +353,8 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
         StudyError: A file is damaged.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    layout = problem_layout(problem, design_space(problem))
-    expected = json.dumps(_head(TestTable.empty(layout), problem), sort_keys=True)
+    schema = problem_schema(problem, design_space(problem))
+    expected = json.dumps(_head(TestTable.empty(schema), problem), sort_keys=True)
     for path in sorted(folder.glob("*.db")):
         facts, columns = Study(path).contents()
         head = dict(facts.head)
@@ -364,7 +365,7 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
                 "bounds or constants; give another folder"
             )
         task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
-        yield _result(task, StoredTests(head, columns).table(path), **run)
+        yield _result(task, table_of(head, columns), **run)
 
 
 def _head(tests: TestTable, problem: Any) -> Values:

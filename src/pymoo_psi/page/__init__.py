@@ -2,7 +2,7 @@
 
 :func:`decision_page` makes a :class:`DecisionPage` from any source of designs. ``save`` writes the
 file; a notebook shows the page. A decision that is saved on the page is a
-:class:`~pymoo_psi.table.Formulation` in JSON with a chosen design and a reason.
+:class:`~pymoo_psi.Decision` in JSON: a formulation with a chosen design and a reason.
 
 Example:
     >>> from pymoo.problems import get_problem

@@ -15,9 +15,11 @@ from typing import Any
 
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
+from pymoo_psi.analysis import certainty_sentences
+from pymoo_psi.files import read_table
 from pymoo_psi.page._payload import payload, roles, values_of
 from pymoo_psi.pareto import cautions
-from pymoo_psi.table import Allowed, Formulation, TestTable, certainty_sentences, read_table
+from pymoo_psi.table import Decision, Formulation, Limit, TestTable
 
 # A policy that forbids other scripts and styles, and requests but to a source. Its last part makes
 # the browser refuse every text that a script would turn into markup: the user's names and labels
@@ -37,8 +39,8 @@ class DecisionPage(Document):
         title: Heading of the page.
         table: The designs on the page.
         prototype: Existing designs to compare with; None if there are none.
-        formulation: The objectives, limits, choice and reason that the page opens with.
-        cautions: Reasons not to rely on the optimum within the limits of the formulation.
+        decision: The objectives, limits, choice and reason that the page opens with.
+        cautions: Reasons not to rely on the optimum within the limits of the decision.
         origin: Name of the file with the designs, for the print; empty if there is none.
         further: The command that makes further tests; empty if no command has begun the study.
 
@@ -53,7 +55,7 @@ class DecisionPage(Document):
     title: str
     table: TestTable
     prototype: TestTable | None
-    formulation: Formulation
+    decision: Decision
     cautions: tuple[str, ...]
     origin: str = ""
     further: str = ""
@@ -83,7 +85,17 @@ class DecisionPage(Document):
             scripts["live"] = _asset("live.js")
             source = "'self'"
         style = _asset("page.css")
-        data = json.dumps(payload(self, live), allow_nan=False, separators=(",", ":"))
+        content = payload(
+            self.title,
+            self.table,
+            self.prototype,
+            self.decision,
+            self.cautions,
+            self.origin,
+            self.further,
+            live,
+        )
+        data = json.dumps(content, allow_nan=False, separators=(",", ":"))
         parts = {
             "title": escape(self.title),
             "policy": _POLICY.format(
@@ -100,7 +112,7 @@ class DecisionPage(Document):
 
 def decision_page(
     source: Any,
-    formulation: Formulation | Names | None = None,
+    formulation: Formulation | Decision | Names | None = None,
     *,
     prototype: Any = None,
     title: str = "Pareto set",
@@ -116,11 +128,11 @@ def decision_page(
     Designs that failed or violate constraints are left out; the page says how many.
 
     Args:
-        source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
+        source: Anything that :func:`~pymoo_psi.read_table` opens: a test table, a data frame
             with one row for each design, an array of objectives, a result of pymoo, a study, a
             file.
         formulation: Objectives, directions, computed columns, and the limits, choice and reason
-            that the page opens with, such as ``Formulation.read_json`` of a decision file. Or names
+            that the page opens with, such as ``Decision.read_json`` of a decision file. Or names
             of the objectives, all minimised. By default that of the source.
         prototype: Existing designs to compare with, a source as above. They are not ranked and
             stay on the page under any limits.
@@ -142,7 +154,7 @@ def decision_page(
         >>> page, page.table.best().names
         (DecisionPage('Brackets': 3 designs), ['B'])
     """
-    if formulation is not None and not isinstance(formulation, Formulation):
+    if formulation is not None and not isinstance(formulation, (Formulation, Decision)):
         formulation = Formulation(formulation)
     table = read_table(source, formulation, drop_incomplete=True)
     designs = designs_of_page(table)
@@ -154,10 +166,10 @@ def decision_page(
         remedy = "loosen them, or leave them to the reader of the page"
         raise invalid("limits", "kept by one design or more", received, remedy)
     if len(designs) < len(table):
-        row = table.layout.words["row"]
+        row = table.schema.words["row"]
         counts = table.under(limits={}).status_counts()
         remark = f"{len(designs)} of {counted(len(table), row)} are on the page ({counts})."
-        designs = replace(designs, remarks=(*designs.remarks, remark))
+        designs = replace(designs, facts=(*designs.facts, remark))
     prototype = existing_designs(prototype, table)
     origin = ""
     if isinstance(source, (str, PathLike)):
@@ -186,17 +198,18 @@ def page_of_tests(
         ranking = table.feasible_ranking()
         reasons += map(str, cautions(ranking))
         reasons += certainty_sentences(table, int(ranking.salukvadze[0]))
+    formulation = replace(table.formulation, limits=_limits_of_page(table))
     return DecisionPage(
         title=title,
         table=designs,
         prototype=prototype,
-        formulation=replace(table.formulation, limits=_limits_of_page(table)),
+        decision=replace(table.decision, formulation=formulation),
         cautions=tuple(dict.fromkeys(reasons)),
         origin=origin,
     )
 
 
-def _limits_of_page(table: TestTable) -> dict[str, Allowed]:
+def _limits_of_page(table: TestTable) -> dict[str, Limit]:
     """Return the limits of a table as the page has them: on options, those that are allowed.
 
     Raises:
@@ -207,8 +220,9 @@ def _limits_of_page(table: TestTable) -> dict[str, Allowed]:
         columns = [column for _, column in roles(table)]
         known_name("a limit of a page", name, columns, "leave out the rows that it rejects")
         cells = values_of(name, table)
-        if cells.dtype == object and not isinstance(limit, list):
-            limit = sorted({*cells[table.excess(name, limit) == 0]})
+        if cells.dtype == object and limit.texts is None:
+            is_allowed = limit.excess(name, table.column(name)) == 0
+            limit = Limit(texts=tuple(sorted({*cells[is_allowed]})))
         limits[name] = limit
     return limits
 
@@ -223,14 +237,14 @@ def existing_designs(source: Any, table: TestTable, **reading: Any) -> TestTable
     """
     if source is None:
         return None
-    layout = table.layout
-    maximize = [name for name in layout.objectives if name in layout.maximize]
+    schema = table.schema
+    maximize = [name for name in schema.objectives if name in schema.maximize]
     units = {}
-    for name in layout.objectives:
-        if name in layout.units:
-            units[name] = layout.units[name]
+    for name in schema.objectives:
+        if name in schema.units:
+            units[name] = schema.units[name]
     asked = Formulation(
-        layout.objectives,
+        schema.objectives,
         maximize=maximize,
         computed=table.formulation.computed,
         units=units,

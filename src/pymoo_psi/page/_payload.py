@@ -8,17 +8,14 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
 from pymoo_psi.pareto import SENTENCES, localized, nondominated, weight_shares
-from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, Kind, TestTable, has_errors, number_column
-
-if TYPE_CHECKING:
-    from pymoo_psi.page._page import DecisionPage
+from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable, has_errors
 
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
@@ -52,17 +49,23 @@ _SHADES = {
 _LARGEST = np.finfo(float).max
 
 
-def payload(page: DecisionPage, live: Entries | None) -> Values:
+def payload(
+    title: str,
+    table: TestTable,
+    prototype: TestTable | None,
+    decision: Decision,
+    cautions: Sequence[str],
+    origin: str,
+    further: str,
+    live: Entries | None,
+) -> Values:
     """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
 
-    Args:
-        page: The page.
-        live: Settings of a page that a server extends; None for a file.
+    Its arguments are the attributes of :class:`~pymoo_psi.DecisionPage`, and ``live``, settings of
+    a page that a server extends; None for a file.
     """
-    table = page.table
-    prototype = page.prototype
-    layout = table.layout
-    names = table.names
+    schema = table.schema
+    names = [*table.names]
     labels = _labels(table)
     tables = [table]
     if prototype is not None:
@@ -74,32 +77,38 @@ def payload(page: DecisionPage, live: Entries | None) -> Values:
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)
-    file = _file_name(page.title)
-    further = page.further
+    file = _file_name(title)
     if further:
         further += f" --decision {file}-decision.json"
     # The commands compute the same columns from the decision files that the page writes.
-    opens_with = vars(page.formulation) | {
-        "objectives": layout.objectives,
-        "maximize": [name for name in layout.objectives if name in layout.maximize],
-        "ranges": table.formulation.ranges or {},
-    }
+    limits = {name: limit.plain for name, limit in decision.formulation.allowed.items()}
+    opens_with = (
+        vars(decision.formulation)
+        | vars(decision)
+        | {
+            "objectives": schema.objectives,
+            "maximize": [name for name in schema.objectives if name in schema.maximize],
+            "limits": limits,
+            "ranges": table.formulation.ranges or {},
+        }
+    )
+    del opens_with["formulation"]
     shades = []
     if live is None:  # all designs are there
-        shades = _shades(table.under(limits=page.formulation.limits))
+        shades = _shades(table.under(limits=decision.formulation.limits))
     return {
-        "title": page.title,
+        "title": title,
         "file": file,
-        "origin": page.origin,
+        "origin": origin,
         "live": live,
         "further": further,
-        "normalize": page.formulation.normalize,
+        "normalize": decision.formulation.normalize,
         "decimal": table.decimal,
         "opens_with": opens_with,
         "remarks": table.remarks,
-        "cautions": page.cautions,
+        "cautions": cautions,
         "sentences": SENTENCES,
-        "label": layout.label or number_column(table.extra),
+        "label": schema.label or TEST,
         "labels": labels,
         "names": names,
         "n": len(table),
@@ -108,11 +117,11 @@ def payload(page: DecisionPage, live: Entries | None) -> Values:
         "shades": shades,
         "head": {
             "pymoo_psi_designs": 1,
-            "objectives": layout.objectives,
-            "maximized": layout.maximize,
-            "variables": layout.variables,
-            "outputs": layout.outputs,
-            "units": layout.units,
+            "objectives": schema.objectives,
+            "maximized": schema.maximize,
+            "variables": schema.variables,
+            "outputs": schema.outputs,
+            "units": schema.units,
         },
     }
 
@@ -160,11 +169,11 @@ def _file_name(title: str) -> str:
 
 def _labels(table: TestTable) -> list[Any]:
     """Return the labels of designs: whole numbers or texts."""
-    label = table.layout.label
+    label = table.schema.label
     if label is None:
         return list(table.numbers.tolist())
     labels: list[Any] = []
-    for cell in table.extra[label].tolist():
+    for cell in table.column(label).tolist():
         labels.append(cell if type(cell) is int else str(cell))
     return labels
 
@@ -174,15 +183,15 @@ def _labels(table: TestTable) -> list[Any]:
 
 def roles(table: TestTable) -> list[tuple[str, str]]:
     """Return role and name of each column, in the order of the page."""
-    layout = table.layout
+    schema = table.schema
     names_by_role = {
-        "objective": layout.objectives,
-        "variable": layout.variables,
-        "output": (*layout.outputs, *table.extra),
+        "objective": schema.objectives,
+        "variable": schema.variables,
+        "output": (*schema.outputs, *table.schema.notes),
     }
     # Names, and numbers of runs, are no properties of designs.
-    left_out = {layout.label, PROPOSAL_ROUND}
-    if POINT in table.extra:  # beside the numbers of tests of several runs
+    left_out = {schema.label, PROPOSAL_ROUND}
+    if POINT in table.schema.notes:  # beside the numbers of tests of several runs
         left_out |= {RUN, POINT}
     roles = []
     for role, names in names_by_role.items():
@@ -199,21 +208,21 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
         tables: The designs, then existing designs if there are any.
         optimal: ``(n,)`` which of the designs are Pareto optimal without limits.
     """
-    layout = tables[0].layout
+    schema = tables[0].schema
     columns = []
     for j, (role, name) in enumerate(roles(tables[0])):
         column = {
             "field": f"c{j}",  # free of the user's characters
             "name": name,
-            "unit": layout.units.get(name, ""),
+            "unit": schema.units.get(name, ""),
             "role": role,
-            "maximize": name in layout.maximize,
+            "maximize": name in schema.maximize,
         }
         values = values_of(name, *tables)
         if values.dtype == object:
             column |= _packed_texts(values)
         else:
-            column |= _packed_numbers(values, optimal, log=layout.is_log(name))
+            column |= _packed_numbers(values, optimal, log=(schema[name].kind is Kind.LOG))
         columns.append(column)
     for field, name in _GEOMETRIC.items():  # their values depend on the limits
         columns.append({"field": field, "name": name, **_COMPUTED_BY_PAGE})
@@ -264,8 +273,7 @@ def values_of(name: str, *tables: TestTable) -> AnyArray:
             parts.append(np.full(len(table), np.nan))
     column = np.concatenate(parts)
     first = tables[0]
-    kinds = dict(zip(first.layout.variables, first.kinds, strict=True))
-    if name in first.extra or kinds.get(name) is Kind.CHOICE:
+    if first.schema[name].kind is Kind.CHOICE:
         texts = pd.Series(column, dtype=object)
         return np.array(texts.where(texts.notna(), "").map(str), dtype=object)
     return column.astype(np.float64)

@@ -965,7 +965,7 @@ function csv(data, rows, ranking, state) {
 // What the columns of the CSV are and what is chosen, so that it comes back with its objectives,
 // directions and units: CSVW with an entry of our own, as read_table has it.
 function metadata(data, rows, state, name) {
-  const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
+  const chosen = state.chosen === null ? {} : {chosen: state.chosen, reason: state.reason}
   return `${JSON.stringify({
     "@context": "http://www.w3.org/ns/csvw",
     url: encodeURIComponent(name),

@@ -20,6 +20,9 @@ from ._ranking import rank_of_efficiency as rank_of_efficiency
 
 from ._acceptability import weight_shares as weight_shares
 from ._acceptability import weights_sentence as weights_sentence
+from ._confidence import degrees_of_freedom as degrees_of_freedom
+from ._confidence import probabilities as probabilities
+from ._confidence import standard_errors as standard_errors
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES
 from ._dominance import competes as competes

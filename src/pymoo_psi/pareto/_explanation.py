@@ -161,8 +161,6 @@ class Explanation:
             is first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
             somewhere better; -1 if the design is Pareto optimal itself.
-        switching: Of the optimum of a test table, until which limits it stays so
-            (``TestTable.switching``).
         decimal: The decimal mark of the table, "" without one.
 
     Example:
@@ -178,12 +176,11 @@ class Explanation:
     neighbours: Rows
     steps: DesignComparison
     dominated_by: int
-    switching: tuple[str, ...] = ()
     decimal: str = ""
 
     def __repr__(self) -> str:
-        """Return :attr:`sentences` and :attr:`switching`, wrapped at 80 columns."""
-        return wrapped([*self.sentences, *self.switching])
+        """Return :attr:`sentences`, wrapped at 80 columns."""
+        return wrapped(self.sentences)
 
     @property
     def weakest(self) -> tuple[Any, ...]:
@@ -363,12 +360,9 @@ def explain(
         # here than among all designs, where the dominance was found.
         dominated_by = int(front[nearest(np.arange(len(front)), 0.0)[0]])
 
-    switching: tuple[str, ...] = ()
     decimal = ""
     if is_table(F):
         decimal = F.decimal
-        if row in ranking.salukvadze:
-            switching = tuple(F.switching())
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
     return Explanation(
         ranking,
@@ -378,7 +372,6 @@ def explain(
         neighbours,
         _compared(ranking, [*rows]),
         dominated_by,
-        switching,
         decimal,
     )
 

@@ -382,7 +382,7 @@ class EfficiencyRanking(Shown):
     def name_of(self, row: int) -> str:
         """Return the name of a design in sentences: its label if that is a text, else "design 3".
 
-        If the index of the labels has a name, such as ``test_point``, it is "test point 3".
+        If the index of the labels has a name, such as ``test``, it is "test 3".
 
         Example:
             >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).name_of(2)

@@ -25,6 +25,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
+from pymoo_psi.analysis import Histogram, histogram
 from pymoo_psi.pareto import number, rank_of_efficiency, with_units
 from pymoo_psi.plots._points import (
     BLUE,
@@ -47,7 +48,7 @@ from pymoo_psi.plots._style import (
     panels,
     row_height,
 )
-from pymoo_psi.table import Histogram, Layout, TestTable, histogram
+from pymoo_psi.table import Kind, Schema, TestTable
 
 if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
@@ -109,9 +110,9 @@ def plot_table(
         6
     """
     table = opened_table(table)
-    layout = table.layout
-    tops = _column_names("variables", variables, layout.variables, layout)
-    rows = _column_names("objectives", objectives, layout.objectives, layout)
+    schema = table.schema
+    tops = _column_names("variables", variables, schema.variables, schema)
+    rows = _column_names("objectives", objectives, schema.objectives, schema)
     if not tops:
         raise invalid("variables", "one or more", Received("none"))
     if max(len(tops), len(rows)) > MATRIX:
@@ -125,7 +126,7 @@ def plot_table(
     with panels(n * (1 + len(rows)), n_columns, sharey="row") as (figure, axes):
         for ax, bars in zip(axes, histograms, strict=False):
             _draw_histogram(ax, bars, table)
-            label = layout.label_of(bars.variable)
+            label = schema[bars.variable].heading
             if rows:  # the planes below have the name
                 label = ""
             name_axis(ax, "x", label, bars.values)
@@ -144,23 +145,23 @@ def plot_table(
     return figure
 
 
-def _column_names(argument: str, names: Names | None, default: Names, layout: Layout) -> list[str]:
+def _column_names(argument: str, names: Names | None, default: Names, schema: Schema) -> list[str]:
     """Return the names of columns of a table, by default those given."""
     if names is None:
         names = default
-    return [known_name(argument, name, layout.columns) for name in names]
+    return [known_name(argument, name, schema.names) for name in names]
 
 
 def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     """Draw the share of each group in each interval."""
-    if table.layout.is_log(bars.variable):
+    if table.schema[bars.variable].kind is Kind.LOG:
         axes.set_xscale("log")
     groups = {
         "all": (bars.tested, len(table)),
         "feasible": (bars.feasible, table.feasible().sum()),
         PARETO: (bars.pareto, table.pareto().sum()),
     }
-    if bars.variable not in table.layout.variables:
+    if bars.variable not in table.schema.variables:
         # The intervals of a dependent column span the feasible designs; others are outside.
         del groups["all"]
     for name, (counts, n) in groups.items():
@@ -211,8 +212,8 @@ def plot_objectives(
         3
     """
     table = opened_table(table)
-    layout = table.layout
-    names = _column_names("objectives", objectives, layout.objectives, layout)
+    schema = table.schema
+    names = _column_names("objectives", objectives, schema.objectives, schema)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
@@ -343,12 +344,12 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
     """Return bars of the first-order sensitivities with their bands, one panel for each column.
 
     Args:
-        sensitivities: From :func:`pymoo_psi.table.sensitivities`.
+        sensitivities: From :func:`pymoo_psi.analysis.sensitivities`.
         title: Subject of the tests, with which the caption begins.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
-        >>> from pymoo_psi.table import sensitivities
+        >>> from pymoo_psi.analysis import sensitivities
         >>> table = investigate(VectorizedSphereChute(0.4), 256)
         >>> figure = plot_sensitivities(sensitivities(table, ["f1", "f2"]))
         >>> [ax.get_title() for ax in figure.axes]

@@ -15,9 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from pymoo_psi._validation import Array, Mask, Names, counted
+from pymoo_psi.files import read_table
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import Style, literal, view
-from pymoo_psi.table import Kind, TestTable, read_table, value_ranks
+from pymoo_psi.table import Kind, Limit, TestTable, value_ranks
 
 Ends = tuple[float, float]
 
@@ -200,7 +201,7 @@ class Points:
             outside |= ~column.visible
         text = counted(len(table), "design")
         if failed.any():
-            text += f", {failed.sum()} {table.layout.words['failed']}"
+            text += f", {failed.sum()} {table.schema.words['failed']}"
         n_far = (outside & ~failed).sum()
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes"
@@ -245,35 +246,36 @@ def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
 
 def _column(table: TestTable, name: str, chosen: int | None) -> Column:
     """Return a column of tests, whose axis shows the chosen row, if there is one."""
-    layout = table.layout
-    label = layout.label_of(name)
+    schema = table.schema
+    column = schema[name]
+    label = column.heading
     places = table.column(name)
-    if name not in layout.variables:
+    if name not in schema.variables:
         mark = np.nan
         if chosen is not None:
             mark = places[chosen]
         ends = _ends_of_dependent(places, table.feasible(), mark)
-    elif table.kinds[layout.variable(name)] in (Kind.BINARY, Kind.CHOICE):
+    elif column.kind in (Kind.BINARY, Kind.CHOICE):
         options, ranks = value_ranks(places)
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return Column(ranks + aside, (-0.5, len(options) - 0.5), label, tuple(options))
     else:
         places = places.astype(np.float64)
         ends = _ends_of_variable(table, name, places)
-    limits: Any = table.limits.get(name, _OPEN)
-    return Column(places, ends, label, log=layout.is_log(name), limits=limits)
+    limit = table.limits.get(name, Limit())
+    is_log = column.kind is Kind.LOG
+    return Column(places, ends, label, log=is_log, limits=(limit.low, limit.high))
 
 
 def _ends_of_variable(table: TestTable, name: str, places: Array) -> Ends:
     """Return the ends of an axis that shows the bounds of a variable, and whole steps of it."""
-    layout = table.layout
-    j = layout.variable(name)
-    bounds = [layout.lower[j], layout.upper[j]]  # NaN if there are none
-    if table.kinds[j] is Kind.LOG:
+    column = table.schema[name]
+    bounds = np.array([column.lower, column.upper], dtype=float)  # NaN if there are none
+    if column.kind is Kind.LOG:
         low, high = view(np.log(places), *np.log(bounds))
         return float(np.exp(low)), float(np.exp(high))
     low, high = view(places, *bounds)
-    if table.kinds[j] is Kind.INTEGER:
+    if column.kind is Kind.INTEGER:
         return np.floor(low) + 0.5, np.ceil(high) - 0.5
     return low, high
 

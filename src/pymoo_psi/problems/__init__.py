@@ -16,8 +16,8 @@ results, take a :class:`FailureTolerant` problem. Failed designs are never in ``
 gets a copy of its designs, and its values count only if they have exactly the shape that the
 problem promises.
 
-With many variables, screen first: :func:`pymoo_psi.table.sensitivities` of some tests shows which
-variables matter, and :class:`Restricted` fixes the others.
+With many variables, screen first: :func:`pymoo_psi.analysis.sensitivities` of some tests shows
+which variables matter, and :class:`Restricted` fixes the others.
 
 Two subsystems that share a variable can be investigated separately, with few variables each. Pairs
 of their feasible designs that agree on this variable are then designs of the whole.

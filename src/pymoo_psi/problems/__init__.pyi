@@ -18,7 +18,7 @@ from ._design_space import Variable as Variable
 from ._design_space import design_space as design_space
 from ._design_space import is_permutation as is_permutation
 from ._design_space import problem_identity as problem_identity
-from ._design_space import problem_layout as problem_layout
+from ._design_space import problem_schema as problem_schema
 from ._design_space import require_no_permutation as require_no_permutation
 from ._evaluation import Seeded as Seeded
 from ._evaluation import columns_of_values as columns_of_values

@@ -7,7 +7,7 @@ import inspect
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pymoo.core.problem import Problem
@@ -28,10 +28,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.problems._equalities import Polytope, polytope
 from pymoo_psi.problems._pymoo import problem_name
 from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
-
-if TYPE_CHECKING:
-    from pymoo_psi.table import Layout
-
+from pymoo_psi.table import Schema, unit_texts
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
@@ -356,13 +353,13 @@ def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, st
     return {f"{letter}{j}": title for j, title in enumerate(titles, first)}
 
 
-def problem_layout(
+def problem_schema(
     problem: Any,
     space: DesignSpace,
     names: Mapping[str, str] | None = None,
     maximize: Collection[str] | None = None,
     units: Mapping[str, str] | None = None,
-) -> Layout:
+) -> Schema:
     """Return the columns of a problem's tests, under the user's names.
 
     Args:
@@ -377,8 +374,6 @@ def problem_layout(
         ArgumentValueError: There is no such column, or two would have the same name.
         ArgumentTypeError: A name or unit is not text, or an argument has the wrong type.
     """
-    from pymoo_psi.table import Layout  # imports pandas, which selectors do not need
-
     maximized = getattr(problem, "maximize", None) or ()
     if maximize is None:
         maximize = maximized
@@ -395,16 +390,20 @@ def problem_layout(
     if units is None:
         units = getattr(problem, "units", None) or {}
     variables = space.variable_names
-    plain = Layout.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
+    plain = Schema.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
     for name in names:
-        known_name("names", name, plain.columns)
+        known_name("names", name, plain.names)
     groups = []
-    for group in (plain.variables, plain.objectives, plain.inequalities, plain.equalities):
-        groups.append([names.get(name, name) for name in group])
+    for role in ("variable", "objective", "inequality", "equality"):
+        groups.append([names.get(name, name) for name in plain.of_role(role)])
+    known = {name for group in groups for name in group}
+    # A further output with a unit is promised by that.
+    outputs = [name for name in unit_texts(units) if name not in known]
     kinds = [variable.kind for variable in space.variables]
     unbounded = [kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds]
-    return Layout.of(
+    return Schema.of(
         *groups,
+        outputs=outputs,
         maximize=list(maximize),
         units=units,
         lower=np.where(unbounded, np.nan, space.lower),

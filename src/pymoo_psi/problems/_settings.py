@@ -27,9 +27,10 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.files import cells_of_text
 from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._placeholders import BRACES
-from pymoo_psi.table import cells_of_text, sides_of_text
+from pymoo_psi.table import sides_of_text
 
 # How an output can be given.
 WAYS = "given as file with one of pattern, key and column, or as expression"

@@ -166,13 +166,13 @@ class Restricted(Transformed):
         far; the next eight would follow, and so on:
 
         >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.table import sensitivities
+        >>> from pymoo_psi.analysis import sensitivities
         >>> many = get_problem("zdt2", n_var=60)
         >>> table = investigate(many, 256)
         >>> shares = sensitivities(table)["first_order"]
         >>> free = shares.groupby(level="variable").max().nlargest(8).index
         >>> best = table.X[table.pareto()][table.ranking().salukvadze[0]].tolist()
-        >>> values = zip(table.layout.variables, best, strict=True)
+        >>> values = zip(table.schema.variables, best, strict=True)
         >>> Restricted(many, {name: x for name, x in values if name not in free}).n_var
         8
     """

@@ -18,6 +18,7 @@ import pandas as pd
 
 from pymoo_psi import plots
 from pymoo_psi._validation import Array, Values, counted
+from pymoo_psi.analysis import alike, constraint_costs, convergence
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import notations, written
 from pymoo_psi.pareto import (
@@ -29,12 +30,7 @@ from pymoo_psi.pareto import (
     representatives,
     within_range,
 )
-from pymoo_psi.table import (
-    TestTable,
-    alike,
-    constraint_costs,
-    convergence,
-)
+from pymoo_psi.table import Limit, TestTable
 
 _REASONS = 12  # the table has the most frequent reasons of failures
 _LIMITS = 6  # the table has the limits that cost most
@@ -57,7 +53,7 @@ class Choice:
     """The design that is chosen or, if none is, proposed among ranked tests.
 
     Args:
-        table: The tests; their formulation says which design is chosen, and why. If none is, the
+        table: The tests; their decision says which design is chosen, and why. If none is, the
             Salukvadze optimum is proposed.
         prototype: Existing designs; None if there are none.
 
@@ -80,7 +76,7 @@ class Choice:
         self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
         self.word = "proposed"
-        chosen = table.formulation.chosen
+        chosen = table.decision.chosen
         if chosen is not None:
             self.row = self.ranking.rows.tolist().index(table.names.index(chosen))
             self.word = "chosen"
@@ -134,17 +130,18 @@ class Choice:
     def values(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
         row = self.ranking.rows[self.row]
-        layout = self.table.layout
+        schema = self.table.schema
         rows = []
-        for name in (*layout.variables, *layout.outputs):
+        for name in (*schema.variables, *schema.outputs, *schema.notes):
+            if name == schema.label:
+                continue
             value = self.table.column(name)[row]
-            text = str(value)
+            text = _cell(value)
+            if name in schema.variables:
+                text = str(value)
             if name in self.notations:
                 text = written(self.notations[name], float(value))
-            rows.append((layout.label_of(name), text))
-        for name, cells in self.table.extra.items():
-            if name != layout.label:
-                rows.append((name, _cell(cells[row])))
+            rows.append((schema[name].heading, text))
         frame = pd.DataFrame(rows, columns=["column", "value"])
         return frame[~frame["value"].isin(["", "—", "None"])]
 
@@ -192,7 +189,7 @@ def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
     tests = [*table.reasons]
     reasons = alike(table.reasons.values())
-    if table.layout.words["row"] == "design":
+    if table.schema.words["row"] == "design":
         reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
     rows = []
     for reason, count in Counter(reasons).most_common(_REASONS):
@@ -224,7 +221,7 @@ def limit_costs(table: TestTable) -> pd.DataFrame:
     Without a feasible design it is said how near tests come to keeping them.
     """
     costs = constraint_costs(table)
-    costs["column"] = [*table.layout.constraints, *table.limits]
+    costs["column"] = [*table.schema.constraints, *table.limits]
     last = "nearest value"
     describe = _nearest
     if table.eligible().any():
@@ -248,7 +245,8 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     if np.isnan(cost["lower"]):  # allowed texts
         return "—"
     name = cost["column"]
-    excess = table.excess(name, (cost["lower"], cost["upper"]))
+    limit = Limit(cost["lower"], cost["upper"])
+    excess = limit.excess(name, table.column(name))
     if excess.min() == 0:
         return "kept by some"
     return _with_unit(table, name, float(table.column(name)[excess.argmin()]))
@@ -257,7 +255,7 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
 def _best_values(table: TestTable, cost: pd.Series[Any]) -> str:
     """Return the objectives in which designs that a limit alone rejects beat the feasible ones."""
     gains = []
-    for name, sign in zip(table.layout.objectives, table.layout.sign, strict=True):
+    for name, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
         now = cost[f"{name}_feasible"]
         best = cost[f"{name}_alone"]
         if (now - best) * sign > 0:
@@ -266,7 +264,7 @@ def _best_values(table: TestTable, cost: pd.Series[Any]) -> str:
 
 
 def _with_unit(table: TestTable, name: str, value: float) -> str:
-    unit = table.layout.units.get(name, "")
+    unit = table.schema.units.get(name, "")
     return f"{_cell(value)} {unit}".strip()
 
 

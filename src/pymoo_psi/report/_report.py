@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
@@ -10,6 +10,15 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import plots
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, counted, instance, invalid
+from pymoo_psi.analysis import (
+    certainty_sentences,
+    decision_sentences,
+    latest_positions,
+    positions_frame,
+    separation_sentences,
+    switching,
+    written_limits,
+)
 from pymoo_psi.page import existing_designs
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -20,15 +29,7 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
-from pymoo_psi.table import (
-    TestTable,
-    certainty_sentences,
-    decision_sentences,
-    latest_positions,
-    positions_frame,
-    separation_sentences,
-    written_limits,
-)
+from pymoo_psi.table import TestTable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,7 +47,7 @@ class DecisionReport(Document):
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> decision_report(table, title="Brackets")
-        DecisionReport('Brackets: test point 2 proposed of 3 Pareto-optimal designs')
+        DecisionReport('Brackets: test 2 proposed of 3 Pareto-optimal designs')
     """
 
     title: str
@@ -87,15 +88,15 @@ class DecisionReport(Document):
         )
         filters = {"grid": _contents.grid, "image": _contents.image, "capital": capital}
         environment.filters |= filters
-        formulation = self._table.formulation
+        decision = self._table.decision
         with decimal_mark(self._table.decimal):
             return environment.get_template("report.html").render(
                 report=self,
                 separation=separation_sentences(self._table),
                 positions=positions_frame(self._table),
                 limits=written_limits(self._table),
-                decided=decision_sentences(formulation.decided),
-                names=[position["name"] for position in latest_positions(formulation.positions)],
+                decided=decision_sentences(decision.decided),
+                names=[position["name"] for position in latest_positions(decision.positions)],
                 data=self._table,
                 contents=_contents,
                 choice=self._choice,
@@ -104,6 +105,7 @@ class DecisionReport(Document):
                 measured_in=measured_in,
                 number=number,
                 plots=plots,
+                switching=switching,
             )
 
 
@@ -120,10 +122,10 @@ def decision_report(
     The first page is for the decision; the others show the evidence.
 
     Args:
-        table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
+        table: The tests, with names, directions and units; :func:`~pymoo_psi.read_table`
             opens any file. The report says what each limit of its formulation costs.
         design: Number or label of the chosen design, a feasible one. By default that of the table's
-            formulation, which also has the reason for it; if none is chosen, or it is not feasible,
+            decision, which also has the reason for it; if none is chosen, or it is not feasible,
             the Salukvadze optimum is proposed.
         title: Heading of the report.
         about: Lines below the heading, such as the origin of the tests.
@@ -137,24 +139,24 @@ def decision_report(
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> report = decision_report(table.under(limits={"f1": 2}), title="Brackets")
         >>> print(report)
-        Brackets: test point 1 proposed of 2 Pareto-optimal designs
+        Brackets: test 1 proposed of 2 Pareto-optimal designs
         >>> "What limits cost</h2>" in report.html()
         True
     """
     remedy = "PSI and investigate return one, read_table opens any file"
     instance("table", table, TestTable, remedy)
-    if len(table) == 0 or not table.layout.objectives:
+    if len(table) == 0 or not table.schema.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
     eligible = table.eligible()
-    chosen = table.formulation.chosen
+    chosen = table.decision.chosen
     if design is not None:
         row = table.row_of(design)
         if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
         if table.names[row] != chosen:
-            table = table.under(chosen=table.names[row], reason="")
+            table = table.under(replace(table.decision, chosen=table.names[row], reason=""))
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
-        table = table.under(chosen=None, reason="")
+        table = table.under(replace(table.decision, chosen=None, reason=""))
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table)
     with decimal_mark(table.decimal):

@@ -14,6 +14,7 @@ import time
 from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from platform import node
@@ -24,10 +25,12 @@ import numpy as np
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import FilePath, Values, known_name
+from pymoo_psi.analysis import alike
 from pymoo_psi.errors import PsiError
+from pymoo_psi.files import stored_tests
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
 from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study, further_tests
-from pymoo_psi.table import TestTable, alike, stored_tests
+from pymoo_psi.table import Decision, TestTable
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
@@ -113,9 +116,9 @@ class GrowingStudy:
             columns = database.tests(int(first), int(last))
             self._n_left = database.n_left()
         stored = stored_tests(facts, columns)
-        table = stored._replace(remarks=(), limits={}).table(self.study.path)
+        table = replace(stored, decision=Decision(), facts=())
         self._facts = facts
-        self._limits = stored.limits
+        self._limits = stored.formulation.limits
         self.tests = tests.extended(table.take(np.isin(table.numbers, new)))
         if key != self._key or len(self.tests) >= _GROWTH * self._n_first:
             self._key = key

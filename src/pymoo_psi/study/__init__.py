@@ -21,6 +21,7 @@ from pymoo_psi.study._facts import ACTIONS as ACTIONS
 from pymoo_psi.study._facts import ADDED as ADDED
 from pymoo_psi.study._facts import ALL as ALL
 from pymoo_psi.study._facts import LASTING as LASTING
+from pymoo_psi.study._facts import NOT_VALUES as NOT_VALUES
 from pymoo_psi.study._facts import Facts as Facts
 from pymoo_psi.study._facts import Share as Share
 from pymoo_psi.study._facts import StudyRun as StudyRun

@@ -29,12 +29,11 @@ from pymoo_psi.study._facts import (
     Facts,
     Share,
     StudyRun,
+    beside,
     columns_of_head,
-    new_names,
     now,
     record_of_run,
     require_other_names,
-    turned,
     with_outputs,
 )
 from pymoo_psi.study._integrity import SCHEMA, intact, reported
@@ -61,10 +60,10 @@ UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
     OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
 """
 _FURTHER = """
-UPDATE block SET repeat = further FROM (
+UPDATE block SET repeat = counted.further FROM (
     SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
         + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design) AS further
-    FROM block AS b) WHERE block.rowid = row
+    FROM block AS b) AS counted WHERE block.rowid = counted.row
 """
 _NOT_TAKEN = """
 UPDATE block SET block_number = rowid
@@ -104,7 +103,7 @@ _POINTS = f"""
 SELECT test, run, point, max((run - 1) * {ROOM} + point = test) FROM tests JOIN plan USING (test)
 WHERE test BETWEEN ? AND ? AND status NOT NULL GROUP BY test ORDER BY test
 """
-_OF_BLOCK = ("block_point", "block_number")
+_JOINED = ("block_point", "block_number", "point", "proposal")  # columns of blocks and plan
 _OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
 _OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
 
@@ -305,23 +304,7 @@ class Database:
             completed: Returns values of stored tests that follow from others under it.
         """
         stored = self.head
-        names = new_names(stored, head)
-        present = [names.get(name, name) for name in columns_of_head(stored)]
-        head = with_outputs(head, present)
-        columns = _columns_of_values(head)
-        renamed = {}
-        for (old, _), name in zip(_columns_of_values(stored).values(), present, strict=True):
-            new, _ = columns[name]
-            if old != new:
-                renamed[old] = new
-        # By way of names that no column has, as two columns may change theirs for one another.
-        for place, old in enumerate(renamed):
-            self.db.execute(f'ALTER TABLE tests RENAME COLUMN {old} TO "pymoo-psi {place}"')
-        for place, new in enumerate(renamed.values()):
-            self.db.execute(f'ALTER TABLE tests RENAME COLUMN "pymoo-psi {place}" TO {new}')
-        for name in turned(stored, head):
-            self.db.execute("UPDATE tests SET {0} = {0} * -1.0".format(columns[name][0]))
-        self._set_head(head, present)
+        self._set_head(beside(head, stored), columns_of_head(stored))
         if completed is not None:
             self._complete(completed)
 
@@ -528,9 +511,10 @@ class Database:
 
 def _columns_of_values(head: Head) -> dict[str, tuple[str, Kind]]:
     """Return the columns of a head by name: their quoted names in SQL, and their kinds."""
-    kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
+    kinds = dict.fromkeys(head.get("notes", ()), Kind.CHOICE)
+    kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
     columns = {}
-    taken = {*NOT_VALUES, *_OF_TEST, *_OF_BLOCK, *_OF_SQLITE}
+    taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE}
     for name in columns_of_head(head):
         column = name
         while column.lower() in taken:  # SQL takes "a" and "A" for one name

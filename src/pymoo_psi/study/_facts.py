@@ -4,7 +4,7 @@
 - The model must be the same for all tests of a study: :func:`require_same_model`.
 - A run is continued by the identity that it has: :func:`identity_of_run`.
 - :class:`Share`, a part of the test points.
-- The head names the columns; a run may add some, or give others new names: :func:`new_names`.
+- The head names the columns; a run may add some.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import StudyMismatchError
 
-ADDED = ("test", "run", "origin", "seconds")  # columns that a study adds to those of a model
+ADDED = ("run", "origin", "seconds")  # columns that a study adds to those of a model
 NUMBERS = ("test", "run", "test_point")
 NOT_VALUES = (*NUMBERS, "status", "reason", "origin", "seconds")  # columns that are not in a head
-_GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
+_GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs", "notes")
 
 # Requests of people to a run that hold when it is continued.
 LASTING = ("search", "more")
@@ -157,7 +157,8 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
     """Refuse a study of another model.
 
     The model is the problem with its parameters and key, and the names, kinds and choices of its
-    variables. Bounds, objectives, limits and the like may differ.
+    variables; of a problem of pymoo, whose values have places and no names, also the names and
+    directions that a user gives these. Bounds, limits and the like may differ.
 
     Args:
         path: The study, for the message.
@@ -173,7 +174,7 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
         raise StudyMismatchError(
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
             "Give the name of another file, or restore the model with which it was begun (its "
-            "template, its study_key)"
+            "template, its study_key, its names)"
         )
 
 
@@ -218,7 +219,17 @@ def _model(head: Head) -> dict[str, str]:
     problem = head.get("problem") or {}
     # The scale belongs to a run, not to the model.
     kinds = [kind.replace("log", "real") for kind in head["kinds"]]
-    return flat({"problem": problem, "variables": head["variables"], "kinds": kinds})
+    model = {"problem": problem, "variables": head["variables"], "kinds": kinds}
+    if "objectives" in problem:  # how many; those of a program have names of their own
+        # Requirements, which may change, follow the constraints of the model.
+        n_constraints = head.get("model_inequalities")
+        model |= {
+            "objectives": head["objectives"],
+            "maximize": head.get("maximize", []),
+            "inequalities": head["inequalities"][:n_constraints],
+            "equalities": head["equalities"],
+        }
+    return flat(model)
 
 
 # The identity of a run
@@ -327,6 +338,13 @@ def require_other_names(head: Head) -> None:
             raise invalid("a column of a study", rule, name, remedy)
 
 
+def beside(head: Head, stored: Head) -> Values:
+    """Return the head of a run with the notes of the stored one, and its values as outputs."""
+    if "notes" in stored:  # none of them names the tests of the run
+        head = {**head, "notes": stored["notes"]}
+    return with_outputs(head, columns_of_head(stored))
+
+
 def with_outputs(head: Head, names: Collection[str]) -> Values:
     """Return a head in which columns of values that it lacks are outputs."""
     present = {*columns_of_head(head), *NOT_VALUES}
@@ -334,31 +352,3 @@ def with_outputs(head: Head, names: Collection[str]) -> Values:
     if not outputs:
         return dict(head)
     return {**head, "outputs": outputs}
-
-
-def new_names(stored: Head, head: Head) -> dict[str, str]:
-    """Return the names in a head of stored columns that a problem knows by place, as pymoo's do.
-
-    Those of a program have names of their own, which stay.
-    """
-    if "objectives" not in (head.get("problem") or {}):
-        return {}
-    pairs = [*zip(stored["objectives"], head["objectives"], strict=False)]
-    # Requirements, which may change, follow the constraints of the model.
-    n_constraints = head.get("model_inequalities")
-    pairs += zip(stored["inequalities"], head["inequalities"][:n_constraints], strict=False)
-    pairs += zip(stored["equalities"], head["equalities"], strict=False)
-    return dict(pairs)
-
-
-def turned(stored: Head, head: Head) -> set[str]:
-    """Return the objectives in a head that are maximised now, or no longer, other than stored."""
-    names = new_names(stored, head)
-    maximized = {names[name] for name in stored.get("maximize", ()) if name in names}
-    return maximized ^ {*head.get("maximize", ())} if names else set()
-
-
-def are_alike(stored: Head, head: Head) -> bool:
-    """Whether columns have the same names and directions in two heads of one model."""
-    names = new_names(stored, head)
-    return [*names] == [*names.values()] and not turned(stored, head)

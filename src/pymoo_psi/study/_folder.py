@@ -94,7 +94,6 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
             require_fellow(file, facts, first, f"in {files[0]}")
             if facts.share is not None:
                 n_shares = facts.share[1]
-            joined.replace_head(facts.head)
             try:
                 joined.append(1, columns)
             except ArgumentValueError as error:
@@ -102,7 +101,6 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
                     f"study {file} and one before it in the folder have different results for test "
                     f"points; move the file that is wrong, or older, to another folder ({error})"
                 ) from error
-        joined.replace_head(first.head)
         first = first._replace(head=joined.facts.head)
         return first, joined.tests(), _missing(n_shares, np.unique(np.concatenate(points)))
 

@@ -36,7 +36,7 @@ import os
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from glob import escape, glob
 from typing import Any
 
@@ -50,12 +50,10 @@ from pymoo_psi.study._facts import (
     SUFFIX,
     Facts,
     StudyRun,
-    are_alike,
-    columns_of_head,
+    beside,
     identity_of_run,
     require_fellow,
     require_same_model,
-    with_outputs,
 )
 from pymoo_psi.study._integrity import (
     BESIDE,
@@ -95,7 +93,6 @@ class Study:
             remedy = "a study deletes such files"
             raise invalid("study", "named unlike files beside a study", os.fspath(path), remedy)
         self.wait = wait
-        self._head: Head | None = None  # the head of the run that was begun
         self._id: str | None = None  # the study in use, as another file may take its place
         self._open()
 
@@ -107,7 +104,7 @@ class Study:
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies open the file anew."""
-        return {name: vars(self)[name] for name in ("path", "wait", "_head", "_id")}
+        return {name: vars(self)[name] for name in ("path", "wait", "_id")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a copy."""
@@ -144,7 +141,6 @@ class Study:
             ArgumentTypeError: JSON cannot hold the head.
         """
         head = json.loads(identity_text(head))
-        self._head = head
         if identity is None:
             identity = identity_of_run(head, None)
         new = Facts(head, [StudyRun(1, identity, {})], share=share)
@@ -162,15 +158,10 @@ class Study:
         if stored.share is not None:
             require_fellow(self.path, stored, new)
         run = stored.run_with(identity)
-        whole = with_outputs(head, columns_of_head(stored.head)) | stored.bounds
+        whole = beside(head, stored.head) | stored.bounds
         if run is not None and json.dumps(whole) == json.dumps(stored.head):
             return stored, run
-        with ExitStack() as locks:
-            if not are_alike(stored.head, head):
-                # No other process writes under the names that are stored now.
-                for stored_run in stored.runs:
-                    locks.enter_context(self.writing(stored_run.number))
-            database = locks.enter_context(self.changes())
+        with self.changes() as database:
             database.replace_head(head, completed)
             run = database.facts.run_with(identity) or database.add_run(identity)
             return database.facts, run
@@ -246,11 +237,6 @@ class Study:
         origins = np.full(n, origin, dtype=object)
         more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
         with self.writing(run), self.changes() as database:
-            if self._head is not None and not are_alike(database.head, self._head):
-                raise StudyMismatchError(
-                    f"another run has given the objectives of study {self.path} other names or "
-                    "directions since this one began; this one stored nothing more: run it again"
-                )
             return database.append(run, columns | more, repeat, noisy=noisy)
 
     def facts(self) -> Facts:

@@ -1,280 +1,413 @@
-"""The test table: every tested point, and what an investigator asks of them.
+"""The test table: tests as they were evaluated, and what an investigator asks of them.
 
 The order of work is that of Parameter Space Investigation (Sobol' and Statnikov, Choosing Optimal
 Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995): test the points,
 look at the ordered test tables, set limits on the objectives, take the Pareto set of the designs
 that are feasible then, and refine the bounds for the next investigation.
 
-:class:`Tests` has the data, and takes rows and columns of them. :class:`TestTable` adds what is
-asked: another formulation, sets of designs, rankings, repeated tests, joining, frames and files.
+A :class:`TestTable` has the columns as evaluated, and a formulation. What follows from both is its
+:class:`View`; :meth:`TestTable.under` returns the same columns with another view.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Columns,
+    Entries,
     FilePath,
+    Integers,
     Mask,
     Received,
     Rows,
     Values,
     counted,
     finite_number,
-    instance,
+    flat,
     invalid,
     known_name,
+    real_array,
+    require_shape,
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
-    Explanation,
     Objectives,
-    competes,
-    decimal_mark,
-    explain,
-    nondominated,
+    degrees_of_freedom,
+    probabilities,
     ranking_of,
+    row_of_design,
 )
-from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
-from pymoo_psi.table._formulation import (
-    ATTRIBUTES,
-    Formulation,
-    FormulationFields,
-    formulated,
-    limit_text,
+from pymoo_psi.table._csv import write_csv
+from pymoo_psi.table._data import Data
+from pymoo_psi.table._decision import Decision, decision_of
+from pymoo_psi.table._designs import designs_of
+from pymoo_psi.table._formulation import Formulation, FormulationFields
+from pymoo_psi.table._head import columns_of, marked
+from pymoo_psi.table._limits import Limit
+from pymoo_psi.table._schema import (
+    EQUALITY,
+    INEQUALITY,
+    LABEL,
+    N_TESTS,
+    NOTE,
+    NUMBERS_ROLES,
+    OBJECTIVE,
+    OUTPUT,
+    TEST,
+    VARIABLE,
+    Column,
+    Schema,
+    blank,
+    cells_of_kind,
+    error_column,
+    result_columns,
 )
-from pymoo_psi.table._head import blocks_of, columns_of, units_of
-from pymoo_psi.table._joining import (
-    difference,
-    merged,
-    require_one_formulation,
-    stacked,
-    unequal,
-)
-from pymoo_psi.table._layout import design_matrix, number_column, result_columns
-from pymoo_psi.table._repeats import averaged, confidence
-from pymoo_psi.table._switching import switching_sentences
-from pymoo_psi.table._tests import (
-    STATUSES,
-    Tests,
-    nonfinite_objective,
-    require_distinct,
-)
+from pymoo_psi.table._view import STATUSES, View
 
 if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
-
-# Values of a test that failed in its evaluation, under any formulation.
-_OF_FAILED = {"F": np.inf, "G": 0.0, "H": 0.0, "outputs": np.nan}
+_ROUNDING = 1e-9  # the relative difference of results that two machines have computed
 
 
-class TestTable(Tests, Shown):
-    __doc__ = Tests.__doc__
+@dataclass(frozen=True, eq=False, repr=False)
+class TestTable(Shown):
+    """A table of tests or designs, in the order of testing.
+
+    Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
+    :func:`read_table`. A table never changes; its arrays are read-only.
+
+    A table has a :class:`Formulation`: objectives, limits, normalisation. :meth:`under` returns the
+    same tests under another one, without an evaluation: ``table.under(limits={"mass":
+    30}).pareto()``.
+
+    ``F`` is as in pymoo: all objectives are minimised, and those to be maximised have the opposite
+    sign. Everywhere else, objectives are in the original direction: ``table["mass"]``, limits,
+    frames, files, plots.
+
+    Attributes:
+        evaluated: The columns as evaluated, before any formulation.
+        data: ``(n,)`` their cells by name, in the original directions.
+        numbers: ``(n,)`` numbers of the tests, from 1, each once.
+        failures: Why evaluations failed, by the number of the test.
+        decision: What is asked of the tests, and what people decided: the formulation, the chosen
+            design, positions.
+        problem: The identity of the problem: name, parameters, sampling and key, by which studies
+            distinguish problems; ``None`` if unknown.
+        facts: Sentences on what a reader must know about the rows; they are not written to files.
+        decimal: The decimal mark of the source, which the page and files written use.
+        separator: The mark between the cells of the source, which files written use.
+        n_stored: How many tests the study has in which these are kept; 0 if they are in none.
+
+    Example:
+        >>> table = TestTable.of(
+        ...     [1, 2, 3], X=[[0.1], [0.5], [0.9]], F=[[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]],
+        ...     G=[[-1.0], [0.0], [0.5]])
+        >>> table
+        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variable, 2 objectives, 1 constraint)
+        >>> table.under(limits={"f1": 1.5}).feasible().tolist()
+        [True, False, False]
+    """
+
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
-    def __post_init__(self) -> None:
-        """Check the arrays; ``dataclasses.replace`` also changes the tests before :meth:`under`."""
-        super().__post_init__()
-        if self._tested is not None:
-            self._set({"_tested": self._replaced_tests(self.tested)})
+    evaluated: Schema
+    data: Data
+    numbers: Integers
+    failures: Mapping[int, str] = field(default_factory=dict)
+    decision: Decision = field(default_factory=Decision)
+    problem: Entries | None = None
+    facts: tuple[str, ...] = ()
+    decimal: str = "."
+    separator: str = ","
+    n_stored: int = 0
 
-    def _replaced_tests(self, tested: TestTable) -> TestTable:
-        """Return the tests with what has been replaced in this table, which is them under its own.
+    def __post_init__(self) -> None:
+        """Make the numbers read-only, as the data are."""
+        self.numbers.setflags(write=False)
+
+    @classmethod
+    def of(
+        cls,
+        numbers: ArrayLike,
+        X: Any,
+        F: ArrayLike,
+        G: ArrayLike | None = None,
+        H: ArrayLike | None = None,
+        *,
+        outputs: Mapping[str, ArrayLike] | None = None,
+        reasons: Mapping[int, str] | None = None,
+        schema: Schema | None = None,
+        notes: Entries | None = None,
+        label: str | None = None,
+    ) -> TestTable:
+        """Return a table of evaluated designs; their status follows from the constraints.
+
+        A design with a reason has failed, as has one that meets its constraints but has an
+        objective that is not finite.
+
+        Args:
+            numbers: ``(n,)`` numbers of the tests, from 1, each once.
+            X: ``(n, n_var)`` designs, or n mappings from variable to value.
+            F: ``(n, m)`` objectives, all minimised: negatives of those that the schema maximises.
+                NaN and infinity are allowed.
+            G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
+            H: ``(n, n_eq)`` equality constraints, met within the tolerance.
+            outputs: ``(n,)`` further outputs of the model, by name. They are added to those of the
+                schema, which are NaN if not given.
+            reasons: Why designs failed, for their numbers.
+            schema: Names, directions, units, kinds, bounds and tolerance. By default names are x1,
+                f1, …, all objectives are minimised, and there are no bounds.
+            notes: ``(n,)`` other columns, by name, such as texts of a file.
+            label: The note that names the designs.
 
         Raises:
-            ArgumentValueError: That cannot be told apart from what the formulation makes of them.
-        """
-        former = tested._under(self.formulation)
-        if not self._is_of_same_values(former):
-            raise invalid(
-                "columns, values and directions of a table under a formulation",
-                "those of its tests",
-                Received("others"),
-                "replace them in table.tested, and then use .under(table.formulation)",
-            )
-        bounds = {}
-        rows = [tested.layout.variable(name) for name in self.layout.variables]
-        for side in ("lower", "upper"):
-            bounds[side] = getattr(tested.layout, side).copy()
-            bounds[side][rows] = getattr(self.layout, side)
-        units = tested.layout.units
-        if self.layout.units != former.layout.units:
-            units = units_of(tested.columns, self.layout.units)
-        problem = tested.problem
-        if self.problem != former.problem:
-            problem = self.problem
-        idle = former.remarks[len(tested.remarks) :]  # on limits of this formulation
-        layout = replace(
-            tested.layout,
-            label=self.layout.label,
-            eq_tolerance=self.layout.eq_tolerance,
-            units=units,
-            **bounds,
-        )
-        return replace(
-            tested,
-            layout=layout,
-            reasons=self._failed_in_evaluation(),
-            problem=problem,
-            extra=self.extra,
-            remarks=tuple(remark for remark in self.remarks if remark not in idle),
-            decimal=self.decimal,
-            separator=self.separator,
-        )
+            ArgumentValueError: The arrays do not fit one another or the schema.
+            ArgumentTypeError: An array holds what it cannot.
 
-    def _is_of_same_values(self, other: TestTable) -> bool:
-        """Whether another table has the same columns and values, whatever else it has."""
-        for name in ("blocks", "maximize", "kinds"):
-            if getattr(self.layout, name) != getattr(other.layout, name):
-                return False
-        for name in ("numbers", "X", "F", "G", "H", "outputs"):
-            values = getattr(self, name)
-            others = getattr(other, name)
-            if values.shape != others.shape or unequal(values.ravel(), others.ravel()).any():
-                return False
-        return True
+        Example:
+            >>> table = TestTable.of([1, 2], X=[[0.0], [0.5]], F=[[3.0], [4.0]], G=[[0.0], [0.1]])
+            >>> table.status.tolist()
+            ['ok', 'infeasible']
+        """
+        numbers = checked_numbers(numbers)
+        n = len(numbers)
+        variables = None
+        if schema is not None:
+            variables = schema.with_role(VARIABLE)
+        data, designs = designs_of(X, variables)
+        arrays: dict[str, Array] = {}
+        for name, values in (("F", F), ("G", G), ("H", H)):
+            array = np.zeros((n, 0)) if values is None else real_array(name, values)
+            arrays[name] = np.array(array, order="C")
+        if schema is None:
+            widths = [_width(array) for array in arrays.values()]
+            schema = Schema.of(len(data), *widths)
+        schema = schema.with_columns(*designs)
+        for cells in data.values():
+            require_shape("a column of X", cells, (n,))
+        matrices = {}
+        for (name, array), role in zip(
+            arrays.items(), (OBJECTIVE, INEQUALITY, EQUALITY), strict=True
+        ):
+            columns = schema.with_role(role)
+            require_shape(name, array, (n, len(columns)))
+            key = []
+            for column, cells in zip(columns, array.T, strict=True):
+                turned = column.maximize and role == OBJECTIVE
+                data[column.name] = -cells if turned else cells
+                key.append(f"-{column.name}" if turned else f"+{column.name}")
+            matrices[tuple(key)] = array
+        for name in dict.fromkeys((*schema.outputs, *(outputs or {}))):
+            cells = np.full(n, np.nan)
+            if name in (outputs or {}):
+                cells = np.array(real_array(f"the output {name!r}", (outputs or {})[name]))
+                require_shape(f"the output {name!r}", cells, (n,))
+            if name not in schema.outputs:
+                schema = replace(schema, columns=(*schema.columns, Column(name, OUTPUT)))
+            data[name] = cells
+        table = cls(schema, Data(data, matrices), numbers, _writable_reasons(reasons or {}))
+        return table.with_notes(notes or {}, label)
+
+    @classmethod
+    def empty(cls, schema: Schema | None = None) -> TestTable:
+        """Return a table without any test.
+
+        Args:
+            schema: Names, kinds, bounds and tolerance. Without one the table takes the schema of
+                the first block it is extended by.
+
+        Example:
+            >>> table = TestTable.empty()
+            >>> len(table), len(table.extended(TestTable.of([1], [[0.5]], [[2.0]])))
+            (0, 1)
+        """
+        schema = Schema() if schema is None else schema
+        data: Columns = {}
+        for column in schema.columns:
+            data[column.name] = cells_of_kind(column.name, [], column.kind)
+        return cls(schema, Data(data), np.zeros(0, dtype=np.int64))
+
+    def with_outputs(self, outputs: Mapping[str, Array]) -> TestTable:
+        """Return the table with further outputs; they replace those with their names.
+
+        Args:
+            outputs: ``(n,)`` values by name.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+            >>> table.with_outputs({"heat": np.array([3.0, 4.0])})["heat"]
+            array([3., 4.])
+        """
+        columns = [Column(name, OUTPUT) for name in outputs if name not in self.evaluated.outputs]
+        data = self.data.with_columns(outputs)
+        return replace(self, evaluated=self.evaluated.with_columns(*columns), data=data)
+
+    def with_notes(self, notes: Mapping[str, Any], label: str | None = None) -> TestTable:
+        """Return the table with further columns of texts, or of whatever else a file has.
+
+        Args:
+            notes: ``(n,)`` cells by name; they replace those with their names.
+            label: The note that names the designs; the same as before unless given.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+            >>> table.with_notes({"model": ["A", "B"]}, "model").names
+            ['A', 'B']
+        """
+        if not notes and label is None:
+            return self
+        cells_by_name: Columns = {}
+        columns = {column.name: column for column in self.evaluated.with_role(LABEL, NOTE)}
+        for name, values in notes.items():
+            cells = np.fromiter(values, object)
+            if name in self.evaluated.values or cells.shape != (len(self),):
+                raise invalid(
+                    "a note",
+                    f"{len(self)} cells long and named unlike other columns",
+                    Received(f"{name!r} of {len(cells)}"),
+                )
+            cells_by_name[name] = cells
+            columns[name] = Column(name, NOTE, Kind.CHOICE)
+        label = known_name("label", label, columns) if label is not None else self.evaluated.label
+        for name, column in columns.items():
+            columns[name] = column._replace(role=LABEL if name == label else NOTE)
+        schema = self.evaluated.with_columns(*columns.values())
+        return replace(self, evaluated=schema, data=self.data.with_columns(cells_by_name))
+
+    # The view
+
+    @cached_property
+    def view(self) -> View:
+        """The arrays under the formulation."""
+        formulation = self.decision.formulation
+        return View(self.evaluated, self.data, self.numbers, self.failures, formulation)
 
     @property
-    def tested(self) -> TestTable:
-        """The table of these tests before :meth:`under`: as they were tested, or read.
+    def formulation(self) -> Formulation:
+        """Objectives, limits, ranges, normalisation, computed columns.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
-            >>> table.under(limits={"f1": 1.5}).tested is table
-            True
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+            >>> table.under(limits="f1<=1.5").formulation
+            Formulation(limits={'f1': [None, 1.5]})
         """
-        return self if self._tested is None else self._tested  # type: ignore[return-value]
+        return self.decision.formulation
 
-    def under(
-        self, formulation: Formulation | None = None, /, **fields: Unpack[FormulationFields]
-    ) -> TestTable:
-        """Return the table of the same tests under another formulation, without an evaluation.
-
-        The result is the table of a problem with these objectives, directions and limits; other
-        columns become outputs. Numbers and designs stay the same. A design fails if an objective
-        cannot be computed, and stays failed if its evaluation failed.
-
-        The formulation replaces that of the table and applies to the tests as evaluated: limits can
-        be loosened as well as tightened, and ``under(limits={})`` has none. What a formulation does
-        not state stays as the tests have it.
-
-        A limit is the same as removing the rows that it rejects: sets, rankings, explanations,
-        cautions and shares are those of the table without these rows. Fixed ranges stay.
-
-        Args:
-            formulation: The formulation; that of the table unless given.
-            **fields: Attributes of :class:`Formulation`, which replace those of the formulation:
-                ``under(limits={"mass": 30}, normalize=False)``.
-
-        Raises:
-            ArgumentValueError: A column is unknown, or cannot be used as stated.
-            ArgumentTypeError: There is no such attribute, or one has a wrong type.
+    @property
+    def schema(self) -> Schema:
+        """The columns, in the roles that the formulation gives them.
 
         Example:
-            >>> from pymoo_psi.table import Layout
-            >>> layout = Layout.of(["width"], ["mass"], ["stress"], outputs=["gain"])
-            >>> table = TestTable.of(
-            ...     [1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]], G=[[0.2], [-0.1], [-0.3]],
-            ...     outputs={"gain": [0.5, 0.7, 0.6]}, layout=layout)
-            >>> free = table.under(
-            ...     objectives=["mass", "gain"], maximize=["gain"], limits={"stress": 0.3},
-            ...     omitted=["stress"])
-            >>> free.pareto(), table.pareto()
-            (array([ True,  True, False]), array([False,  True, False]))
-            >>> free.under(limits={"mass": 1.5}).pareto()
-            array([ True, False, False])
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1, 3], [2, 2]])
+            >>> table.under(objectives=["f2"]).schema.outputs
+            ('f1',)
         """
-        if formulation is None:
-            formulation = self.formulation
-            if "objectives" in fields:  # the fixed ranges are of the former objectives
-                formulation = replace(formulation, ranges={})
-        instance("formulation", formulation, Formulation)
-        for name in fields:
-            known_name("an argument of under", name, ATTRIBUTES)
-        tested = self.tested
-        stated = replace(formulation, **fields)
-        complete = stated.completed(tested.formulation, tested.layout.objectives)
-        if "chosen" in fields:  # None clears the choice of a file
-            complete = replace(complete, chosen=stated.chosen, reason=stated.reason)
-        return tested._under(complete)
+        return self.view.schema
 
-    def _under(self, formulation: Formulation) -> TestTable:
-        """Return these tests, which are as they were tested, under a complete formulation."""
-        reasons = self._failed_in_evaluation()
-        changes: Values = {}
-        if formulation.without_columns() != formulation:
-            changes = self._rearranged(formulation, [*reasons])
-        table = self._with(formulation=formulation, _tested=self, **changes)
-        table._check_ranges()
-        table._set_status(reasons)
-        table._require_ranges()
-        return table._with(remarks=(*self.remarks, *table._idle_limits()))
+    @property
+    def X(self) -> AnyArray:
+        """``(n, n_var)`` designs.
 
-    def _rearranged(self, formulation: Formulation, failed: list[int]) -> Values:
-        """Return the layout and the arrays of these tests as a formulation names their columns.
+        They are float64; int64 or bool if all variables are integers or all binary; object if they
+        differ, or are choices.
 
-        Args:
-            formulation: Objectives, omitted constraints, computed columns.
-            failed: Numbers of the tests that failed in their evaluation, which have no values.
+        Example:
+            >>> TestTable.of([1, 2], [[1, "oak"], [2, "tin"]], [[1], [2]]).X.tolist()
+            [[1, 'oak'], [2, 'tin']]
         """
-        columns = {name: self.column(name) for name in self.layout.columns}
-        layout, columns = formulated(formulation, self.layout, columns)
-        arrays = blocks_of(layout, columns, len(self))
-        rows = np.isin(self.numbers, failed)
-        for name, value in _OF_FAILED.items():
-            values = arrays[name][rows]
-            arrays[name][rows] = np.where(np.isfinite(values), values, value)
-        variables = [self.layout.variables.index(name) for name in layout.variables]
-        arrays["X"] = design_matrix("X", self.X[:, variables])
-        # The points of the run stay known, the model with these objectives is another.
-        facts = dict(self.problem or {})
-        points = {name: facts[name] for name in ("sampling", "runs") if name in facts}
-        return {"layout": layout, "problem": points or None, **arrays}
+        return self.view.X
 
-    def _require_ranges(self) -> None:
-        """Refuse fixed ranges by which an objective would not count, though designs differ."""
-        candidates = self.eligible()
-        for name, (low, high) in (self.formulation.ranges or {}).items():
-            if low == high and (self.column(name)[candidates] != low).any():
-                raise invalid(
-                    f"the fixed range of {name!r}",
-                    "of two different numbers, as designs differ in it",
-                    [low, high],
-                    "leave ranges out to use those of the Pareto set",
-                )
+    @property
+    def F(self) -> Array:
+        """``(n, m)`` objectives, all minimised; NaN or infinite where a design failed.
 
-    def _failed_in_evaluation(self) -> dict[int, str]:
-        """Return the reasons of tests that failed for more than an objective, by number."""
-        reasons = {}
-        for row in np.flatnonzero(self.failed()):
-            number = int(self.numbers[row])
-            reason = self.reasons.get(number, "")
-            if reason != nonfinite_objective(self, row):
-                reasons[number] = reason
-        return reasons
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+            >>> table.under(maximize=["f1"]).F.tolist()
+            [[-1.0], [-2.0]]
+        """
+        return self.view.F
 
-    def _idle_limits(self) -> list[str]:
-        """Return remarks on limits that no design exceeds."""
-        tested = ~self.failed()
-        idle = []
-        for name, limit in self.limits.items():
-            if tested.any() and not self.excess(name, limit)[tested].any():
-                idle.append(f"The limit {limit_text(name, limit)} rejects no design.")
-        return idle
+    @property
+    def G(self) -> Array:
+        """``(n, n_ieq)`` inequality constraints, met where <= 0.
 
-    # Sets of designs
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]], G=[[-1], [0.5]]).G.tolist()
+            [[-1.0], [0.5]]
+        """
+        return self.view.G
+
+    @property
+    def H(self) -> Array:
+        """``(n, n_eq)`` equality constraints, met where ``|h|`` is within the tolerance.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]], H=[[0], [0.5]]).status.tolist()
+            ['ok', 'infeasible']
+        """
+        return self.view.H
+
+    @property
+    def limits(self) -> dict[str, Limit]:
+        """The limits by column, in the order of the table's columns, those on texts last.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
+            >>> [limit.written(name) for name, limit in table.under(
+            ...     limits="x1=tin, f1<=1.5").limits.items()]
+            ['f1<=1.5', 'x1=tin']
+        """
+        return self.view.limits
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed".
+
+        It follows from constraints, limits and reasons; a test whose objectives could not be
+        computed failed.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status.tolist()
+            ['ok', 'failed']
+        """
+        return np.asarray(np.array(STATUSES)[self.view.codes])
+
+    @property
+    def reasons(self) -> Mapping[int, str]:
+        """Why tests failed, by their numbers.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).reasons
+            {2: 'f1 is inf'}
+        """
+        return self.view.reasons
+
+    def failed(self) -> Mask:
+        """``(n,)`` which tests failed.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).failed()
+            array([False,  True])
+        """
+        return self.view.has_status("failed")
 
     def feasible(self) -> Mask:
         """``(n,)`` which designs are "ok": they meet all constraints and limits.
@@ -287,7 +420,7 @@ class TestTable(Tests, Shown):
             >>> table.under(limits={"f1": 2}).feasible()
             array([False,  True, False])
         """
-        return np.asarray(self._codes == STATUSES.index("ok"))
+        return self.view.has_status("ok")
 
     def eligible(self) -> Mask:
         """``(n,)`` which designs are feasible and have finite objectives, so that they compete.
@@ -296,7 +429,7 @@ class TestTable(Tests, Shown):
             >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).eligible()
             array([ True, False])
         """
-        return competes(self.F, self.feasible())
+        return self.view.has_status("ok")  # a design whose objectives are not finite failed
 
     def pareto(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the eligible ones.
@@ -312,24 +445,305 @@ class TestTable(Tests, Shown):
             >>> table.under(limits={"f1": 1.5}).pareto()
             array([ True, False, False])
         """
-        if self._pareto is None:
-            mask = self.eligible()
-            if self.F.shape[1] > 0:  # without objectives no design is better than another
-                mask[mask] = nondominated(self.F[mask])
-            mask[mask] = ~self._repeated(np.flatnonzero(mask))
-            self.know_pareto(mask)
-        return np.array(self._pareto)
+        return np.array(self.view.pareto)
 
-    def know_pareto(self, mask: Mask) -> None:
-        """Set the result of :meth:`pareto` if it is known already.
+    @property
+    def repeats(self) -> Mask:
+        """``(n,)`` which tests repeat the design, the objectives and all texts of an earlier one.
+
+        PSI calls the model once for each design, and a Pareto set contains the first test only.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
+            >>> table.repeats
+            array([False, False,  True])
+        """
+        return self.view.repeated(np.arange(len(self)))
+
+    def violations(self) -> tuple[Mask, tuple[str, ...]]:
+        """Return which constraints and limits each design violates, and their names.
+
+        Returns:
+            ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
+            names, of limits as they are written. Rows of failed designs are False, and so are the
+            limits of designs that did not run because of a requirement.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
+            >>> mask, names = table.under(limits={"f1": 1.5}).violations()
+            >>> mask.tolist(), names
+            ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
+        """
+        texts = [limit.written(name) for name, limit in self.limits.items()]
+        mask = self.view.violated()
+        mask[self.failed()] = False
+        return mask, (*self.schema.constraints, *texts)
+
+    # Formulations
+
+    def under(
+        self,
+        formulation: Formulation | Decision | None = None,
+        /,
+        **fields: Unpack[FormulationFields],
+    ) -> TestTable:
+        """Return the table of the same tests under another formulation, without an evaluation.
+
+        The result is the table of a problem with these objectives, directions and limits; other
+        columns become outputs. Numbers and designs stay the same. A design fails if an objective
+        cannot be computed, and stays failed if its evaluation failed.
+
+        The formulation replaces that of the table and applies to the tests as evaluated: limits can
+        be loosened as well as tightened, and ``under(limits={})`` has none. A :class:`Decision`
+        also replaces what people decided.
+
+        A limit is the same as removing the rows that it rejects: sets, rankings, explanations,
+        cautions and shares are those of the table without these rows. Fixed ranges stay.
+
+        Args:
+            formulation: The formulation, or a decision; that of the table unless given.
+            **fields: Attributes of :class:`Formulation`, which replace those of the formulation:
+                ``under(limits={"mass": 30}, normalize=False)``.
+
+        Raises:
+            ArgumentValueError: A column is unknown, or cannot be used as stated.
+            ArgumentTypeError: There is no such attribute, or one has a wrong type.
+
+        Example:
+            >>> schema = Schema.of(["width"], ["mass"], ["stress"], outputs=["gain"])
+            >>> table = TestTable.of(
+            ...     [1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]], G=[[0.2], [-0.1], [-0.3]],
+            ...     outputs={"gain": [0.5, 0.7, 0.6]}, schema=schema)
+            >>> free = table.under(
+            ...     objectives=["mass", "gain"], maximize=["gain"], limits={"stress": 0.3},
+            ...     omitted=["stress"])
+            >>> free.pareto(), table.pareto()
+            (array([ True,  True, False]), array([False,  True, False]))
+            >>> free.under(limits={"mass": 1.5}).pareto()
+            array([ True, False, False])
+        """
+        decision = self.decision
+        if isinstance(formulation, Decision):
+            decision = formulation
+        elif formulation is not None:
+            decision = replace(decision, formulation=decision_of(formulation).formulation)
+        stated = decision.formulation
+        for name in fields:
+            known_name("an argument of under", name, FormulationFields.__annotations__)
+        if formulation is None and "objectives" in fields:
+            stated = replace(stated, ranges={})  # fixed ranges are of the former objectives
+        stated = replace(stated, **fields)
+        if stated.ranges is None and self.formulation.ranges:
+            objectives = stated.objectives or self.evaluated.objectives
+            is_same = {*objectives} == {*self.schema.objectives}
+            stated = replace(stated, ranges=self.formulation.ranges if is_same else {})
+        table = replace(self, decision=replace(decision, formulation=stated))
+        table._require_fit()
+        return table
+
+    def _require_fit(self) -> None:
+        """Refuse limits on texts that no test has, and fixed ranges that do not fit the objectives.
+
+        A range that is 0 fits only where designs do not differ.
+        """
+        self.view.require_met_texts()
+        candidates = self.view.has_status("ok")
+        ranges = self.formulation.ranges or {}
+        objectives = self.schema.objectives
+        if ranges and {*ranges} != {*objectives}:
+            rule = f"of every objective ({', '.join(objectives)}), or of none"
+            raise invalid("ranges", rule, [*ranges])
+        for name, (low, high) in ranges.items():
+            if low == high and (self.column(name)[candidates] != low).any():
+                raise invalid(
+                    f"the fixed range of {name!r}",
+                    "of two different numbers, as designs differ in it",
+                    [low, high],
+                    "leave ranges out to use those of the Pareto set",
+                )
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on what a reader must know about the rows, and on limits that reject none.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
-            >>> table.know_pareto(np.array([True, False]))
-            >>> table.pareto()
-            array([ True, False])
+            >>> table.under(limits={"f1": 5}).remarks
+            ('The limit f1<=5 rejects no design.',)
         """
-        self._set({"_pareto": mask})
+        tested = ~self.failed()
+        remarks = [*self.facts]
+        for name, limit in self.limits.items():
+            if tested.any() and not limit.excess(name, self.column(name))[tested].any():
+                remarks.append(f"The limit {limit.written(name)} rejects no design.")
+        return tuple(remarks)
+
+    # Rows and columns
+
+    def __len__(self) -> int:
+        """Return the number of tests."""
+        return len(self.numbers)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns: variables, objectives, constraints, outputs, label and notes.
+
+        Example:
+            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).columns
+            ('x1', 'f1', 'f2')
+        """
+        return self.schema.names
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of tests and of columns.
+
+        Example:
+            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).shape
+            (1, 3)
+        """
+        return len(self), len(self.columns)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the columns, as a data frame does."""
+        return iter(self.columns)
+
+    def column(self, name: str) -> AnyArray:
+        """``(n,)`` values of a column; objectives are in the original direction.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+            ArgumentTypeError: The name is not text.
+
+        Example:
+            >>> schema = Schema.of(["width"], ["mass", "gain"], maximize=["gain"])
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3, -0.8], [4, -0.9]], schema=schema)
+            >>> table.column("width"), table["gain"]
+            (array([0.1, 0.5]), array([0.8, 0.9]))
+        """
+        return self.view.columns[known_name("column", name, self.columns)]
+
+    def __getitem__(self, name: str) -> AnyArray:
+        """Return the ``(n,)`` values of a column: :meth:`column`."""
+        return self.column(name)
+
+    def take(self, selection: ArrayLike) -> TestTable:
+        """Return the table of some rows.
+
+        Args:
+            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order.
+
+        Raises:
+            ArgumentValueError: The selection is neither mask nor indices; a mask has another length
+                than the table, an index is out of range or occurs twice.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
+            (array([3, 1]), array([2, 3]))
+        """
+        rows = np.asarray(selection)
+        if rows.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
+            rows = rows.astype(np.intp)
+        try:
+            rows = np.arange(len(self))[rows.ravel()]
+        except IndexError as error:
+            raise invalid("selection", "a mask or indices of rows", Received(error)) from error
+        numbers = self.numbers.take(rows)
+        require_distinct(numbers)
+        failures = self.failures
+        if failures:
+            selected = {*numbers.tolist()}
+            failures = {number: why for number, why in failures.items() if number in selected}
+        table = replace(self, data=self.data.take(rows), numbers=numbers, failures=failures)
+        if "pareto" in vars(self.view) and self.view.pareto[rows].all():
+            # A part of a Pareto set is one: the search is not done twice.
+            table.view.pareto = np.ones(len(rows), dtype=bool)
+        return table
+
+    def sorted_by(self, objective: str) -> TestTable:
+        """Return the feasible designs ordered by an objective, the best first: PSI's test table.
+
+        The largest value is the best one if the objective is maximised. Equal designs stay in the
+        order of testing; NaN comes last.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
+            >>> table.sorted_by("f1").numbers
+            array([2, 1, 3])
+            >>> table.under(limits={"f2": 5}).sorted_by("f1").numbers
+            array([1, 3])
+        """
+        names = self.schema.objectives
+        values = self.F[:, names.index(known_name("objective", objective, names))]
+        rows = np.flatnonzero(self.feasible())
+        # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
+        return self.take(rows[np.argsort(values[rows], kind="stable")])
+
+    @property
+    def names(self) -> list[str]:
+        """Unique names of the n designs: labels, or otherwise numbers of tests.
+
+        Designs that share a label get their number appended; a label that is a number is preceded
+        by the name of its column.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.names
+            ['test 1', 'test 2', 'test 3']
+            >>> table.with_notes({"row_no": ["A", "A", 7]}, "row_no").names
+            ['A #1', 'A #2', 'row no 7']
+        """
+        return [*self._names]
+
+    @cached_property
+    def _names(self) -> Sequence[str]:
+        word = (self.schema.label or TEST).replace("_", " ")
+        labels = list(map(str, self._labels()))
+        count = Counter(labels)
+        names = []
+        for name, number in zip(labels, self.numbers.tolist(), strict=True):
+            if count[name] > 1:
+                name = f"{name} #{number}"
+            if re.fullmatch(r"\d+( #\d+)?", name):
+                name = f"{word} {name}"
+            names.append(name)
+        return names
+
+    def _labels(self) -> list[Any]:
+        """Return the cells of the column that names the designs, or else the numbers of tests."""
+        labels: AnyArray = self.numbers
+        if self.schema.label is not None:
+            labels = self.column(self.schema.label)
+        return list(labels.tolist())
+
+    def row_of(self, design: int | str) -> int:
+        """Return the row of a design by the number of its test or by its label.
+
+        Args:
+            design: The number of a test, or a text: a name as in :attr:`names`; a label that only
+                one design has; or the number of a test, unless labels are numbers. A number that
+                is a label of another test, too, is refused.
+
+        Raises:
+            ArgumentValueError: It names no design, or several.
+            ArgumentTypeError: It is neither a whole number nor a text.
+
+        Example:
+            >>> table = TestTable.of([4, 5], [[0.1], [0.5]], [[1], [2]])
+            >>> table.row_of(5), table.row_of("test 4")
+            (1, 0)
+        """
+        labels = self._labels()
+        texts = list(map(str, labels))
+        numbers = self.numbers.tolist()
+        is_unclear = design in labels
+        if isinstance(design, str):
+            # Where labels are numbers, one that is none of them is more likely a mistake.
+            is_unclear = any(map(str.isdecimal, texts))
+        if is_unclear and texts != list(map(str, numbers)):
+            numbers = []
+        return row_of_design(design, numbers, self.names, texts, numbers)
 
     # Rankings
 
@@ -339,8 +753,8 @@ class TestTable(Tests, Shown):
         Returns:
             The ranking of the rows :meth:`pareto`, in that order. Its objectives have the table's
             names and directions, its labels are the designs' :attr:`names` if the table has labels,
-            else the numbers of the test points, so that ``.to_frame()`` has the index
-            ``test_point``; ``.rows`` are the rows of the table.
+            else the numbers of the tests, so that ``.to_frame()`` has the index ``test``; ``.rows``
+            are the rows of the table.
 
         Raises:
             ArgumentValueError: There is no design to rank.
@@ -353,13 +767,12 @@ class TestTable(Tests, Shown):
         """
         import pandas as pd
 
-        rows = np.flatnonzero(self.pareto())
-        labels = pd.Index(self.numbers[rows], name=number_column(self.extra))
-        if self.layout.label is not None:
-            labels = pd.Index(np.array(self.names)[rows], name=self.layout.label)
+        rows = np.flatnonzero(self.view.pareto)
+        labels = pd.Index(self.numbers[rows], name=TEST)
+        if self.schema.label is not None:
+            labels = pd.Index(np.array(self.names)[rows], name=self.schema.label)
         # All of them are optimal: the search is not done twice.
-        pareto = np.ones(len(rows), dtype=bool)
-        return self._ranking_of(rows, pareto, labels)
+        return self._ranking_of(rows, np.ones(len(rows), dtype=bool), labels)
 
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
@@ -378,40 +791,38 @@ class TestTable(Tests, Shown):
             >>> table = TestTable.of([4, 5, 6], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [2, 2]])
             >>> ranking = table.feasible_ranking()
             >>> ranking.rows, ranking.rank, ranking.name_of(1)
-            (array([0, 1, 2]), array([6, 6, 0]), 'test point 5')
+            (array([0, 1, 2]), array([6, 6, 0]), 'test 5')
         """
-        rows = np.flatnonzero(self.eligible())
-        rows = rows[~self._repeated(rows)]
-        names = self.names
-        return self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
+        return self._feasible_ranking
+
+    @cached_property
+    def _feasible_ranking(self) -> EfficiencyRanking:
+        rows = np.flatnonzero(self.view.has_status("ok"))
+        rows = rows[~self.view.repeated(rows)]
+        return self._ranking_of(rows, self.view.pareto[rows], [self.names[row] for row in rows])
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
         if len(rows) == 0:
             raise self._none_feasible()
-        sign = self.layout.sign
-        F = Objectives.of(self.F[rows]).values * sign + 0.0  # no -0.0
+        schema = self.schema
+        F = Objectives.of(self.F[rows]).values * schema.sign + 0.0  # no -0.0
         numbers = self.numbers[rows].tolist()
-        objectives = Objectives(F, sign, self.layout.objectives, labels, numbers, self.layout.units)
+        objectives = Objectives(F, schema.sign, schema.objectives, labels, numbers, schema.units)
+        ends: dict[str, Array] = {}
+        ranges = self.formulation.ranges
+        if ranges:
+            pairs = np.array([ranges[name] for name in schema.objectives], dtype=float).T
+            ideal, nadir = np.sort(pairs * schema.sign, axis=0) * schema.sign
+            ends = {"ideal": ideal, "nadir": nadir}
         normalize = self.formulation.normalize
-        ends = self._fixed_ends()
         return ranking_of(objectives, pareto, rows, normalize=normalize, **ends)
 
-    def _fixed_ends(self) -> dict[str, Array]:
-        """Return the points ``ideal`` and ``nadir`` of the ranges; empty if none are fixed."""
-        ranges = self.formulation.ranges
-        if not ranges:
-            return {}
-        sign = self.layout.sign
-        pairs = np.array([ranges[name] for name in self.layout.objectives], dtype=float).T
-        ideal, nadir = np.sort(pairs * sign, axis=0) * sign
-        return {"ideal": ideal, "nadir": nadir}
-
     def _none_feasible(self) -> ArgumentValueError:
-        words = self.layout.words
-        n_failed = self.failed().sum()
+        """Return the error of a table without a feasible design."""
+        words = self.schema.words
         size = counted(len(self), words["row"])
-        received = Received(f"none of {size}, of which {n_failed} {words['failed']}")
+        received = Received(f"none of {size}, of which {self.failed().sum()} {words['failed']}")
         remedy = "loosen the limits, test more points, or see the reasons of failures"
         return invalid("the table", "one with a feasible design", received, remedy)
 
@@ -424,87 +835,56 @@ class TestTable(Tests, Shown):
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
             >>> table.best().names, table.best().F
-            (['test point 2'], array([[1., 1.]]))
+            (['test 2'], array([[1., 1.]]))
         """
         ranking = self.ranking()
         return self.take(ranking.rows[ranking.salukvadze[:1]])
 
-    def explain(self, design: int | str | None = None, *, row: int | None = None) -> Explanation:
-        """Explain a design by comparison with the feasible ones; see :func:`pymoo_psi.explain`.
+    def confidence(self) -> pd.DataFrame:
+        """Return how probable it is that each design is Pareto optimal, the best, or near it.
 
-        Names, directions and units are the table's.
-
-        Args:
-            design: The number of its test, or its label; the Salukvadze optimum unless given.
-            row: Its row in the table, from 0, instead of ``design``.
-
-        Raises:
-            ArgumentValueError: There is no such feasible design.
-
-        Example:
-            >>> table = TestTable.of([4, 5, 6], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
-            >>> print(table.explain().sentences[0])
-            Test point 5 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
-            ideal point.
-        """
-        return explain(self, design, row=row)
-
-    def switching(self) -> list[str]:
-        """Return a sentence on the limits up to which the best design stays the best.
-
-        :func:`switching_values` returns the numbers. The list is empty if more than 500 designs are
-        Pareto optimal, or if no limit changes the best design.
-
-        Raises:
-            ArgumentValueError: There is no design to rank.
-
-        Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
-            >>> table.switching()[0]
-            'Test point 2 stays proposed until f1 below 1 (then test point 1) or f2 below 1
-            (then test point 3).'
-        """
-        with decimal_mark(self.decimal):
-            return switching_sentences(self)
-
-    def sorted_by(self, objective: str) -> TestTable:
-        """Return the feasible designs ordered by an objective, the best first: PSI's test table.
-
-        The largest value is the best one if the objective is maximised. Equal designs stay in the
-        order of testing; NaN comes last.
-
-        Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
-            >>> table.sorted_by("f1").numbers
-            array([2, 1, 3])
-            >>> table.under(limits={"f2": 5}).sorted_by("f1").numbers
-            array([1, 3])
-        """
-        names = self.layout.objectives
-        values = self.F[:, names.index(known_name("objective", objective, names))]
-        rows = np.flatnonzero(self.feasible())
-        # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
-        return self.take(rows[np.argsort(values[rows], kind="stable")])
-
-    def violations(self) -> tuple[Mask, tuple[str, ...]]:
-        """Return which constraints and limits each design violates, and their names.
+        The probabilities come from samples of the true values, given means and their standard
+        errors: columns such as ``f1 standard error``, as of :func:`pymoo_psi.analysis.averaged`.
+        Noise is assumed to be normal and independent. With five designs or more for each objective,
+        means are shrunk towards those of all designs. All designs are assumed to meet the limits.
 
         Returns:
-            ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
-            names, of limits as they are written. Rows of failed designs are False, and so are the
-            limits of designs that did not run because of a requirement.
+            Index: the names of the feasible designs. Columns: the expected true values of the
+            objectives; ``pareto``, ``best``, the nearest to the ideal point, and ``near_best``, at
+            most 5 % farther: probabilities, to about 0.02. Designs that tie are all the best.
+
+        Raises:
+            ArgumentValueError: There is no feasible design, or no standard error of an objective.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
-            >>> mask, names = table.under(limits={"f1": 1.5}).violations()
-            >>> mask.tolist(), names
-            ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
+            >>> from pymoo_psi.analysis import averaged
+            >>> F = [[0, 4], [0.1, 4.1], [1, 1], [1.1, 0.9], [4, 0], [3.9, 0.1]]
+            >>> tests = TestTable.of(range(1, 7), [[1], [1], [2], [2], [3], [3]], F)
+            >>> averaged(tests).confidence()["best"].round(2).tolist()
+            [0.0, 1.0, 0.0]
         """
-        limits = self.limits
-        texts = [limit_text(name, limit) for name, limit in limits.items()]
-        mask = self._violated(limits)
-        mask[self.failed()] = False
-        return mask, (*self.layout.constraints, *texts)
+        return self._confidence.copy()
+
+    @cached_property
+    def _confidence(self) -> pd.DataFrame:
+        import pandas as pd
+
+        ranking = self.feasible_ranking()
+        names = list(map(error_column, self.schema.objectives))
+        if not has_errors(self):
+            rule = f"one with standard errors, {', '.join(names)}"
+            remedy = "average tests by pymoo_psi.analysis.averaged(table, label)"
+            raise invalid("the table", rule, Received("none"), remedy)
+        errors = np.column_stack([self.column(name)[ranking.rows] for name in names])
+        degrees = None
+        if N_TESTS in self.schema.outputs:
+            degrees = degrees_of_freedom(self.column(N_TESTS)[ranking.rows])
+        expected, shares = probabilities(ranking, errors, degrees)
+        frame = pd.DataFrame(
+            expected, list(ranking.objectives.labels), list(self.schema.objectives)
+        )
+        frame[["pareto", "best", "near_best"]] = shares
+        return frame
 
     def refined_bounds(self, *, margin: float = 0.0) -> tuple[Array, Array]:
         """Return the bounds of the feasible set, for the next investigation.
@@ -529,15 +909,15 @@ class TestTable(Tests, Shown):
         feasible = self.feasible()
         if not feasible.any():
             raise self._none_feasible()
-        lower = self.layout.lower.copy()
-        upper = self.layout.upper.copy()
-        for j, kind in enumerate(self.kinds):
-            if not kind.real and kind is not Kind.INTEGER:
+        lower = self.schema.lower.copy()
+        upper = self.schema.upper.copy()
+        for j, column in enumerate(self.schema.with_role(VARIABLE)):
+            if column.kind not in (Kind.REAL, Kind.LOG, Kind.INTEGER):
                 continue
-            column = self.X[feasible, j].astype(np.float64)
-            low = column.min()
-            high = column.max()
-            if kind is Kind.LOG:
+            cells = self.column(column.name)[feasible].astype(np.float64)
+            low = cells.min()
+            high = cells.max()
+            if column.kind is Kind.LOG:
                 growth = (high / low) ** margin
                 low /= growth
                 high *= growth
@@ -545,68 +925,13 @@ class TestTable(Tests, Shown):
                 step = margin * (high - low)
                 low -= step
                 high += step
-            if kind is Kind.INTEGER:
+            if column.kind is Kind.INTEGER:
                 low = np.floor(low)
                 high = np.ceil(high)
             # fmax and fmin ignore a bound that is NaN, as there is none.
             lower[j] = np.fmax(low, lower[j])
             upper[j] = np.fmin(high, upper[j])
         return lower, upper
-
-    # Repeated tests
-
-    def averaged(self, by: str | None = None) -> TestTable:
-        """Return the table of designs, each the mean of its tests.
-
-        Tests with the same value in a column are tests of one design. Further outputs are
-        ``tests``, their number, and the standard error of each objective. Failed tests do not
-        count. Extra columns in which tests of a design differ are omitted.
-
-        Args:
-            by: Name of the column; by default, and for ``"variables"``, all variables.
-
-        Raises:
-            ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or
-                tests with the same value have different variables.
-
-        Example:
-            >>> tests = TestTable.of(range(1, 6), np.zeros((5, 0)), [[1], [2], [3], [5], [7]],
-            ...                      extra={"rail": ["A", "A", "B", "B", "B"]})
-            >>> designs = tests.averaged("rail")
-            >>> designs.names, designs["f1"], designs["tests"]
-            (['A', 'B'], array([1.5, 5. ]), array([2., 3.]))
-            >>> designs["f1 standard error"].round(2)
-            array([1.19, 0.97])
-        """
-        return averaged(self, by)
-
-    def confidence(self) -> pd.DataFrame:
-        """Return how probable it is that each design is Pareto optimal, the best, or near it.
-
-        The probabilities come from samples of the true values, given the means and standard errors
-        of :meth:`averaged`, or of columns such as ``f1 standard error``. Noise is assumed to be
-        normal and independent. With five designs or more for each objective, means are shrunk
-        towards those of all designs. All designs are assumed to meet the limits.
-
-        Returns:
-            Index: the names of the feasible designs. Columns: the expected true values of the
-            objectives; ``pareto``, ``best``, the nearest to the ideal point, and ``near_best``, at
-            most 5 % farther: probabilities, to about 0.02. Designs that tie are all the best.
-
-        Raises:
-            ArgumentValueError: There is no feasible design, or no standard error of an objective.
-
-        Example:
-            >>> F = [[0, 4], [0.1, 4.1], [1, 1], [1.1, 0.9], [4, 0], [3.9, 0.1]]
-            >>> tests = TestTable.of(range(1, 7), [[1], [1], [2], [2], [3], [3]], F)
-            >>> tests.averaged().confidence()["best"].round(2).tolist()
-            [0.0, 1.0, 0.0]
-        """
-        return self._confidence.copy()
-
-    @cached_property
-    def _confidence(self) -> pd.DataFrame:
-        return confidence(self)
 
     # Tables put together
 
@@ -617,113 +942,212 @@ class TestTable(Tests, Shown):
         have is NaN for its tests.
 
         Raises:
-            ArgumentValueError: A block has another layout, or a test point occurs twice.
+            ArgumentValueError: A block has other columns, or a test occurs twice.
 
         Example:
             >>> first, second = (TestTable.of([n], [[0.1 * n]], [[1.0]]) for n in (1, 2))
             >>> first.extended(second).numbers
             array([1, 2])
         """
-        if not blocks:
-            return self
-        tables = [self, *blocks]
-        require_one_formulation(tables)
-        tested = stacked([table.tested for table in tables])
-        require_distinct(tested.numbers)
-        return self._asked_as_before(tested)
-
-    def _asked_as_before(self, tested: TestTable) -> TestTable:
-        """Return other tests under the formulation of these."""
-        if self.tested is self:
-            return tested
-        return tested.under(self.formulation)
+        whole = self._stacked([self, *blocks])
+        require_distinct(whole.numbers)
+        return whole
 
     def merge(self, other: TestTable) -> TestTable:
-        """Return the tests of this and another run of the same problem, ordered by test point.
+        """Return the tests of this and another run of the same problem, ordered by their numbers.
 
-        ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
-        tables counts once, with the outputs and extra columns of both.
+        ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test in both tables
+        counts once, with the outputs and notes of both.
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance or
-                problem, or in results of a test point by more than rounding.
+                problem, or in results of a test by more than rounding.
 
         Example:
             >>> ahead = TestTable.of([3, 4], [[0.25], [0.75]], [[1], [3]])
             >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
             array([1, 2, 3, 4])
         """
-        return self._asked_as_before(merged(self, other))
+        whole = self._stacked([self, other])
+        _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
+        first = rows[inverse]  # the first row with the number of each row
+        later = np.flatnonzero(first != np.arange(len(whole)))
+        earlier = first[later]
+        # As evaluated: a failure is a result, and by rounding one of two may exceed a limit.
+        status = [replace(table, decision=Decision()).status for table in (self, other)]
+        whole._require_one_result(earlier, later, np.concatenate(status))
+        columns: Columns = {}
+        for name in (*whole.evaluated.outputs, *whole.evaluated.notes):
+            cells = whole.data[name].copy()
+            unknown = blank(cells[earlier])
+            cells[earlier[unknown]] = cells[later[unknown]]
+            columns[name] = cells
+        return replace(whole, data=whole.data.with_columns(columns)).take(rows)
+
+    def _stacked(self, tables: Sequence[TestTable]) -> TestTable:
+        """Return the tests of tables one below the other, as evaluated, under this formulation."""
+        tables = [table for table in tables if len(table) or table.evaluated.columns] or [self]
+        if len(tables) == 1:
+            return tables[0]
+        whole = tables[0]
+        for table in tables[1:]:
+            difference = table_difference(whole, table)
+            if difference:
+                rule = "of one problem and formulation to be joined"
+                raise invalid("tables", rule, Received(difference))
+            problem = whole.problem
+            if "problem" not in (problem or {}):
+                problem = table.problem
+            whole = replace(
+                whole,
+                evaluated=whole.evaluated.joined(table.evaluated),
+                # The first test with a number counts.
+                failures={**table.failures, **whole.failures},
+                problem=problem,
+            )
+        data: Columns = {}
+        for column in whole.evaluated.columns:
+            parts = [table._cells_of(column) for table in tables]
+            data[column.name] = np.concatenate(parts)
+        facts = dict.fromkeys(fact for table in tables for fact in table.facts)
+        return replace(
+            whole,
+            data=Data(data),
+            numbers=np.concatenate([table.numbers for table in tables]),
+            facts=tuple(facts),
+        )
+
+    def _cells_of(self, column: Column) -> AnyArray:
+        """Return the cells of a column as evaluated, blank ones of one that is not there."""
+        if column.role == VARIABLE:
+            return cells_of_kind(column.name, self.data[column.name], column.kind)
+        if column.name in self.data:
+            return self.data[column.name]
+        if column.role in NUMBERS_ROLES:
+            return np.full(len(self), np.nan)
+        return np.full(len(self), None)
+
+    def _require_one_result(self, earlier: Rows, later: Rows, status: NDArray[np.str_]) -> None:
+        """Refuse tests whose results differ from those of the first test with the same number."""
+        optional = {*self.evaluated.outputs, *self.evaluated.notes}  # not every table has them
+        for name, column in {**self.data, "status": status}.items():
+            one = column[earlier]
+            other = column[later]
+            differing = unequal(one, other, _ROUNDING)
+            if name in optional:
+                differing &= ~(blank(one) | blank(other))
+            if differing.any():
+                i = differing.argmax()
+                test = self.take([later[i]]).names[0]
+                raise invalid(
+                    "tests",
+                    "the same for each number",
+                    Received(f"{one[i]} and {other[i]} as {name} of {test}"),
+                    "do not join runs of different problems, bounds or versions",
+                )
 
     def equals(self, other: object) -> bool:
-        """Whether another table is equal in every value and attribute; NaN is equal to NaN.
+        """Whether another table is equal in every column, value and decision.
+
+        NaN is equal to NaN. What is not written to files, such as remarks, is not compared.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
             >>> table.equals(table.take([0, 1])), table.equals(table.take([0]))
             (True, False)
         """
-        if not isinstance(other, TestTable) or len(self) != len(other):
+        if not isinstance(other, TestTable):
             return False
-        if difference(self._with(problem=None), other):
+        if self.schema.with_kinds() != other.schema.with_kinds():
             return False
-        for name in ("normalize", "chosen", "reason", "positions", "decided"):
-            if getattr(self.formulation, name) != getattr(other.formulation, name):
+        decisions = []
+        for table in (self, other):
+            formulation = table.formulation.without_columns()
+            decisions.append(replace(table.decision, formulation=formulation, page={}))
+        if decisions[0] != decisions[1]:
+            return False
+        if not np.array_equal(self.numbers, other.numbers) or self.reasons != other.reasons:
+            return False
+        for name in self.columns:
+            if unequal(self.column(name), other.column(name)).any():
                 return False
-        columns = columns_of(self)
-        others = columns_of(other)
-        if list(columns) != list(others):
-            return False
-        return not any(unequal(columns[name], others[name]).any() for name in columns)
+        return True
 
-    # Frames and files
+    # For readers
+
+    def __repr__(self) -> str:
+        """Return the size of the table, and that of its study if this has further tests."""
+        sizes = []
+        schema = self.schema
+        for word in ("variable", "objective", "constraint", "output"):
+            names = getattr(schema, f"{word}s")
+            if names or word != "output":
+                sizes.append(counted(len(names), word))
+        tests = counted(len(self), schema.words["row"])
+        if self.n_stored > len(self):
+            tests += f", the study has {self.n_stored}"
+        return f"TestTable({tests}: {self.status_counts()}; {', '.join(sizes)})"
+
+    def status_counts(self) -> str:
+        """Return how many rows have each status, in words.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status_counts()
+            '1 ok, 0 infeasible, 1 failed'
+        """
+        counts = [f"{self.view.has_status(status).sum()} {status}" for status in STATUSES]
+        return ", ".join(counts).replace("failed", self.schema.words["failed"])
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the table with one row per test point.
+        """Return the table with one row per test.
 
         Returns:
-            Index ``test_point``; a column for each variable, objective, constraint, output and
-            extra column under its name, objectives in the original direction; ``status``;
-            ``violated``, the names of the constraints a design violates; ``reason``, why it
-            failed; ``pareto``. Beside a column of another program's file with such a name they
-            are called ``status (pymoo-psi)`` and so on.
+            Index ``test``; a column for each variable, objective, constraint, output, label and
+            note under its name, objectives in the original direction; ``status``; ``violated``, the
+            names of the constraints a design violates; ``reason``, why it failed; ``pareto``.
+            Beside a column of another program's file with such a name they are called ``status
+            (pymoo-psi)`` and so on.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
             >>> print(table.to_frame().drop(columns="reason"))
-                         x1   f1   g1      status violated  pareto
-            test_point
-            1           0.0  1.0  0.0          ok             True
-            2           0.5  2.0  0.1  infeasible       g1   False
+                   x1   f1   g1      status violated  pareto
+            test
+            1     0.0  1.0  0.0          ok             True
+            2     0.5  2.0  0.1  infeasible       g1   False
         """
         import pandas as pd
 
-        columns = self._shown_columns()
-        for name, column, kind in zip(self.layout.variables, self.X.T, self.kinds, strict=True):
-            if kind is Kind.CHOICE:  # the options themselves, not texts
-                columns[name] = column
-        return pd.DataFrame(columns).set_index(number_column(self.extra))
+        return pd.DataFrame(self.shown_columns()).set_index(TEST)
+
+    def shown_columns(self) -> Columns:
+        """Return the columns of a frame: the numbers, the cells, and what follows from them.
+
+        Example:
+            >>> [*TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]]).shown_columns()]
+            ['test', 'x1', 'f1', 'status', 'violated', 'reason', 'pareto']
+        """
+        mask, names = self.violations()
+        violated = [", ".join(compress(names, row)) for row in mask.tolist()]
+        reasons = [self.reasons.get(number, "") for number in self.numbers.tolist()]
+        columns: Columns = {TEST: self.numbers}
+        for name in self.columns:
+            columns[name] = self.column(name)
+        results = result_columns(self.columns)
+        columns[results["status"]] = self.status.astype(object)
+        columns[results["violated"]] = np.fromiter(violated, object)
+        columns[results["reason"]] = np.fromiter(reasons, object)
+        columns[results["pareto"]] = self.view.pareto
+        return columns
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         # The Pareto set of a million tests is not needed for ten rows.
         results = result_columns(self.columns)
         frame = self.take(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
-        headings = {name: self.layout.label_of(name) for name in self.layout.columns}
+        headings = {column.name: column.heading for column in self.schema.columns}
         texts = (results["violated"], results["reason"])
         empty = [name for name in texts if not frame[name].any()]
         return frame.drop(columns=empty).rename(columns=headings), len(self)
-
-    def _shown_columns(self) -> Columns:
-        """Return the columns of frame and file: two follow from the others, for the reader."""
-        mask, names = self.violations()
-        violated = [", ".join(compress(names, row)) for row in mask.tolist()]
-        columns = columns_of(self)
-        results = result_columns(self.columns)
-        reason = columns.pop(results["reason"])
-        columns[results["violated"]] = np.fromiter(violated, object)
-        columns[results["reason"]] = reason
-        columns[results["pareto"]] = self.pareto()
-        return columns
 
     def to_csv(self, path: FilePath) -> None:
         """Write the table; :func:`read_table` reads it back without a change.
@@ -745,59 +1169,106 @@ class TestTable(Tests, Shown):
             >>> with tempfile.TemporaryDirectory() as folder:
             ...     path = os.path.join(folder, "table.csv")
             ...     table.to_csv(path)
-            ...     print(pd.read_csv(path, index_col="test_point")[["x1", "f1"]])
-                         x1   f1
-            test_point
-            1           0.0  3.0
-            2           0.5  4.0
+            ...     print(pd.read_csv(path, index_col="test")[["x1", "f1"]])
+                   x1   f1
+            test
+            1     0.0  3.0
+            2     0.5  4.0
         """
-        CSV.save_tests(path, self)
+        write_csv(path, self.shown_columns() | columns_of(self), marked(self))
 
-    def to_xlsx(self, path: FilePath) -> None:
-        """Write the table as a workbook, which :func:`read_table` reads back without a change.
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """Pickle the attributes, without what follows from them."""
+        return TestTable, tuple(getattr(self, attribute.name) for attribute in fields(self))
 
-        The first sheet has the tests, in the columns of :meth:`to_frame` with units in the header.
-        The second describes the columns and the chosen design.
+    def __deepcopy__(self, memo: dict[int, Any]) -> TestTable:
+        """Return the table itself, which never changes; pymoo copies its algorithms often."""
+        return self
 
-        Args:
-            path: A file; spreadsheets only open it with the suffix ``.xlsx``.
 
-        Raises:
-            PsiError: openpyxl is not installed.
-            OSError: The file cannot be written.
+def has_errors(table: TestTable) -> bool:
+    """Whether the feasible designs have a standard error of each objective."""
+    designs = table.view.has_status("ok")
+    for name in map(error_column, table.schema.objectives):
+        if name not in table.schema.outputs or not np.isfinite(table.column(name)[designs]).all():
+            return False
+    return True
 
-        Example:
-            >>> import os, tempfile
-            >>> from pymoo_psi.table import read_table
-            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     table.to_xlsx(os.path.join(folder, "table.xlsx"))
-            ...     read_table(os.path.join(folder, "table.xlsx")).equals(table)
-            True
-        """
-        WORKBOOK.save_tests(path, self)
 
-    def to_study(self, path: FilePath) -> None:
-        """Write the table as a new study that a run can continue, whole or not at all.
+def table_difference(a: TestTable, b: TestTable) -> str:
+    """Return the first difference between two tables apart from their tests, or "".
 
-        To continue several tables in one run, use ``a.merge(b).to_study("all.db")``, then
-        ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem is unknown, such as one
-        made by :meth:`of`, can be read again, but not continued. ``extra`` columns and the columns
-        ``seconds`` and ``origin`` of an original study are not written.
+    It is no difference if one of them lacks an output, a note or the problem, nor if kinds differ:
+    a table without declared kinds has those that its values show.
+    """
+    facts = _facts(a)
+    others = _facts(b)
+    problem = flat(a.problem or {})
+    other = flat(b.problem or {})
+    if "problem" in problem and "problem" in other:
+        facts |= dict.fromkeys(other) | problem
+        others |= dict.fromkeys(problem) | other
+    for name, fact in facts.items():
+        if others.get(name, fact) != fact:
+            return f"{name} {fact} against {others[name]}"
+    return ""
 
-        Raises:
-            StudyAccessError: The file exists already, or cannot be written.
 
-        Example:
-            >>> import os, tempfile
-            >>> from pymoo_psi import VectorizedSphereChute, investigate
-            >>> problem = VectorizedSphereChute()
-            >>> parts = [investigate(problem, 100, share=(k, 2)) for k in (1, 2)]
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     study = os.path.join(folder, "chute.db")
-            ...     parts[0].merge(parts[1]).to_study(study)
-            ...     table = investigate(problem, 200, study=study)  # 100 of them are stored
-            >>> len(table)
-            200
-        """
-        STUDY.save_tests(path, self)
+def _facts(table: TestTable) -> Values:
+    """Return what the tests of a table have in common, by the words for it."""
+    schema = table.evaluated
+    facts: Values = {
+        role: schema.of_role(role) for role in (VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY)
+    }
+    facts["eq_tolerance"] = schema.eq_tolerance
+    for column in schema.columns:
+        for attribute in ("unit", "maximize", "lower", "upper"):
+            facts[f"{attribute} of {column.name}"] = getattr(column, attribute)
+    formulation = table.formulation
+    facts["formulation"] = replace(formulation, ranges=formulation.ranges or None)
+    return facts
+
+
+def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
+    """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
+    if one.dtype.kind == "f" == two.dtype.kind:
+        with np.errstate(over="ignore"):
+            return ~np.isclose(one, two, rtol=rounding, atol=0, equal_nan=True)
+    differing = np.zeros(len(one), dtype=bool)
+    for i, (u, v) in enumerate(zip(one.tolist(), two.tolist(), strict=True)):
+        is_nan = u != u and v != v
+        differing[i] = type(u) is not type(v) or not (u == v or is_nan)
+    return differing
+
+
+def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
+    """Return reasons without characters that files cannot hold."""
+    writable = {}
+    for number, reason in reasons.items():
+        text = str(reason).encode("utf-8", "backslashreplace").decode("utf-8")
+        writable[int(number)] = text.replace("\0", "␀") or "no reason given"
+    return writable
+
+
+def _width(array: Array) -> int:
+    """Return how many columns a matrix has."""
+    return int(np.atleast_1d(array).shape[-1])
+
+
+def checked_numbers(value: ArrayLike) -> Integers:
+    """Return numbers of tests as a new array: distinct integers from 1."""
+    array = real_array("numbers", value)
+    # Beyond 2^53 not every integer is a float64.
+    if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
+        raise invalid("numbers", "one-dimensional, of integers from 1", value)
+    numbers = array.astype(np.int64)
+    require_distinct(numbers)
+    return numbers
+
+
+def require_distinct(numbers: Integers) -> None:
+    """Refuse duplicate numbers of tests."""
+    ordered = np.sort(numbers, kind="stable")  # fast where they ascend, but for a few places
+    twice = ordered[1:][ordered[1:] == ordered[:-1]]
+    if len(twice):
+        raise invalid("the tests of a table", "distinct", Received(f"test {twice[0]} twice"))

@@ -19,26 +19,26 @@ from typing import Any, Literal
 import numpy as np
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
+    Columns,
     Entries,
     FilePath,
     Head,
     Mask,
     Names,
     Received,
-    Values,
     counted,
-    instance,
     invalid,
     known_name,
     real_array,
 )
+from pymoo_psi.analysis import averaged, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import RANKING_COLUMNS, listed
-from pymoo_psi.table._cells import (
+from pymoo_psi.files._cells import (
     LINE,
     Cells,
-    Column,
+    TextColumn,
     UnfitError,
     cells_of_frame,
     is_blank,
@@ -47,23 +47,36 @@ from pymoo_psi.table._cells import (
     require_designs,
     where,
 )
-from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
-from pymoo_psi.table._formulation import Formulation, limit_text, limits_of
-from pymoo_psi.table._head import (
-    StoredTests,
-    is_of_tests,
-    stated_by_designs,
-    tests_of_cells,
-    units_of,
+from pymoo_psi.files._format import SourceFile
+from pymoo_psi.files._formats import recognized
+from pymoo_psi.files._study import tests_of_folder
+from pymoo_psi.files._tests import stated_by_designs, tests_of_cells
+from pymoo_psi.pareto import RANKING_COLUMNS, listed
+from pymoo_psi.table import (
+    MARK,
+    NOTE,
+    OBJECTIVE,
+    OUTPUT,
+    RESULTS,
+    STATUSES,
+    TEST,
+    VARIABLE,
+    Column,
+    Data,
+    Decision,
+    Formulation,
+    Limit,
+    Schema,
+    TestTable,
+    blank,
+    decision_of,
+    kind_of_cells,
+    names_of,
 )
-from pymoo_psi.table._layout import POINT, RESULTS, Layout, blank, names_of
-from pymoo_psi.table._repeats import designs_of_source, undeclared_repeats
-from pymoo_psi.table._table import TestTable
-from pymoo_psi.table._tests import STATUSES
 
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
-_NAMING = ("test_point", "number", "label", "name", "id", "design")
+_NAMING = (TEST, "test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 # Columns that follow from others in what we wrote. Other people's mean something else.
 _OF_RANKINGS = (*RANKING_COLUMNS, "mark")
@@ -84,7 +97,7 @@ _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
 def read_table(
     source: str | PathLike[str] | Any,
-    formulation: Formulation | None = None,
+    formulation: Formulation | Decision | None = None,
     *,
     variables: Names | None = None,
     repeats: str | Literal[False] | None = None,
@@ -142,53 +155,50 @@ def read_table(
         ...     path = os.path.join(folder, "set.csv")
         ...     _ = Path(path).write_text("id;cost;mass\nA;1,5;1.250\nB;2;980\n")
         ...     table = read_table(path, Formulation(maximize=["mass"]), decimal=",")
-        >>> table.column("mass"), table.layout.maximize, table.names
+        >>> table.column("mass"), table.schema.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
     path = None
     if isinstance(source, (str, PathLike)):
         path = Path(source)
-    asked = Formulation()
-    if formulation is not None:
-        remedy = "such as Formulation(['mass', 'cost'])"
-        asked = instance("formulation", formulation, Formulation, remedy)
+    asked = decision_of(formulation)
     is_study = False
     try:
         content: Any = source
         if not isinstance(source, TestTable):
-            content = _content(source, encoding, frozenset(skip_rows), sheet, asked.units)
-        has_cells = not isinstance(content, (StoredTests, TestTable))
-        if skip_rows and not (has_cells and LINE in content[0].index.names):
+            content = _content(source, encoding, frozenset(skip_rows), sheet)
+            is_study = path is not None and isinstance(content, TestTable)
+        if not isinstance(content, TestTable) and MARK in content[1]:
+            content = tests_of_cells(path, content[1], content[0])
+        has_cells = not isinstance(content, TestTable)
+        if skip_rows and not (has_cells and content[0].index.name == LINE):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
         if variables and not has_cells:
             rule = "left out for a table of tests, which has its own"
             raise invalid("variables", rule, variables)
+        table: TestTable = content
         if has_cells:
             cells, head = content
+            cells, head = _named(cells, head, asked.formulation.units)
             if repeats in cells:
                 head = {**head, "label": repeats}
-            # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
-            is_file = path is not None and not repeats
-            cells, remarks = _designs(cells, head, asked, is_file=is_file)
             if decimal:
                 head = {**head, "decimal": decimal}
-            table = _table(cells, head, asked, variables, remarks, drop_incomplete)
-            if repeats == "variables" and variables and not table.layout.variables:
-                raise UnfitError(table.remarks[-1].rstrip("."))
-        elif isinstance(content, StoredTests):
-            table = content.table(path)
-            is_study = content.is_derived
-        else:
-            table = content
+            # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
+            is_file = path is not None and not repeats
+            cells, remarks = _designs(cells, head, asked.formulation, is_file=is_file)
+            table = _table(cells, head, asked.formulation, variables, remarks, drop_incomplete)
+            if repeats == "variables" and variables and not table.schema.variables:
+                raise UnfitError(table.facts[-1].rstrip("."))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    if repeats or table is not source:
-        table = designs_of_source(table, repeats, is_study=is_study)
+    if repeats or (repeats is None and is_study and undeclared_repeats(table)):
+        table = averaged(table, repeats)
     if formulation is not None:
         try:
             # One more limit, as a command adds it, must not drop those that are part of a file.
-            table = table.under(formulation.beside(table.formulation))
+            table = table.under(asked.beside(table.decision))
         except ArgumentValueError as error:
             if path is None:
                 raise
@@ -197,9 +207,7 @@ def read_table(
     remarks = _failures(designs)
     if repeats is None and not isinstance(source, TestTable):
         remarks = [*undeclared_repeats(designs), *remarks]
-    if remarks:
-        table = table._with(remarks=(*table.remarks, *remarks))
-    return table
+    return replace(table, facts=(*table.facts, *remarks))
 
 
 # From sources to cells
@@ -210,31 +218,30 @@ def _content(
     encoding: str | None = None,
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
-    units: Entries = MappingProxyType({}),
-) -> Any:
-    """Return what a source holds: :class:`StoredTests`, a table, or cells and their head.
-
-    The names of cells are without units, and their index has the numbers of the rows.
-    """
+) -> TestTable | tuple[Cells, Head]:
+    """Return what a source holds: a table, or cells and their head."""
     import pandas as pd
 
     if isinstance(source, (str, PathLike)):
-        content = _content_of_file(Path(source), encoding, skip_rows, sheet)
-        if isinstance(content, StoredTests):
-            return content
-        cells, head = content
-    elif isinstance(source, pd.DataFrame):
-        cells, head = cells_of_frame(source)
-    elif hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
+        return _content_of_file(Path(source), encoding, skip_rows, sheet)
+    if isinstance(source, pd.DataFrame):
+        return cells_of_frame(source)
+    if hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
         return _table_of_population(getattr(source, "opt", source))
-    else:
-        F = real_array("source", source, "or give the path of a file")
-        if F.ndim != 2 or F.size == 0:
-            raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-        names = [f"f{j + 1}" for j in range(F.shape[1])]
-        cells, head = pd.DataFrame(F, columns=names, dtype=object), {"objectives": names}
+    F = real_array("source", source, "or give the path of a file")
+    if F.ndim != 2 or F.size == 0:
+        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+    names = [f"f{j + 1}" for j in range(F.shape[1])]
+    return pd.DataFrame(F, columns=names, dtype=object), {"objectives": names}
+
+
+def _named(cells: Cells, head: Head, units: Entries) -> tuple[Cells, Head]:
+    """Return cells under the names of columns without units, and the numbers of rows as index."""
+    import pandas as pd
+
     stated, _ = stated_by_designs(head)
-    cells = cells.set_axis(names_of([*cells], {**units, **stated.units}), axis="columns")
+    names = names_of([*cells], {**units, **stated.formulation.units})
+    cells = cells.set_axis(names, axis="columns")
     rows = pd.RangeIndex(1, len(cells) + 1, name="row")
     if cells.index.name == LINE:
         return cells.set_index(pd.MultiIndex.from_arrays([rows, cells.index])), head
@@ -252,16 +259,16 @@ def _table_of_population(population: Any) -> TestTable:
     variables: int | list[str] = len(X[0])
     if isinstance(X[0], Mapping):
         variables = [*X[0]]
-    layout = Layout.of(variables, F.shape[1], G.shape[1], H.shape[1])
-    label = "design" if "row" in layout.variables else "row"
-    numbers = range(1, len(F) + 1)
-    layout = replace(layout, label=label)
-    return TestTable.of(numbers, [*X], F, G, H, layout=layout, extra={label: [*numbers]})
+    schema = Schema.of(variables, F.shape[1], G.shape[1], H.shape[1])
+    label = "design" if "row" in schema.variables else "row"
+    numbers = [*range(1, len(F) + 1)]
+    notes = {label: numbers}
+    return TestTable.of(numbers, [*X], F, G, H, schema=schema, notes=notes, label=label)
 
 
 def _content_of_file(
     path: Path, encoding: str | None, skip_rows: Collection[int], sheet: str | None
-) -> StoredTests | tuple[Cells, Head]:
+) -> TestTable | tuple[Cells, Head]:
     """Return what a file or a folder of studies holds."""
     import pandas as pd
 
@@ -270,11 +277,9 @@ def _content_of_file(
     with path.open("rb") as stream:
         file = SourceFile(path, stream, encoding, skip_rows, sheet)
         content = recognized(file).read(file)
-    if isinstance(content, StoredTests):
+    if isinstance(content, TestTable):
         return content
     columns, head = content
-    if is_of_tests(head):
-        return tests_of_cells(path, head, columns)
     return pd.DataFrame(columns, dtype=object), head
 
 
@@ -284,7 +289,7 @@ def source_columns(
     *,
     decimal: str | None = None,
     sheet: str | None = None,
-) -> tuple[Cells, dict[str, Column]]:
+) -> tuple[Cells, dict[str, TextColumn]]:
     """Return the cells of a source that is no table of tests, and its columns with their numbers.
 
     Args:
@@ -297,10 +302,10 @@ def source_columns(
         OSError: The file cannot be opened.
         UnfitError: It is no table of named columns.
     """
-    content = _content(source, sheet=sheet, units=units)
-    if isinstance(content, StoredTests):
+    content = _content(source, sheet=sheet)
+    if isinstance(content, TestTable) or MARK in content[1]:
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    cells, head = content
+    cells, head = _named(*content, units)
     columns = read_columns(cells, decimal, separator=head.get("separator", ""))
     for name, column in columns.items():
         if column.unit and column.unit != units.get(name):
@@ -358,7 +363,7 @@ def _kept(cells: Cells, is_kept: Mask | Any, why: str, remarks: list[str]) -> Ce
 # The columns and their roles
 
 
-def _label(columns: Mapping[str, Column]) -> str | None:
+def _label(columns: Mapping[str, TextColumn]) -> str | None:
     """Return the column that names the designs, or None.
 
     A column such as "id" names them. Without one, the first column that does not number rows names
@@ -378,7 +383,7 @@ def _label(columns: Mapping[str, Column]) -> str | None:
 
 
 def _names_of_roles(
-    columns: Mapping[str, Column],
+    columns: Mapping[str, TextColumn],
     formulation: Formulation,
     stated: Names,
     labels: Collection[str | None],
@@ -431,9 +436,8 @@ def _table(
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
-    import pandas as pd
-
-    stated, stated_variables = stated_by_designs(head)
+    decision, stated_variables = stated_by_designs(head)
+    stated = decision.formulation
     separator = head.get("separator", "")
     labels: set[str | None] = {name for name in cells if name.strip().lower() in _LABELS}
     columns = read_columns(cells, head.get("decimal"), labels, separator)
@@ -445,97 +449,109 @@ def _table(
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
-    F = np.column_stack([columns[name].require_numbers() for name in objectives])
-    designs, outputs, extra = _roles(columns, objectives, variables, formulation.columns, labels)
+    described = []
+    data: Columns = {}
+    notes: Columns = {}
+    for name in dict.fromkeys((*objectives, *columns)):
+        column = columns[name]
+        role = _role(column, objectives, variables, formulation.columns, labels)
+        values = _values(column, role)
+        if role == NOTE:
+            notes[name] = values
+            continue
+        data[name] = values
+        unit = stated.units.get(name, column.unit)
+        maximize = name in stated.maximize and role != VARIABLE
+        described.append(Column(name, role, kind_of_cells(values), unit, maximize))
+    F = np.column_stack([data[name] for name in objectives])
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], F[:, 0])
     is_asked = np.ones(len(F), dtype=bool)
-    for name, limit in limits_of(formulation.beside(stated).limits).items():
-        if name in extra and isinstance(limit, list):
-            texts = np.array(extra[name], dtype=object)
-            is_asked &= np.isin(np.where(blank(texts), "", texts).astype(str), limit)
+    for name, limit in formulation.beside(stated).allowed.items():
+        if limit.texts is not None and name in notes:
+            is_asked &= limit.excess(name, notes[name]) == 0
     remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
     for name in variables:
-        if name not in designs:
-            column = columns[name]
-            is_lacking = list(map(is_blank, column.cells))
-            problem = column.problem or place(cells, name, is_lacking.index(True))
+        gaps = columns[name].gaps()
+        if columns[name].problem or gaps.any():
+            problem = columns[name].problem or place(cells, name, int(gaps.argmax()))
             remarks.append(f"{name} is no variable: {problem}.")
-
     rows = cells.index.get_level_values(0).tolist()
-    numbers = extra.pop(POINT, rows)  # the table adds a column of this name itself
-    are_numbers = all(type(number) is int and number > 0 for number in numbers)
-    if not are_numbers or len({*numbers}) < len(numbers):
-        raise UnfitError("its column test_point must number the designs from 1; rename it")
-    dependent = (*objectives, *outputs)
-    layout_label = "row"  # designs without names are called by their rows
-    if "row" in designs or "row" in dependent:
-        layout_label = "design"
-    if label in extra or label == POINT:
-        layout_label = label
-    else:
-        extra.setdefault(layout_label, rows)
-    units = {name: column.unit for name, column in columns.items() if column.unit}
-    layout = Layout.of(
-        [*designs],
-        objectives,
-        outputs=[*outputs],
-        maximize=[name for name in stated.maximize if name in dependent],
-        units=units_of((*designs, *dependent), {**units, **stated.units}),
-    )
-    if layout_label in extra:  # else test_point names the designs
-        layout = replace(layout, label=layout_label)
-    X = pd.DataFrame(designs, index=cells.index, dtype=object).to_numpy()
-    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    numbers = notes.pop(TEST, rows)
+    if any(type(number) is not int or number < 1 for number in numbers) or len({*numbers}) < len(F):
+        raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
+    if label == TEST:
+        label = None
+    elif label not in notes:  # designs without names are called by their rows
+        label = "design" if "row" in data else "row"
+        notes.setdefault(label, rows)
     if {*stated.objectives} != {*objectives}:
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
-    return replace(
-        table,
-        remarks=tuple(remarks),
-        formulation=stated.without_columns(),
+    table = TestTable(
+        Schema(tuple(described)),
+        Data(data),
+        np.array(numbers, dtype=np.int64),
+        decision=replace(decision, formulation=stated.without_columns()),
+        facts=tuple(remarks),
         decimal=max(marks, key=".,".index),
         separator=(separator or ",").replace(" ", ","),
     )
+    return table.with_notes(notes, label)
 
 
-def _roles(
-    columns: Mapping[str, Column],
+def _role(
+    column: TextColumn,
     objectives: Names,
     variables: Names,
     required: Names,
     labels: Collection[str | None],
-) -> tuple[Values, Values, Values]:
-    """Return the columns by their roles, each as n values by name.
+) -> str:
+    """Return the role of a column.
 
     Args:
-        columns: All columns.
+        column: The column.
         objectives: Names of the objectives.
         variables: Names of the variables; one with uncertain values has another role.
         required: Names of columns that must be of numbers.
         labels: Names of columns that name or number designs.
+    """
+    if column.name in objectives:
+        return OBJECTIVE
+    if column.name in variables and not column.problem and not column.gaps().any():
+        return VARIABLE
+    if column.name in required or (column.numbers is not None and column.name not in labels):
+        return OUTPUT
+    return NOTE
 
-    Returns:
-        The variables: numbers, booleans or texts; the outputs: numbers; and the cells of all other
-        columns except objectives.
+
+def _values(column: TextColumn, role: str) -> AnyArray:
+    """``(n,)`` the values of a column: numbers, booleans, texts; of a note as the file has them.
 
     Raises:
-        ArgumentValueError: A required column is not of numbers.
+        ArgumentValueError: An objective or output is not of numbers.
     """
-    designs = {}
-    outputs = {}
-    extra = {}
-    for name, column in columns.items():
-        is_certain = not (column.problem or any(map(is_blank, column.cells)))
-        if name in objectives:
-            continue
-        if name in variables and is_certain:
-            designs[name] = _values(column)
-        elif name in required or (column.numbers is not None and name not in labels):
-            outputs[name] = column.require_numbers()
-        else:
-            extra[name] = _cells_of_extra(column.cells)
-    return designs, outputs, extra
+    if role in (OBJECTIVE, OUTPUT):
+        return column.require_numbers()
+    integers = _integers(column.cells)
+    if role == NOTE:
+        cells = integers or list(map(_plain, column.cells))
+        return np.fromiter(cells, object)
+    if integers:
+        return np.array(integers, dtype=np.int64)
+    if column.numbers is not None:
+        return column.numbers
+    texts = list(map(str, column.cells))
+    if {*texts} <= {"True", "False"}:
+        return np.array([text == "True" for text in texts])
+    return np.fromiter(texts, object)
+
+
+def _plain(cell: Any) -> Any:
+    """Return a cell of a note as a file holds it: a time stamp as text."""
+    if cell is None or isinstance(cell, (str, int, float)):
+        return cell
+    return str(cell)
 
 
 def _counting(name: str, values: Array) -> list[str]:
@@ -552,9 +568,10 @@ def _counting(name: str, values: Array) -> list[str]:
 def _failures(table: TestTable) -> list[str]:
     """Return remarks on columns with words for a failure, with the limits that leave them out."""
     remarks = []
-    for name, column in table.extra.items():
-        if name == table.layout.label or name in table.limits:
+    for name in table.schema.of_role(NOTE):
+        if name in table.limits:
             continue
+        column = table[name]
         counts = Counter(np.where(blank(column), "", column).tolist())
         texts = [cell for cell in counts if isinstance(cell, str)]
         words = list(filter(_FAILURE.fullmatch, texts))
@@ -565,7 +582,7 @@ def _failures(table: TestTable) -> list[str]:
         others = [word for word in texts if word not in words]
         remedy = "check whether they count"
         if 1 <= len(others) <= _FEW:
-            limit = limit_text(name, others)
+            limit = Limit(texts=tuple(others)).written(name)
             remedy = f"to leave them out, say --limits '{limit}', or limits= in Python"
         remarks.append(f"{remark}; {remedy}.")
     return remarks
@@ -584,26 +601,6 @@ def _incomplete(cells: Cells, objectives: Names, F: Array, is_asked: Mask, drop:
         )
     n = counted(len(rows), "incomplete design")
     return [f"{n} left out, the first in {where(cells, rows[0])}."]
-
-
-def _values(column: Column) -> Sequence[Any]:
-    """Return the values of a variable: numbers, booleans or texts."""
-    if column.numbers is not None:
-        return _integers(column.cells) or column.numbers.tolist()
-    texts = list(map(str, column.cells))
-    if {*texts} <= {"True", "False"}:
-        return [text == "True" for text in texts]
-    return texts
-
-
-def _cells_of_extra(cells: Sequence[Any]) -> list[Any]:
-    """Return the cells of a column without a role as a file holds them: time stamps as texts."""
-    plain = []
-    for cell in cells:
-        if cell is not None and not isinstance(cell, (str, int, float)):
-            cell = str(cell)
-        plain.append(cell)
-    return _integers(cells) or plain
 
 
 def _integers(cells: Sequence[Any]) -> list[int]:

@@ -10,8 +10,8 @@ from contextlib import suppress
 from io import BytesIO
 
 from pymoo_psi._validation import Head
-from pymoo_psi.table._cells import Cells, UnfitError, cells_of_frame
-from pymoo_psi.table._formats._format import FileFormat, SourceFile
+from pymoo_psi.files._cells import Cells, UnfitError, cells_of_frame
+from pymoo_psi.files._format import FileFormat, SourceFile
 
 _PARQUET = "Parquet"
 _ARCHIVED = rb"PK\x03\x04.{26}"  # up to the name of the first file in a ZIP archive

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Head, counted, invalid
+from pymoo_psi._validation import Array, Head, Mask, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
@@ -86,7 +86,7 @@ class UnfitError(ArgumentValueError):
         super().__init__(problem)
 
 
-class Column(NamedTuple):
+class TextColumn(NamedTuple):
     """The n cells of a column, and the numbers in them.
 
     Attributes:
@@ -125,6 +125,12 @@ class Column(NamedTuple):
             f"its column {self.name!r} holds no number at all",
             "name objectives that do, or save what a spreadsheet has not computed yet",
         )
+
+    def gaps(self) -> Mask:
+        """``(n,)`` which cells hold neither a finite number nor a text."""
+        if self.numbers is not None:
+            return ~np.isfinite(self.numbers)
+        return np.array(list(map(is_blank, self.cells)), dtype=bool)
 
 
 # From rows to cells
@@ -285,7 +291,7 @@ def read_columns(
     decimal: str | None = None,
     labels: Collection[str | None] = (),
     separator: str = "",
-) -> dict[str, Column]:
+) -> dict[str, TextColumn]:
     """Return columns with their numbers, by the rules at the top of this module.
 
     Args:
@@ -341,9 +347,9 @@ def _possible_marks(readings: _Readings) -> list[str]:
 
 def _column(
     cells: Cells, name: str, readings: _Readings, certain: set[str], separator: str
-) -> Column:
+) -> TextColumn:
     """Return a column by its readings and the decimal marks of the certain columns."""
-    column = Column(name, cells[name].tolist())
+    column = TextColumn(name, cells[name].tolist())
     marks = _possible_marks(readings)
     if not marks:
         return column._replace(problem=_problem_of_texts(cells, name, readings))
@@ -395,7 +401,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
 # A row that is the sum of others
 
 
-def require_designs(cells: Cells, columns: Iterable[Column]) -> None:
+def require_designs(cells: Cells, columns: Iterable[TextColumn]) -> None:
     """Refuse a last row that is the sum of all others in two columns of numbers or more.
 
     Args:

@@ -10,27 +10,11 @@ from typing import Any
 from warnings import catch_warnings, simplefilter
 from zipfile import ZipFile, is_zipfile
 
-from pymoo_psi._validation import (
-    Entries,
-    Head,
-    Names,
-    counted,
-    known_name,
-)
+from pymoo_psi._validation import Entries, Head, Names, counted, known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import (
-    Cells,
-    RowsByLine,
-    UnfitError,
-    cells_of_rows,
-    named_cells,
-)
-from pymoo_psi.table._formats._format import (
-    FileFormat,
-    SourceFile,
-)
-from pymoo_psi.table._head import is_of_tests
-from pymoo_psi.table._layout import headings_of
+from pymoo_psi.files._cells import Cells, RowsByLine, UnfitError, cells_of_rows, named_cells
+from pymoo_psi.files._format import FileFormat, SourceFile
+from pymoo_psi.table import MARK, headings_of
 
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
@@ -72,7 +56,7 @@ class WorkbookFile(FileFormat):
             raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
         for number in file.skip_rows:
             rows.pop(number, None)
-        if is_of_tests(head):
+        if MARK in head:
             return cells_of_rows(rows), head
         return named_cells(rows), head
 

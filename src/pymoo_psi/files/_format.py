@@ -1,22 +1,18 @@
-"""What a file format is, the open file that one reads, and the format of studies."""
+"""What a file format is, and the open file that one reads."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any
-
-import numpy as np
+from typing import IO
 
 from pymoo_psi._output import is_marked, whole_file
 from pymoo_psi._validation import Entries, FilePath, Head
-from pymoo_psi.table._cells import Cells, UnfitError
-from pymoo_psi.table._formulation import limits_of
-from pymoo_psi.table._head import StoredTests, columns_of, head_of, marked, stored_tests
-from pymoo_psi.table._layout import POINT, RUN, has_runs
+from pymoo_psi.files._cells import Cells, UnfitError
+from pymoo_psi.table import TestTable, columns_of, marked
 
 _START = 1024  # bytes by which a format is recognized
 
@@ -98,7 +94,7 @@ class FileFormat(ABC):
         return file.path.suffix.lower() == self.suffix
 
     @abstractmethod
-    def read(self, file: SourceFile) -> tuple[Cells, Head] | StoredTests:
+    def read(self, file: SourceFile) -> tuple[Cells, Head] | TestTable:
         """Return the content of a file.
 
         Args:
@@ -108,6 +104,7 @@ class FileFormat(ABC):
         Returns:
             A data frame, or the lists of cells by the names of columns, and the ``head`` that
             :meth:`write` received, with which a table of tests comes back; empty if there is none.
+            Or the table itself.
 
         Raises:
             UnfitError: The file holds no table.
@@ -133,79 +130,15 @@ class FileFormat(ABC):
         with whole_file(path) as new:
             self.write(new, columns, head or {})
 
-    def save_tests(self, path: FilePath, table: Any) -> None:
-        """Write a :class:`TestTable`, whole or not at all, so that it is read back unchanged.
+    def save_tests(self, path: FilePath, table: TestTable) -> None:
+        """Write a table, whole or not at all, so that it is read back unchanged.
 
         Raises:
             OSError: The file cannot be written.
             PsiError: A package that writes such files is not installed.
         """
-        self.save(path, table._shown_columns(), marked(table))
+        self.save(path, table.shown_columns() | columns_of(table), marked(table))
 
     def is_ours(self, path: Path) -> bool:
         """Say whether pymoo-psi wrote a file, so that a new result may replace it."""
         return is_marked(path)
-
-
-class StudyFile(FileFormat):
-    """A study as runs write it; see :mod:`pymoo_psi.study`."""
-
-    suffix = ".db"
-    writes = ("tests",)
-
-    def recognizes(self, file: SourceFile) -> bool:
-        """Say whether a file is a database of SQLite."""
-        return file.start.startswith(b"SQLite format 3\0")
-
-    def read(self, file: SourceFile) -> StoredTests:
-        """Return the tests of a study; SQLite opens it by name, so it cannot be a pipe."""
-        from pymoo_psi.study import Study
-
-        return stored_tests(*Study(file.path).contents())
-
-    def save_tests(self, path: FilePath, table: Any) -> None:
-        """Write a table as a new study, whole or not at all; extra columns are left out.
-
-        Tests are written as they were before any limits, so that a run can continue the study.
-
-        Raises:
-            StudyAccessError: The file exists already, or cannot be written.
-        """
-        from pymoo_psi.study import write_study
-
-        layout = replace(table.layout, label=None)
-        plain = table.under(limits={}, chosen=None, positions=(), decided=None)
-        tests = plain._with(layout=layout, extra={})
-        head = head_of(tests)
-        limits = {}
-        for name, limit in limits_of(table.formulation.limits).items():
-            if name in table.layout.columns:
-                limits[name] = limit
-        if limits:
-            head["limits"] = limits
-        columns = columns_of(tests)
-        if has_runs(table.extra):
-            columns["test"] = table.numbers
-            for name in (RUN, POINT):
-                columns[name] = table.extra[name].astype(np.int64)
-        write_study(path, head, columns)
-
-    def is_ours(self, path: Path) -> bool:
-        """Return True: :meth:`save_tests` refuses every file that is there, and says so."""
-        return True
-
-
-def tests_of_folder(path: Path) -> StoredTests:
-    """Return the tests of all studies in a folder; a remark says which test points are missing.
-
-    Raises:
-        StudyMismatchError: The studies belong to different problems.
-        StudyError: One of them is damaged, or there is none.
-    """
-    from pymoo_psi.study import read_folder
-
-    facts, columns, missing = read_folder(path)
-    tests = stored_tests(facts, columns)
-    if missing:
-        return tests._replace(remarks=(f"{missing}.", *tests.remarks))
-    return tests

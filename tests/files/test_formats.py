@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from pymoo_psi import VectorizedSphereChute, investigate
-from pymoo_psi.table import (
-    FORMATS,
-    FileFormat,
-    format_of,
-    read_table,
-    suffixes_for,
-)
+from pymoo_psi.files import FORMATS, FileFormat, format_of, read_table, suffixes_for
 from tests.refusals import refused
 
 
@@ -60,7 +54,7 @@ def test_the_command_reads_and_writes_it(formats, said, tmp_path):
     ranked = said("rank", "t.records", *words, "--out", "r.records")
     assert ranked.replace("t.records", "s.db") == said("rank", "s.db", *words, "--out", "r.records")
     designs = read_table("r.records")
-    assert designs.layout.units == {"f1": "kg"}
+    assert designs.schema.units == {"f1": "kg"}
     np.testing.assert_array_equal(designs.column("f1").max() <= 60, True)
     said("rank", "r.records", "--out", "again.csv")
 

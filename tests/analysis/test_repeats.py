@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read_table
+from pymoo_psi.analysis import averaged
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Schema
 from tests.page.documents import payload_of
 from tests.refusals import refused
 
@@ -50,7 +51,7 @@ def test_a_design_of_five_tests_has_a_variance_of_its_own():
     f = np.random.default_rng(2).normal(size=sum(counts)) * np.repeat([5.0, 1.0, 1.0], counts)
     F = np.column_stack([f, -f])
     table = TestTable.of(range(1, len(F) + 1), np.repeat([[0], [1], [2]], counts, axis=0), F)
-    errors = table.averaged()["f1 standard error"]
+    errors = averaged(table)["f1 standard error"]
     groups = np.split(f, np.cumsum(counts)[:-1])
     pooled = sum(np.var(group) * len(group) for group in groups) / (len(f) - 3)
     assert errors[0] == pytest.approx(groups[0].std(ddof=1) / np.sqrt(5))
@@ -70,7 +71,7 @@ def test_computed_columns_and_limits_are_of_means(file):
 
 def test_designs_of_one_usable_test_each_have_means_and_no_confidence():
     F = [[1.0, 2.0], [np.nan, np.nan], [2.0, 1.0]]
-    table = TestTable.of([1, 2, 3], [[0], [0], [1]], F).averaged()
+    table = averaged(TestTable.of([1, 2, 3], [[0], [0], [1]], F))
     assert table.F.tolist() == [[1, 2], [2, 1]]
     refused("standard errors", table.confidence)
     shades = payload_of(decision_page(table))["shades"]
@@ -86,18 +87,18 @@ def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
 
 
 def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
-    layout = Layout.of(["x"], ["f"], ["g"])
+    schema = Schema.of(["x"], ["f"], ["g"])
     X = np.array([[1.0], [1.0], [2.0], [2.0], [3.0]])
     F = [[1.0], [3.0], [5.0], [np.nan], [np.nan]]
     G = [[1.0], [-2.0], [0.5], [0.0], [0.0]]
-    table = TestTable.of([3, 4, 5, 6, 7], X, F, G, layout=layout, reasons={7: "no licence"})
-    designs = table.averaged("x")
+    table = TestTable.of([3, 4, 5, 6, 7], X, F, G, schema=schema, reasons={7: "no licence"})
+    designs = averaged(table, "x")
     assert designs.status.tolist() == ["ok", "infeasible", "failed"]
     assert designs["f"][:2].tolist() == [2.0, 5.0]
     assert designs.numbers.tolist() == [3, 5, 7]
     assert designs.reasons == {7: "no licence"}
-    assert table.averaged().equals(designs)
-    refused("^by must be", TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]).averaged)
+    assert averaged(table).equals(designs)
+    refused("^by must be", averaged, TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]))
 
 
 @pytest.mark.parametrize(
@@ -158,9 +159,9 @@ def known(F, *errors):
     F = np.asarray(F)
     names = [f"f{j} standard error" for j in range(1, 3)]
     outputs = dict(zip(names, np.tile(errors, (len(F), 1)).T, strict=True))
-    layout = Layout.of(0, 2, outputs=names)
+    schema = Schema.of(0, 2, outputs=names)
     numbers = range(1, len(F) + 1)
-    return TestTable.of(numbers, np.zeros((len(F), 0)), F, outputs=outputs, layout=layout)
+    return TestTable.of(numbers, np.zeros((len(F), 0)), F, outputs=outputs, schema=schema)
 
 
 def line(n):
@@ -181,7 +182,7 @@ def test_without_noise_probabilities_are_0_or_1():
 
 def test_equal_values_have_no_standard_error():
     F = np.column_stack([np.repeat([0.1, 9.18559], 3), np.arange(6.0)])
-    designs = TestTable.of(range(1, 7), np.repeat([[0.0], [1.0]], 3, axis=0), F).averaged()
+    designs = averaged(TestTable.of(range(1, 7), np.repeat([[0.0], [1.0]], 3, axis=0), F))
     assert designs.column("f1 standard error").tolist() == [0, 0]
     assert (designs.column("f2 standard error") > 0).all()
 

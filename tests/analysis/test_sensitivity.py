@@ -13,15 +13,17 @@ from pymoo_psi import (
     TestTable,
     investigate,
     lp_tau,
+    read_table,
 )
 from pymoo_psi.algorithms import RunOptions, import_tests
-from pymoo_psi.table import Layout, convergence, even_part, read_table, sensitivities
+from pymoo_psi.analysis import convergence, even_part, sensitivities
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 
 
 def table_of(X, F, G=None, **names):
-    layout = Layout.of(X.shape[1], F.shape[1], 0 if G is None else G.shape[1], **names)
-    return TestTable.of(range(1, len(X) + 1), X, F, G, layout=layout)
+    schema = Schema.of(X.shape[1], F.shape[1], 0 if G is None else G.shape[1], **names)
+    return TestTable.of(range(1, len(X) + 1), X, F, G, schema=schema)
 
 
 # Exact first-order indices: Ishigami and Homma 1990 with a = 7, b = 0.1.
@@ -94,7 +96,7 @@ def test_columns_by_name_in_any_sense_and_failures_left_out():
     F[::50] = np.nan
     table = TestTable.of(
         range(1, 513), X, F, outputs={"heat": X[:, 1]},
-        layout=Layout.of(["width", "height", "depth"], ["gain", "mass", "one"], maximize=["gain"]),
+        schema=Schema.of(["width", "height", "depth"], ["gain", "mass", "one"], maximize=["gain"]),
     )  # fmt: skip
     found = sensitivities(table)
     assert found.index.unique("column").tolist() == ["gain", "mass", "one", "heat"]

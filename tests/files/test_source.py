@@ -32,7 +32,8 @@ from pymoo_psi import (
     explain,
     investigate,
 )
-from pymoo_psi.table import Layout, read_table
+from pymoo_psi.files import read_table, write_table
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
@@ -153,7 +154,7 @@ FILES = {
     "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "names? (is|are) empty .* skip_rows=.1"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
     "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
-    "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
+    "names under test": ("test,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by drop_incomplete=True"),
     "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),
@@ -196,7 +197,7 @@ def read(path):
 def objectives(table):
     """The numbers of the designs that count, by objective."""
     table = table.take(table.eligible())
-    return {name: table.column(name).tolist() for name in table.layout.objectives}
+    return {name: table.column(name).tolist() for name in table.schema.objectives}
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -219,8 +220,8 @@ def test_a_file_is_read_right_or_refused(read, name):
         (",cost,mass\n0,1.5,30\n1,2,3\n", ("cost", "mass"), "index"),
         ("cost,mass,ID,remark\n1.5,30,7,a\n2,3,8,b\n", ("cost", "mass"), "ID"),
         (
-            "cost,mass,mu1,rank,test,pareto\n1.5,30,1,6,2,True\n",
-            ("cost", "mass", "mu1", "rank", "test"),
+            "cost,mass,mu1,rank,trial,pareto\n1.5,30,1,6,2,True\n",
+            ("cost", "mass", "mu1", "rank", "trial"),
             "row",
         ),
         ("place,cost,mass\nBonn,1.5,30\nUlm,2,3\n", ("cost", "mass"), "place"),
@@ -234,18 +235,18 @@ def test_a_file_is_read_right_or_refused(read, name):
 )
 def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
     table = read(text)
-    assert (table.layout.objectives, table.layout.label) == (expected, label)
+    assert (table.schema.objectives, table.schema.label) == (expected, label)
     assert table.numbers.tolist() == list(range(1, len(table) + 1))
 
 
 def test_names_tell_objectives_from_variables(read):
-    columns = "test_point,x1,x2,f1,f2,g1,mu1,mu2,rank,pareto\n"
+    columns = "test,x1,x2,f1,f2,g1,mu1,mu2,rank,pareto\n"
     text = columns + "4,2,0.5,4,5,6,7,8,6,True\n9,3,0.5,4,5,6,7,8,6,True\n"
     table = read(text)
-    layout = table.layout
-    assert (layout.objectives, layout.variables) == (("f1", "f2"), ("x1", "x2"))
-    assert table.names == ["test point 4", "test point 9"]
-    named = read(text, Formulation(["x1", "f1"]), variables=["x2"]).layout
+    schema = table.schema
+    assert (schema.objectives, schema.variables) == (("f1", "f2"), ("x1", "x2"))
+    assert table.names == ["test 4", "test 9"]
+    named = read(text, Formulation(["x1", "f1"]), variables=["x2"]).schema
     assert (named.objectives, named.variables) == (("x1", "f1"), ("x2",))
     refused(
         "two columns or more must be of numbers, .* got 'f1'; to rank", read, text, variables=["f2"]
@@ -307,18 +308,22 @@ def test_columns_of_others_keep_names_like_ours(read, tmp_path):
     assert frame["pareto"].tolist() == [1, 0, 1]
     assert frame["pareto (pymoo-psi)"].tolist() == [True, True, True]
     for name in ("t.csv", "t.xlsx"):
-        getattr(table, f"to_{name[2:]}")(tmp_path / name)
+        write_table(table, tmp_path / name)
         assert read_table(tmp_path / name).equals(table)
-    read("run,cost,mass\nA,1,5\nB,2,3\nC,3,1\n").to_study(tmp_path / "s.db")
+    write_table(read("run,cost,mass\nA,1,5\nB,2,3\nC,3,1\n"), tmp_path / "s.db")
     assert len(read_table(tmp_path / "s.db")) == 3
-    refused("a column of a study must be named unlike .* got 'run'", table.under(
-        objectives=["test", "cost"]).to_study, tmp_path / "r.db")  # fmt: skip
+    refused(
+        "a column of a study must be named unlike .* got 'run'",
+        write_table,
+        table.under(objectives=["mass", "cost"]),
+        tmp_path / "r.db",
+    )
 
 
 def test_designs_are_called_by_their_labels_or_rows(read):
     assert read("a,b\n1,2\n2,1\n").names == ["row 1", "row 2"]
     assert read("id,a,b\n7,1,2\nB,2,1\n").names == ["id 7", "B"]
-    assert read("id,a,b\n007,1,2\n8,2,1\n").extra["id"].tolist() == ["007", "8"]
+    assert read("id,a,b\n007,1,2\n8,2,1\n")["id"].tolist() == ["007", "8"]
     assert "counts the rows" in read("Versuch,a\n7,3\n8,4\n9,4\n").remarks[0]
     assert read("Versuch,a\n7,3\n8,4\n8,5\n").remarks == ()
     for names, variables in ((["row", "a"], []), (["a"], ["row"])):
@@ -331,8 +336,8 @@ def test_only_columns_that_are_needed_must_be_readable(read):
     asked = Formulation(["a", "ratio"], computed={"ratio": "a / b"}, limits={"b": 1.5})
     table = read(text, asked)
     assert table.status.tolist() == ["infeasible", "ok"]
-    assert table.extra["c"].tolist() == ["1.250", "980"]
-    assert table.extra["steel"].tolist() == ["1.4301a", "1.4301b"]
+    assert table["c"].tolist() == ["1.250", "980"]
+    assert table["steel"].tolist() == ["1.4301a", "1.4301b"]
     refused(
         "'1.250' in the column 'c', either 1250 or",
         read,
@@ -372,7 +377,7 @@ def test_every_source_gives_the_same_table(tmp_path):
     problem = VectorizedSphereChute(0.4, omega0=(0, -30, 0))
     table = investigate(problem, 64, study=tmp_path / "s.db")
     table.to_csv(tmp_path / "t.csv")
-    table.to_xlsx(tmp_path / "t.xlsx")
+    write_table(table, tmp_path / "t.xlsx")
     for source in (tmp_path / "s.db", tmp_path / "t.csv", str(tmp_path / "t.xlsx"), table):
         assert read_table(source).equals(table)
     asked = Formulation(["f2", "f1"], limits={"f3": float(np.median(table.F[:, 2]))})
@@ -405,7 +410,7 @@ def test_objects_in_json_are_designs_and_time_stamps_are_texts(tmp_path):
     (tmp_path / "set.json").write_text(frame.to_json(orient="records", date_format="iso"))
     read = read_table(tmp_path / "set.json")
     np.testing.assert_array_equal(read.F, table.F)
-    assert read.layout.objectives == ("cost", "mass")
+    assert read.schema.objectives == ("cost", "mass")
     for text in ('{"a": 1}', '[{"a": 1}, 2]', '[{"a": 1'):
         (tmp_path / "set.json").write_text(text)
         refused("no list of designs", read_table, tmp_path / "set.json")
@@ -413,12 +418,12 @@ def test_objects_in_json_are_designs_and_time_stamps_are_texts(tmp_path):
 
 def test_arrays_and_frames():
     table = read_table(np.array([[1.0, 2.0], [2.0, 1.0]]))
-    assert (table.layout.objectives, table.names) == (("f1", "f2"), ["row 1", "row 2"])
+    assert (table.schema.objectives, table.names) == (("f1", "f2"), ["row 1", "row 2"])
     assert read_table([[3], [4]]).F.tolist() == [[3], [4]]
     frame = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
     table = read_table(frame, drop_incomplete=True)
-    assert (table.names, table.layout.objectives) == (["A", "B"], ("a", "b"))
-    assert (table.status.tolist(), table.extra["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
+    assert (table.names, table.schema.objectives) == (["A", "B"], ("a", "b"))
+    assert (table.status.tolist(), table["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
     refused("row 2 holds no number in the column 'b'", read_table, frame)
     # The name of an index may be that of a column that follows from others.
     places = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
@@ -448,7 +453,7 @@ def test_grouped_frames_have_their_keys_as_variables():
                          "mass": [1.0, 1.2, 2.0, 3.0], "cost": [3.0, 3.1, 2.0, 1.0]})  # fmt: skip
     by = ["material", "width"]
     table = read_table(runs.groupby(by).mean())
-    assert (table.layout.variables, table.layout.objectives) == (
+    assert (table.schema.variables, table.schema.objectives) == (
         ("material", "width"),
         ("mass", "cost"),
     )
@@ -456,21 +461,21 @@ def test_grouped_frames_have_their_keys_as_variables():
     assert table.X.tolist() == [["a", 1], ["b", 1], ["b", 2]]
     np.testing.assert_allclose(table.F, [[1.1, 3.05], [2, 2], [3, 1]])
     table = read_table(runs.groupby(by)[["mass", "cost"]].agg(["mean", "max"]))
-    assert table.layout.objectives == ("mass mean", "mass max", "cost mean", "cost max")
+    assert table.schema.objectives == ("mass mean", "mass max", "cost mean", "cost max")
     table = read_table(runs.groupby(by, as_index=False).mean(), Formulation(["mass", "cost"]))
     assert table["material"].tolist() == ["a", "b", "b"]
     table = read_table(runs.set_index(["mass", pd.Index([4, 3, 2, 1])]), Formulation(["mass"]))
-    assert table.layout.variables == ("index 2",)
+    assert table.schema.variables == ("index 2",)
     assert read_table(runs.groupby("material").mean()).names == ["a", "b"]
     assert read_table(runs.set_index("material", drop=False)).names[2:] == ["b #3", "b #4"]
     halves = runs.groupby(pd.cut(runs["mass"], 2), observed=False)[["mass", "cost"]].mean()
-    assert read_table(halves).layout.objectives == ("mass", "cost")
+    assert read_table(halves).schema.objectives == ("mass", "cost")
     refused("different names", read_table, runs.set_axis([("a", "b"), "a b", "c", "d"], axis=1))
 
 
 def test_results_keep_the_marks_of_their_source(read, tmp_path):
     table = read("n;a;eff\nA;1.250,5;81,5 %\nB;980,25;79 %\nC;1.000,125;80 %\n")
-    assert (table.decimal, table.separator, table.layout.units) == (",", ";", {"eff": "%"})
+    assert (table.decimal, table.separator, table.schema.units) == (",", ";", {"eff": "%"})
     table.to_csv(tmp_path / "t.csv")
     assert (tmp_path / "t.csv").read_text().splitlines()[1] == "1;1250,5;81,5;A;ok;;;False"
     again = read_table(tmp_path / "t.csv")
@@ -478,7 +483,7 @@ def test_results_keep_the_marks_of_their_source(read, tmp_path):
     assert (again.decimal, again.separator) == (",", ";")
     table = read("a\tb\n1.5\t2\n2.5\t1\n")
     table.to_csv(tmp_path / "t.csv")
-    assert (tmp_path / "t.csv").read_text().startswith("test_point\ta\tb\t")
+    assert (tmp_path / "t.csv").read_text().startswith("test\ta\tb\t")
     assert read_table(tmp_path / "t.csv").equals(table)
 
 
@@ -562,7 +567,7 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
 
 def test_the_frame_of_a_test_table_has_lost_its_directions():
     table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -2.0], [2.0, -3.0]],
-                         layout=Layout.of(1, 2, maximize=["f2"]))  # fmt: skip
+                         schema=Schema.of(1, 2, maximize=["f2"]))  # fmt: skip
     refused("give the table itself", read_table, table.to_frame())
     named = Formulation(objectives=["f1", "f2"], maximize=["f2"])
     assert read_table(table.to_frame(), named).F.tolist() == table.F.tolist()
@@ -581,8 +586,8 @@ def test_the_frame_of_a_test_table_has_lost_its_directions():
 )
 def test_a_digit_in_front_of_words_makes_no_number(read, rows):
     table = read("\n".join(["process,cost,mass", *rows]))
-    assert table.layout.objectives == ("cost", "mass")
-    assert table.extra["process"].tolist() == [row.split(",")[0] for row in rows]
+    assert table.schema.objectives == ("cost", "mass")
+    assert table["process"].tolist() == [row.split(",")[0] for row in rows]
 
 
 def test_equal_rows_of_a_file_count_once(read, path):
@@ -598,15 +603,15 @@ def test_equal_rows_of_a_file_count_once(read, path):
 def test_results_of_pymoo_are_sources():
     result = minimize(get_problem("bnh"), PSI(32))
     table = read_table(result)
-    assert table.layout.objectives == ("f1", "f2")
-    assert table.layout.variables == ("x1", "x2")
+    assert table.schema.objectives == ("f1", "f2")
+    assert table.schema.variables == ("x1", "x2")
     np.testing.assert_array_equal(table.F, result.F)
     np.testing.assert_array_equal(table.X, result.X)
     mixed = Result()
     X = np.array([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}])
     mixed.opt = Population.new(X=X, F=np.array([[1.0, 2.0], [2.0, 1.0]]))
     table = read_table(mixed)
-    assert table.layout.variables == ("width", "wood")
+    assert table.schema.variables == ("width", "wood")
     assert table["wood"].tolist() == ["oak", "ash"]
     mixed.opt = None
     refused("a result of pymoo with designs", read_table, mixed)
@@ -632,7 +637,7 @@ def test_results_of_pymoo_keep_feasibility(least):
     for source, individuals in ((result, result.opt), (result.pop, result.pop),
                                 (result.algorithm, result.opt)):  # fmt: skip
         table = read_table(source)
-        assert table.layout.constraints == ("g1", "h1")
+        assert table.schema.constraints == ("g1", "h1")
         assert table.feasible().tolist() == individuals.get("FEAS")[:, 0].tolist()
         np.testing.assert_array_equal(table.G, individuals.get("G"))
         np.testing.assert_array_equal(table.H, individuals.get("H"))

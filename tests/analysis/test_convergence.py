@@ -5,8 +5,9 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, investigate, lp_tau, rank_of_efficiency
+from pymoo_psi.analysis import convergence
 from pymoo_psi.pareto import percent
-from pymoo_psi.table import Layout, convergence
+from pymoo_psi.table import Schema
 from tests.refusals import refused
 
 LIMITS = {"f1": 40.0}
@@ -56,9 +57,9 @@ def test_where_one_design_is_the_best_in_everything_its_values_are_told(columns)
     """Distances have no unit then: no share of one, and no infinite share, of nothing."""
     X = lp_tau(64, 2, first=2)
     value = np.where(np.arange(64) < 40, 3.0, 1.0) + 1e-3 * X[:, 0]
-    layout = Layout.of(2, [f"drag {k}" for k in range(columns)], maximize=["drag 0"])
+    schema = Schema.of(2, [f"drag {k}" for k in range(columns)], maximize=["drag 0"])
     F = np.column_stack([value] * columns)
-    found = convergence(TestTable.of(range(1, 65), X, F, layout=layout))
+    found = convergence(TestTable.of(range(1, 65), X, F, schema=schema))
     assert found.pareto[-1] == 1
     assert np.isnan([*found.mu1, *found.hypervolume]).all()
     assert "from 32 to 64 tests, changed the design that is the best" in found.verdict()
@@ -77,8 +78,8 @@ def test_many_objectives_are_done_in_seconds_and_say_how_sure():
 def test_too_little_to_tell():
     X = lp_tau(64, 2)
     late = np.where(np.arange(64) < 40, 1.0, -1.0)[:, None]
-    layout = Layout.of(2, 2, 1)  # without a box
-    table = TestTable.of(range(1, 65), X, X, late, layout=layout)
+    schema = Schema.of(2, 2, 1)  # without a box
+    table = TestTable.of(range(1, 65), X, X, late, schema=schema)
     found = convergence(table)
     assert found.optimum[:3].tolist() == [0, 0, 0]
     assert np.isinf(found.mu1[:3]).all()

@@ -1,0 +1,26 @@
+# The public names. `_names` reads this file when the subpackage is imported.
+
+from ._convergence import Convergence as Convergence
+from ._convergence import convergence as convergence
+from ._costs import constraint_costs as constraint_costs
+from ._histogram import Histogram as Histogram
+from ._histogram import histogram as histogram
+from ._repeats import averaged as averaged
+from ._sampling import even_part as even_part
+from ._sensitivities import sensitivities as sensitivities
+from ._switching import switching as switching
+from ._switching import switching_values as switching_values
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+
+from ._costs import alike as alike
+from ._positions import decision_sentences as decision_sentences
+from ._positions import latest_positions as latest_positions
+from ._positions import positions_frame as positions_frame
+from ._positions import separation_sentences as separation_sentences
+from ._positions import written_limits as written_limits
+from ._repeats import averaged_repeats as averaged_repeats
+from ._repeats import certainty_sentences as certainty_sentences
+from ._repeats import designs_of_source as designs_of_source
+from ._repeats import undeclared_repeats as undeclared_repeats

@@ -1,0 +1,125 @@
+"""How many designs lie where: tested, feasible and Pareto-optimal ones over a column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pymoo_psi._validation import Array, Integers, integer, known_name
+from pymoo_psi.table import VARIABLE, Kind, TestTable, value_ranks
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram:
+    """How many designs have a variable, or another column, in each of k bins.
+
+    Attributes:
+        variable: Name of the variable or column.
+        edges: ``(k + 1,)`` edges of the bins; the last bin includes its upper edge. For single
+            values the edges are -1/2, 1/2, …, between which they are drawn.
+        values: The k values of an integer, a binary variable or a choice, one to a bin; empty
+            where bins are intervals.
+        tested: ``(k,)`` numbers of tested designs.
+        feasible: ``(k,)`` numbers of feasible ones within the limits.
+        pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
+        outside: How many feasible designs lie below the first edge and above the last one.
+
+    Example:
+        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
+        >>> counts = histogram(table, "x1", bins=2)
+        >>> counts.tested, counts.pareto
+        (array([2, 1]), array([1, 0]))
+    """
+
+    variable: str
+    edges: Array
+    values: tuple[Any, ...]
+    tested: Integers
+    feasible: Integers
+    pareto: Integers
+    outside: tuple[int, int] = (0, 0)
+
+
+def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
+    """Count the tested, feasible and Pareto-optimal designs over the range of a variable.
+
+    Args:
+        table: The tests.
+        variable: Name of a variable, objective, constraint or output. Bins of all but variables
+            span the feasible designs, or all if there are none, except for outliers
+            beyond three times the interquartile range, which are in no bin.
+        bins: The number of equal bins between the bounds of a real variable, or of an integer with
+            more than twice as many tested values; other columns have one bin for each value.
+
+    Raises:
+        ArgumentValueError: There is no such column, or no bin.
+
+    Example:
+        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.75], [1.0]], [[1], [2], [3]])
+        >>> counts = histogram(table.under(limits={"f1": 2}), "x1", bins=2)
+        >>> counts.edges, counts.tested, counts.feasible
+        (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
+    """
+    bins = integer("bins", bins, minimum=1)
+    feasible = table.feasible()
+    values: tuple[Any, ...] = ()
+    known_name("variable", variable, table.schema.values)
+    places = table.column(variable)
+    column = table.schema[variable]
+    if column.role != VARIABLE:
+        shown = places
+        if feasible.any():
+            shown = places[feasible]
+        edges = _edges(_near(shown), bins)
+    else:
+        kind = column.kind or Kind.REAL  # unknown without a design
+        options, ranks = value_ranks(places)
+        bounds = np.array([column.lower, column.upper], dtype=np.float64)  # NaN if unknown
+        points = np.append(places, bounds)
+        if kind is Kind.LOG:
+            edges = np.exp(_edges(np.log(points.astype(np.float64)), bins))
+        elif kind is Kind.REAL or (kind is Kind.INTEGER and len(options) > 2 * bins):
+            edges = _edges(points.astype(np.float64), bins)
+        else:
+            places = ranks
+            values = tuple(options)
+            edges = np.arange(-0.5, len(values))
+    places = places.astype(np.float64)  # the array is of objects if variables have several kinds
+    inside = places[feasible & np.isfinite(places)]
+    return Histogram(
+        variable=variable,
+        edges=edges,
+        values=values,
+        tested=np.histogram(places, edges)[0],
+        feasible=np.histogram(inside, edges)[0],
+        pareto=np.histogram(places[table.pareto()], edges)[0],
+        outside=(int((inside < edges[0]).sum()), int((inside > edges[-1]).sum())),
+    )
+
+
+def _near(places: Array) -> Array:
+    """Return finite values without outliers: one would leave all others in a single bin."""
+    places = places[np.isfinite(places)]
+    if len(places) == 0:
+        return places
+    low, high = np.quantile(places, [0.25, 0.75])
+    fence = 3 * (high - low) or np.inf  # Tukey's outer fences
+    return np.asarray(places[(places >= low - fence) & (places <= high + fence)])
+
+
+def _edges(points: Array, bins: int) -> Array:
+    """Return equidistant edges from the least to the greatest of finite points."""
+    points = points[np.isfinite(points)]
+    if len(points) == 0:
+        points = np.array([0.0, 1.0])
+    low = float(points.min())
+    high = float(points.max())
+    size = max(abs(low), abs(high))
+    if high - low <= 1e-9 * size:
+        # About a single value: half a unit, or space for the bins beside it.
+        pad = max(0.5, 1e-9 * size)
+        low -= pad
+        high += pad
+    return np.linspace(low, high, bins + 1)

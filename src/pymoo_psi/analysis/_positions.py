@@ -1,0 +1,142 @@
+"""Positions of several people on a decision: who holds what, and what separates them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymoo_psi._validation import Array, Entries
+from pymoo_psi.pareto import (
+    capital,
+    compare_designs,
+    listed,
+    number,
+    percent,
+    sentence,
+    without_rounding,
+)
+from pymoo_psi.table import TestTable
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_TIE = 1e-9  # regrets that differ by less are equal
+
+
+def latest_positions(positions: Sequence[Entries]) -> list[Entries]:
+    """Return what each name holds last, in the order in which the names first occur.
+
+    Args:
+        positions: Those of a :class:`~pymoo_psi.Decision`, in the order of their dates.
+    """
+    return [*{one["name"]: one for one in positions}.values()]
+
+
+def positions_frame(table: TestTable) -> pd.DataFrame:
+    """Return who holds which design, under which limits and weights, and why.
+
+    Returns:
+        Texts, one row for each name; empty columns are omitted.
+    """
+    import pandas as pd
+
+    rows = []
+    for position in latest_positions(table.decision.positions):
+        under = written_limits(table.under(limits=position["limits"]))
+        for word, key in (("weight", "weights"), ("aspiration", "aspiration")):
+            for objective, value in position[key].items():
+                under.append(f"{word} of {objective} {number(value)}")
+        row = {
+            "name": position["name"],
+            "choice": position["chosen"] or "none",
+            "under": "; ".join(under),
+            "why": position["reason"],
+        }
+        rows.append(row)
+    frame = pd.DataFrame(rows)
+    return frame.loc[:, (frame != "").any()]
+
+
+def written_limits(table: TestTable) -> list[str]:
+    """Return the limits of a table as they can be typed, with their units."""
+    texts = []
+    for name, limit in table.limits.items():
+        unit = table.schema.units.get(name, "")
+        texts.append(f"{limit.written(name)} {unit}".strip())
+    return texts
+
+
+def decision_sentences(decided: Entries | None) -> list[str]:
+    """Return what a group has decided, and who dissents."""
+    if decided is None:
+        return []
+    on = ""
+    if decided["date"]:
+        on = f" on {decided['date'][:10]}"
+    by = ""
+    if decided["agree"]:
+        by = f" by {listed(decided['agree'])}"
+    sentences = [sentence("decided", on=on, design=decided["chosen"], by=by)]
+    if decided["dissent"]:
+        sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
+    return sentences
+
+
+def separation_sentences(table: TestTable) -> list[str]:
+    """Return what separates the positions of a table's decision, and what all regret least."""
+    latest = latest_positions(table.decision.positions)
+    if not latest:
+        return []
+    free = table.under(limits={}).feasible_ranking()
+    if table.eligible().any():
+        free = replace(free, frame=table.feasible_ranking().frame)
+    rows = {free.name_of(row): row for row in range(len(free.rows))}
+    positions = [position for position in latest if position["chosen"] in rows]
+    sentences = []
+    for k, one in enumerate(positions):
+        for other in positions[:k]:
+            if one["chosen"] == other["chosen"]:
+                continue
+            pair = compare_designs(free, rows=[rows[other["chosen"]], rows[one["chosen"]]])
+            sentences.append(pair.sentence("apart", 1, name=one["name"], holder=other["name"]))
+    if sentences and table.eligible().any():
+        choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
+        sentences.append(_least_regret(table, positions, choices, free.lengths))
+    return sentences
+
+
+def _least_regret(
+    table: TestTable, positions: Sequence[Entries], choices: Array, lengths: Array
+) -> str:
+    """Return which design all regret least.
+
+    The regret of a design for a position is its greatest loss against the choice of the position,
+    in shares of the ranges, each multiplied by the weight of the objective over the greatest one.
+
+    Args:
+        table: The tests.
+        positions: The p positions.
+        choices: ``(p, m)`` objectives of their choices, minimised.
+        lengths: ``(m,)`` the ranges.
+    """
+    ranking = table.feasible_ranking()
+    front = np.flatnonzero(ranking.pareto)
+    values = without_rounding(np.vstack([choices, ranking.objectives.minimized[front]]))
+    weights = np.ones(choices.shape)
+    for i, position in enumerate(positions):
+        for name, weight in position["weights"].items():
+            weights[i, table.schema.objectives.index(name)] = weight
+    most = weights.max(axis=1, keepdims=True)
+    weights /= np.where(most > 0, most, 1.0)
+    losses = (values[len(positions) :, None] - values[: len(positions)]) / lengths * weights
+    regrets = losses.max(axis=2, initial=0.0) + 0.0  # no -0
+    keys = (regrets.sum(axis=1), regrets.max(axis=1))
+    best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
+    texts = []
+    for position, regret in zip(positions, regrets[best], strict=True):
+        texts.append(f"{position['name']} {percent(regret)}")
+    design = capital(ranking.name_of(int(front[best])))
+    return sentence("least regret", design=design, regrets=", ".join(texts))

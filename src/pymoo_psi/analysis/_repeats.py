@@ -1,0 +1,237 @@
+"""Repeated tests of a design: their mean, and how sure a decision on means is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from pymoo_psi._validation import Array, Received, Rows, counted, invalid, known_name
+from pymoo_psi.pareto import percent, sentence, standard_errors, weights_sentence
+from pymoo_psi.table import (
+    N_TESTS,
+    NOT_OF_DESIGNS,
+    NUMBERS_ROLES,
+    OUTPUT,
+    PROPOSAL_ROUND,
+    Column,
+    Data,
+    Formulation,
+    TestTable,
+    blank,
+    error_column,
+    first_of,
+    has_errors,
+    unequal,
+)
+
+_VARIABLES = "variables"
+_ROUNDED = 1e-13  # the relative rounding error of a mean of equal values
+
+
+def averaged(table: TestTable, by: str | None = None) -> TestTable:
+    """Return the table of designs, each the mean of its tests.
+
+    Tests with the same value in a column are tests of one design. Further outputs are ``tests``,
+    their number, and the standard error of each objective. Failed tests do not count. Notes in
+    which tests of a design differ are omitted.
+
+    Args:
+        table: The tests.
+        by: Name of the column; by default, and for ``"variables"``, all variables.
+
+    Raises:
+        ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or tests
+            with the same value have different variables.
+
+    Example:
+        >>> tests = TestTable.of(range(1, 6), np.zeros((5, 0)), [[1], [2], [3], [5], [7]],
+        ...                      notes={"rail": ["A", "A", "B", "B", "B"]})
+        >>> designs = averaged(tests, "rail")
+        >>> designs.names, designs["f1"], designs["tests"]
+        (['A', 'B'], array([1.5, 5. ]), array([2., 3.]))
+        >>> designs["f1 standard error"].round(2)
+        array([1.19, 0.97])
+    """
+    tests = table.under(Formulation(ranges={}))
+    schema = tests.schema
+    by, first, design = _tests_by_design(tests, by)
+    usable = ~tests.failed() & np.isfinite(tests.F).all(axis=1)
+    design_of_usable = design[usable]
+    counts = np.bincount(design_of_usable, minlength=len(first))
+    designs = tests.take(first)
+    columns = dict(designs.data)
+    for name in schema.of_role(*NUMBERS_ROLES):
+        if name == PROPOSAL_ROUND:  # the round that first proposed the design
+            continue
+        values = tests.data[name][usable]
+        sums = np.bincount(design_of_usable, values, len(first))
+        columns[name] = np.where(counts == 0, columns[name], sums / np.maximum(counts, 1))
+    columns[N_TESTS] = counts.astype(np.float64)
+    squares = np.zeros((len(first), len(schema.objectives)))
+    for j, name in enumerate(schema.objectives):
+        values = tests.data[name][usable]
+        squares[:, j] = _squared_deviations(values, columns[name], design_of_usable)
+    errors = standard_errors(squares, counts)
+    columns |= zip(map(error_column, schema.objectives), errors.T, strict=True)
+    outputs = [Column(name, OUTPUT) for name in columns if name not in schema.names]
+    facts = [
+        *table.facts,
+        f"{counted(len(first), 'design')}, {counted(len(tests), 'test')}: "
+        f"rows with the same {by} are tests of one design.",
+    ]
+    if not usable.all():
+        n_unusable = counted((~usable).sum(), "test")
+        facts.append(f"{n_unusable} have no values and do not count.")
+    for name in schema.notes:
+        cells = tests.data[name]
+        if unequal(cells, cells[first[design]]).any():
+            del columns[name]
+            if name not in NOT_OF_DESIGNS:  # these differ in all tests
+                facts.append(f"Left out, as tests of one design differ in it: {name}.")
+    # The columns in which tests of one design agree.
+    schema = schema.without({*schema.notes} - {*columns})
+    lost = {*designs.numbers[counts == 0].tolist()}
+    designs = replace(
+        designs,
+        evaluated=replace(schema, columns=(*schema.columns, *outputs)),
+        data=Data(columns),
+        failures={number: why for number, why in designs.failures.items() if number in lost},
+        problem=None,  # no run continues a study of means
+        facts=tuple(facts),
+        n_stored=0,
+    )
+    label = None
+    if by in schema.notes:
+        label = by
+    return designs.with_notes({}, label).under(table.decision)
+
+
+def _squared_deviations(values: Array, means: Array, design: Rows) -> Array:
+    """Return the ``(k,)`` sums of the squared deviations of tests from the means of designs.
+
+    Args:
+        values: ``(n,)`` the values of the tests.
+        means: ``(k,)`` the means of the designs.
+        design: ``(n,)`` the design of each test.
+    """
+    deviations = values - means[design]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
+    return np.asarray(np.bincount(design, deviations**2, len(means)), dtype=np.float64)
+
+
+def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]:
+    """Return which tests are those of one design.
+
+    Args:
+        table: The n tests.
+        by: As for :func:`averaged`.
+
+    Returns:
+        The name of the column whose equal values mark the tests of one design; ``(k,)`` the row of
+        the first test of each design; ``(n,)`` the design of each test.
+
+    Raises:
+        ArgumentValueError: No value recurs, or tests with equal ones have different variables.
+    """
+    keys = table.schema.keys(table.data)
+    labels: list[Any] = keys
+    if by is None or (by == _VARIABLES and by not in table.columns):
+        by = _VARIABLES
+        if not table.schema.variables:
+            raise invalid("by", "the column that names designs, as there are no variables", None)
+    else:
+        cells = table.column(known_name("repeats", by, table.columns))
+        gaps = blank(cells)
+        if gaps.any():
+            received = Received(f"none in row {int(gaps.argmax()) + 1} of {by}")
+            raise invalid("repeats", "a column without gaps", received)
+        labels = cells.tolist()
+    first_of_label = first_of(labels)
+    first, design = np.unique(first_of_label, return_inverse=True)
+    if len(first) == len(table):
+        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
+    for row, key in enumerate(keys):  # none without variables
+        if key != keys[first_of_label[row]]:
+            received = Received(f"{by} {labels[row]} with different ones")
+            raise invalid("repeats", "a column whose equal values have equal variables", received)
+    return by, first, design
+
+
+def _first_tests(table: TestTable) -> Rows:
+    """Return ``(n,)`` the row of the first test of the same design."""
+    if not table.evaluated.variables:  # no design equals another
+        return np.arange(len(table))
+    return first_of(table.evaluated.keys(table.data))
+
+
+def averaged_repeats(table: TestTable) -> TestTable:
+    """Return the tests of a noisy model, those of the same design averaged if there are any."""
+    if (_first_tests(table) == np.arange(len(table))).all():
+        return table
+    return averaged(table)
+
+
+def designs_of_source(
+    table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
+) -> TestTable:
+    """Return the designs of a source, repeated tests averaged.
+
+    Args:
+        table: The tests or designs.
+        repeats: As for :func:`read_table`.
+        is_study: Whether the source is a study, which tests a design once unless its model is noisy
+            or people repeat a test.
+    """
+    if repeats:
+        return averaged(table, repeats)
+    if repeats is None and is_study and undeclared_repeats(table):
+        return averaged(table)
+    return table
+
+
+def undeclared_repeats(table: TestTable) -> list[str]:
+    """Say which rows share a label, or all variables, and differ in objectives."""
+    table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
+    label = table.schema.label
+    word = "variables"
+    first = _first_tests(table)
+    if label is not None:
+        first_of_label = first_of(table.column(label).tolist())
+        if len(np.unique(first_of_label)) < len(table):
+            first = first_of_label
+            word = label
+    differing = unequal(table.F, table.F[first]).any(axis=1)
+    if not differing.any():
+        return []
+    n_designs = len(np.unique(first[differing]))
+    return [
+        f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
+        f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "
+        "repeats= in Python."
+    ]
+
+
+def certainty_sentences(table: TestTable, row: int) -> list[str]:
+    """Say for how many weights a design is the best and, if errors are known, how sure that is.
+
+    Args:
+        table: The designs.
+        row: Row of the design in the ranking of the feasible designs.
+    """
+    sentences = []
+    weights = weights_sentence(table.feasible_ranking(), row)
+    if weights:
+        sentences.append(weights)
+    if has_errors(table):
+        chances = table.confidence().iloc[row]
+        text = sentence(
+            "confidence",
+            design=str(chances.name),
+            best=percent(chances["best"]),
+            near=percent(chances["near_best"]),
+            pareto=percent(chances["pareto"]),
+        )
+        sentences.append(text)
+    return sentences

@@ -1,0 +1,214 @@
+"""Tables of what files and studies hold: columns, and a head that says what they mean.
+
+    table_of(head_of(table), columns_of(table)) is the table.
+
+A file of designs has a shorter head, as not all of its columns are known: :func:`designs_head`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._validation import (
+    AnyArray,
+    Columns,
+    Entries,
+    Head,
+    Names,
+    Received,
+    Values,
+    invalid,
+)
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.files._cells import UnfitError
+from pymoo_psi.table import (
+    DESIGNS_MARK,
+    FORMAT,
+    LABEL,
+    MARK,
+    NOTE,
+    TEST,
+    Data,
+    Decision,
+    TestTable,
+    cells_of_kind,
+    checked_numbers,
+    choice_values,
+    column_names,
+    decision_head,
+    decision_of_head,
+    kinds_of_columns,
+    marks_of,
+    names_of,
+    result_columns,
+    schema_of,
+    units_of,
+)
+
+HEAD_REMEDY = "remove that description, and say --objectives and --maximize"
+
+
+def table_of(head: Head, columns: Columns) -> TestTable:
+    """Return the table of a head and columns.
+
+    Args:
+        head: As :func:`head_of` returns it.
+        columns: As :func:`columns_of` returns them, in any order; further ones are not read. Only
+            tests with the status "failed" have failed; others have the status that follows.
+
+    Raises:
+        KeyError: An entry or a column is missing.
+        ArgumentValueError: They do not fit one another.
+        ArgumentTypeError: As for ``ArgumentValueError``.
+    """
+    schema = schema_of(head)
+    data: Columns = {}
+    for column in schema.columns:
+        cells = columns[column.name]
+        if column.kind is Kind.CHOICE:
+            cells = choice_values(cells)
+        if column.role not in (LABEL, NOTE):
+            cells = cells_of_kind(column.name, cells, column.kind)
+        data[column.name] = cells
+    results = result_columns(schema.names)
+    numbers = checked_numbers(columns[TEST])
+    has_failed = columns[results["status"]] == "failed"
+    reasons = columns[results["reason"]][has_failed]
+    table = TestTable(
+        schema,
+        Data(data),
+        numbers,
+        problem=head.get("problem"),
+        decimal=head.get("decimal", "."),
+        separator=head.get("separator", ","),
+    )
+    failures = {}
+    for number, reason in zip(numbers[has_failed].tolist(), reasons.tolist(), strict=True):
+        # What follows from the values, without a limit, is no failure of the evaluation.
+        if table.reasons.get(number) != reason:
+            failures[number] = reason
+    return replace(table, failures=failures, decision=decision_of_head(head))
+
+
+@contextmanager
+def described(where: object) -> Iterator[None]:
+    """Turn errors of a source without a table into one that names the source and the problem."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        problem = str(error)
+        if isinstance(error, KeyError):
+            problem = f"the column or entry {error} is missing"
+        raise ArgumentValueError(
+            f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {problem}"
+        ) from error
+
+
+# The cells of a file, whose head is that of a table
+
+
+def tests_of_cells(where: object, head: Head, cells: Entries) -> TestTable:
+    """Return the tests in the cells of a file whose head is that of a table.
+
+    Args:
+        where: What they come from, for messages.
+        head: As :func:`marked` returns it.
+        cells: Those of each column by its heading, texts or values.
+
+    Raises:
+        ArgumentValueError: They are those of no table, or damaged; the message says where.
+    """
+    with described(where):
+        if head[MARK] != FORMAT:
+            raise ValueError(f"its format is {head[MARK]!r:.20}, not {FORMAT}")
+        # By name, not by place: people rearrange columns and add their own, which are not read.
+        names = names_of([*cells], head.get("units", {}))
+        cells_by_name = dict(zip(names, map(cells.__getitem__, cells), strict=True))
+        # A file cut at the end of a line is one with fewer tests; the number in the head tells.
+        n = len(cells_by_name[TEST])
+        if n != head["tests"]:
+            raise ValueError(
+                f"it holds {n} of {head['tests']} tests, so it was cut or edited; "
+                f'if that is meant, set "tests" in its head to {n}'
+            )
+        columns = {}
+        for name, kind in kinds_of_columns(schema_of(head)).items():
+            try:
+                columns[name] = _values(cells_by_name[name], kind, head.get("decimal", "."))
+            except ValueError:
+                rule = f"the column {name!r} holds other than {kind.value} values"
+                raise ValueError(rule) from None
+        table = table_of(head, columns)
+        status = columns[result_columns(table.columns)["status"]]
+        for row in np.flatnonzero(status != table.status)[:1]:
+            raise invalid(
+                "status",
+                "ok where constraints and limits are met, infeasible where not, or failed",
+                Received(f"{str(status[row])!r} for test {table.numbers[row]}"),
+            )
+        return table
+
+
+def _values(cells: Iterable[Any], kind: Kind, decimal: str) -> AnyArray:
+    """Return the values of a column of a kind."""
+    texts = ["" if cell is None else str(cell) for cell in cells]
+    if kind is Kind.CHOICE:
+        return np.fromiter(texts, object)
+    if kind is Kind.BINARY:
+        return np.array([("false", "true").index(text.lower()) == 1 for text in texts], dtype=bool)
+    number: Any = int if kind is Kind.INTEGER else float
+    # Python takes 1_0 for 10.
+    values = [number(text.replace("_", " ").replace(decimal, ".") or "nan") for text in texts]
+    return np.array(values, DTYPES[kind])
+
+
+# The head of a file of designs, whose columns are not all known
+
+
+def designs_head(designs: TestTable, columns: Collection[str]) -> Values:
+    """Return the head of a file of designs, with which :func:`read_table` reads what was written.
+
+    Args:
+        designs: The designs of the file.
+        columns: Names of all columns of the file.
+    """
+    schema = designs.schema
+    head = decision_head(designs.decision)
+    head.pop("limits", None)  # the designs keep them
+    return {
+        DESIGNS_MARK: 1,
+        "objectives": schema.objectives,
+        "maximized": schema.maximize,
+        "variables": schema.variables,
+        "units": units_of(columns, schema.units),
+        **head,
+        **marks_of(designs),
+    }
+
+
+def stated_by_designs(head: Head) -> tuple[Decision, Names]:
+    """Return the decision on designs and the names of their variables, as their head says.
+
+    Raises:
+        UnfitError: The head is damaged.
+    """
+    try:
+        decision = decision_of_head(head)
+        formulation = replace(
+            decision.formulation,
+            objectives=head.get("objectives", ()),
+            maximize=head.get("maximized", ()),
+            units=head.get("units", {}),
+        )
+        variables = column_names("variables", head.get("variables", ()))
+        return replace(decision, formulation=formulation), variables
+    except (TypeError, AttributeError, ValueError):
+        raise UnfitError(
+            "what it says of its columns is damaged or of a later version", HEAD_REMEDY
+        ) from None

@@ -1,0 +1,124 @@
+"""How sure a decision on the means of repeated tests is.
+
+The noise of an objective is taken to be normal and independent. Its variance is pooled from the
+differences between tests of the same designs, unless a design has five tests or more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pymoo_psi._validation import Array, Integers
+from pymoo_psi.pareto._dominance import nondominated, unit_lengths
+from pymoo_psi.pareto._ranking import EfficiencyRanking
+
+NEAR_BEST = 0.05
+"""Designs at most 5 % farther from the ideal point than the best one are as good as it."""
+
+_MANY_TESTS = 5  # of a design, from which on the variance is its own
+_SAMPLES = 1000
+_MANY = 2000  # designs above which there are fewer samples
+_SAMPLES_OF_MANY = 200
+_FEWEST_FOR_PRIOR = 5  # designs for each objective from which on means are shrunk
+_LEAST_VARIANCE = 1e-9  # on scaled objectives, so that no matrix is singular
+_SEED = 1
+_ROUNDING = 1e-9  # the relative difference up to which distances are equal
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def standard_errors(squares: Array, counts: Integers) -> Array:
+    """Return the ``(n, m)`` standard errors of the means of designs.
+
+    Args:
+        squares: ``(n, m)`` sums of the squared deviations from the means of the designs.
+        counts: ``(n,)`` numbers of tests.
+
+    Returns:
+        Not finite if no design has two tests, or this one has none.
+    """
+    n_tests = counts[:, None]
+    degrees = np.maximum(n_tests - 1, 0)
+    pooled = squares.sum(axis=0) / degrees.sum()
+    variances = np.where(n_tests < _MANY_TESTS, pooled, squares / degrees)
+    return np.asarray(np.sqrt(variances / n_tests))
+
+
+def degrees_of_freedom(counts: Array) -> Array:
+    """Return ``(n,)`` the degrees of freedom of the standard errors of n designs.
+
+    Args:
+        counts: ``(n,)`` numbers of tests; NaN where a number is not known.
+    """
+    pooled = np.fmax(counts - 1, 0).sum()
+    return np.where(counts < _MANY_TESTS, max(pooled, 1), counts - 1)
+
+
+def probabilities(
+    ranking: EfficiencyRanking, errors: Array, degrees: Array | None = None
+) -> tuple[Array, Array]:
+    """Return what is probable of the true values of designs whose means are ranked.
+
+    Args:
+        ranking: The ranking of the means of n designs.
+        errors: ``(n, m)`` their standard errors.
+        degrees: ``(n,)`` the degrees of freedom of these; None if they are known exactly.
+
+    Returns:
+        ``(n, m)`` expected true values, in the original directions, and ``(n, 3)`` the
+        probabilities of being Pareto optimal, the nearest to the ideal point, and at most 5 %
+        farther.
+    """
+    means, factors = _posterior(ranking.objectives.minimized, errors)
+    n_samples = _SAMPLES
+    if len(means) > _MANY:
+        n_samples = _SAMPLES_OF_MANY
+    generator = np.random.default_rng(_SEED)
+    counts = np.zeros((len(means), 3))
+    for _ in range(n_samples):
+        steps = generator.standard_normal(means.shape)
+        if degrees is not None:  # the variance of the noise is an estimate, too
+            degree = degrees[:, None]
+            steps *= np.sqrt(degree / generator.chisquare(degree, means.shape))
+        sample = means + np.einsum("ijk,ik->ij", factors, steps)
+        is_pareto = nondominated(sample)
+        distance = ranking.frame.around(sample[is_pareto]).distances(sample)[:, 0]
+        least = distance[is_pareto].min()
+        counts[:, 0] += is_pareto
+        counts[:, 1] += is_pareto & (distance <= least * (1 + _ROUNDING))
+        counts[:, 2] += distance <= least * (1 + NEAR_BEST)
+    return ranking.objectives.original(means), counts / n_samples
+
+
+def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
+    """Return the normal distribution of the true values of each design, given its means.
+
+    The designs themselves say how true values are distributed (empirical Bayes): normally, with
+    the covariance of the means less that of their errors. So a mean that is unlike those of the
+    other designs is pulled towards them. Of few designs, means stay as they are.
+
+    Args:
+        values: ``(n, m)`` means.
+        errors: ``(n, m)`` their standard errors.
+
+    Returns:
+        ``(n, m)`` expectations, and ``(n, m, m)`` factors L of the covariances L Lᵀ.
+    """
+    n, m = values.shape
+    lengths = unit_lengths(values.min(axis=0), values.max(axis=0))
+    lengths = np.where(np.isfinite(lengths), lengths, 1.0)
+    # The noise of each design, as a diagonal matrix.
+    noise = ((errors / lengths) ** 2)[:, :, None] * np.eye(m)
+    if n < _FEWEST_FOR_PRIOR * m:
+        return values, np.sqrt(noise) * lengths[:, None]
+    scaled = values / lengths
+    spread = np.atleast_2d(np.cov(scaled.T)) - noise.mean(axis=0)
+    sizes, axes = np.linalg.eigh(spread)
+    prior = (axes * np.maximum(sizes, _LEAST_VARIANCE)) @ axes.T
+    gains = prior @ np.linalg.inv(prior + noise)
+    center = scaled.mean(axis=0)
+    means = center + np.einsum("ijk,ik->ij", gains, scaled - center)
+    covariances = prior - gains @ prior
+    covariances = (covariances + covariances.transpose(0, 2, 1)) / 2
+    sizes, axes = np.linalg.eigh(covariances)
+    factors = axes * np.sqrt(np.maximum(sizes, 0.0))[:, None, :]
+    return means * lengths, factors * lengths[:, None]

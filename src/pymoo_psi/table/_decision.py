@@ -1,0 +1,281 @@
+"""What people decided: a formulation, the chosen design and the reason, and their positions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+
+from pymoo_psi._output import whole_file
+from pymoo_psi._validation import (
+    Entries,
+    FilePath,
+    Values,
+    collection,
+    distinct,
+    instance,
+    invalid,
+    known_name,
+    mapping,
+)
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table._formulation import Formulation
+from pymoo_psi.table._limits import limits_of
+
+_VERSION = 1  # of the file
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A decision on a table of designs: the file that a decision page saves.
+
+    Attributes:
+        formulation: What is asked: objectives, directions, limits, normalisation.
+        chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
+        reason: Why it was chosen.
+        positions: Positions of people, one mapping for each person and date: ``name``; ``date`` in
+            ISO 8601, or empty; ``chosen``, the name of a design or None; ``limits``, ``weights``
+            and ``aspiration`` of objectives by name; ``reason``. Positions with the same name are a
+            history. They are kept by date, each once, so that positions of several files can be
+            joined in any order.
+        decided: The decision of a group, None if there is none: ``chosen``, the name of a design,
+            and, where they are known, ``date``; ``agree`` and ``dissent``, lists of names.
+        page: Other settings of the decision page, without effect on the decision.
+
+    Raises:
+        ArgumentValueError: An entry of a position or decision is unknown or not valid.
+
+    Example:
+        >>> decision = Decision(Formulation(limits="mass<=30"), chosen="A", reason="lightest")
+        >>> decision.formulation.limits["mass"].written("mass")
+        'mass<=30'
+    """
+
+    formulation: Formulation = field(default_factory=Formulation)
+    chosen: str | None = None
+    reason: str = ""
+    positions: Sequence[Entries] = ()
+    decided: Entries | None = None
+    page: Entries = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the entries, and take copies."""
+        instance("formulation", self.formulation, Formulation)
+        if self.chosen is not None:
+            instance("chosen", self.chosen, str)
+        instance("reason", self.reason, str)
+        self._set("page", dict(mapping("page", self.page, "settings to values")))
+        rule = "a list of mappings, one for each person and date"
+        positions = {}
+        for entries in collection("positions", self.positions, rule):
+            position = _checked("a position", entries, _Position)
+            limits = limits_of(position["limits"], "the limits of a position")
+            position["limits"] = {name: limit.plain for name, limit in limits.items()}
+            content = json.dumps(position, sort_keys=True)
+            key = (position["date"], position["name"], position["chosen"] or "", content)
+            positions[key] = position
+        # In one order, each once, whatever files they come from and in whatever order.
+        self._set("positions", [positions[key] for key in sorted(positions)])
+        if self.decided is not None:
+            self._set("decided", _checked("decided", self.decided, _Group))
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+    def beside(self, other: Decision) -> Decision:
+        """Return it with what it leaves open as another one has it.
+
+        Without a chosen design it takes the other choice and its reason, without positions or a
+        decision of a group those of the other; its formulation as in :meth:`Formulation.beside`.
+
+        Example:
+            >>> Decision(Formulation(limits="x1>=2")).beside(Decision(chosen="A")).chosen
+            'A'
+        """
+        changes: Values = {
+            "formulation": self.formulation.beside(other.formulation),
+            "positions": self.positions or other.positions,
+            "decided": self.decided or other.decided,
+        }
+        if self.chosen is None:
+            changes |= {"chosen": other.chosen, "reason": other.reason}
+        return replace(self, **changes)
+
+    @property
+    def stated(self) -> Values:
+        """What differs from the defaults, the formulation first, as values that JSON can hold.
+
+        Example:
+            >>> Decision(Formulation(["mass"]), chosen="A").stated
+            {'objectives': ['mass'], 'chosen': 'A'}
+        """
+        stated = dict(self.formulation.stated)
+        for name in _OF_DECISION:
+            value = getattr(self, name)
+            if value != getattr(_DEFAULT, name):
+                stated[name] = value
+        return stated
+
+    @classmethod
+    def of_stated(cls, entries: Entries) -> Decision:
+        """Return the decision of entries such as :attr:`stated`.
+
+        Raises:
+            ArgumentValueError: An entry is unknown, or not valid.
+
+        Example:
+            >>> Decision.of_stated({"objectives": ["mass"], "chosen": "A"}).chosen
+            'A'
+        """
+        arguments = {}
+        of_formulation = {}
+        for name, value in entries.items():
+            known_name("an entry", name, [*_OF_FORMULATION, *_OF_DECISION])
+            if name in _OF_DECISION:
+                arguments[name] = value
+            else:
+                of_formulation[name] = value
+        return cls(Formulation(**of_formulation), **arguments)
+
+    def to_json(self, path: FilePath) -> None:
+        """Write the decision as JSON, to be read by :meth:`read_json` or edited by hand.
+
+        Raises:
+            OSError: The file cannot be written.
+
+        Example:
+            >>> import os, tempfile
+            >>> decision = Decision(Formulation(maximize=["gain"], limits={"mass": (None, 30)}))
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     decision.to_json(os.path.join(folder, "decision.json"))
+            ...     print(Path(folder, "decision.json").read_text())
+            ...     Decision.read_json(os.path.join(folder, "decision.json")) == decision
+            {
+             "maximize": ["gain"],
+             "limits": {"mass": [null, 30]},
+             "version": 1
+            }
+            <BLANKLINE>
+            True
+        """
+        # One line for each entry: short enough to be read, and to be edited by hand.
+        lines = []
+        for name, value in self.stated.items():
+            text = json.dumps(value, ensure_ascii=False, allow_nan=False)
+            lines.append(f'"{name}": {text}')
+        lines.append(f'"version": {_VERSION}')
+        content = ",\n ".join(lines)
+        with whole_file(path) as file:
+            file.write_text(f"{{\n {content}\n}}\n", encoding="utf-8")
+
+    @classmethod
+    def read_json(cls, path: FilePath) -> Decision:
+        """Read a decision that a page saved, or a formulation; the file may be untrusted.
+
+        Raises:
+            ArgumentValueError: The file is no decision, or an entry is not valid.
+            OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = Path(folder, "decision.json")
+            ...     _ = path.write_text('{"computed": {"r": "mass / stress"}}')
+            ...     Decision.read_json(path).formulation.computed
+            {'r': 'mass / stress'}
+        """
+        return cls.from_json(Path(path).read_bytes(), path)
+
+    @classmethod
+    def from_json(cls, content: bytes, where: object) -> Decision:
+        """Return the decision in the content of such a file; ``where`` names it in messages.
+
+        Raises:
+            ArgumentValueError: It is no decision.
+
+        Example:
+            >>> Decision.from_json(b'{"limits": {"f1": 60}}', "a request").formulation
+            Formulation(limits={'f1': 60})
+        """
+        try:
+            entries = json.loads(
+                content.decode("utf-8-sig"),
+                object_pairs_hook=distinct,
+                parse_constant=_number,
+                parse_float=_number,
+                parse_int=_number,
+            )
+            if not isinstance(entries, dict):
+                raise invalid("it", "an object of JSON", entries)
+            version = entries.pop("version", _VERSION)  # a file written by hand needs none
+            if version != _VERSION:
+                raise invalid("its version", f"{_VERSION}", version)
+            return cls.of_stated(entries)
+        except (ValueError, TypeError, RecursionError) as error:
+            raise ArgumentValueError(
+                f"{where} must be a decision, as Decision.to_json and 'Save decision' of the "
+                f"page write it: {error}"
+            ) from None
+
+
+def decision_of(formulation: Formulation | Decision | None) -> Decision:
+    """Return a decision as it is, and a formulation as a decision without a choice.
+
+    Raises:
+        ArgumentTypeError: It is neither.
+    """
+    if formulation is None:
+        return Decision()
+    if isinstance(formulation, Decision):
+        return formulation
+    remedy = "such as Formulation(['mass', 'cost'])"
+    return Decision(instance("formulation", formulation, Formulation, remedy))
+
+
+class _Position(msgspec.Struct, forbid_unknown_fields=True):
+    """What somebody holds; see :attr:`Decision.positions`."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+    date: str = ""
+    chosen: str | None = None
+    limits: Values = {}
+    weights: dict[str, Annotated[float, msgspec.Meta(ge=0)]] = {}
+    aspiration: dict[str, float] = {}
+    reason: str = ""
+
+
+class _Group(msgspec.Struct, forbid_unknown_fields=True):
+    """The decision of a group; see :attr:`Decision.decided`."""
+
+    chosen: str
+    date: str = ""
+    agree: list[str] = []
+    dissent: list[str] = []
+
+
+def _checked(where: str, entries: Any, kind: Any) -> Values:
+    """Return entries as a class has them, complete."""
+    plain = msgspec.to_builtins(entries, enc_hook=lambda value: np.asarray(value).tolist())
+    try:
+        values: Values = msgspec.to_builtins(msgspec.convert(plain, kind))
+    except msgspec.ValidationError as error:
+        raise ArgumentValueError(f"{where}: {error}") from None
+    return values
+
+
+def _number(text: str) -> float:
+    """Return a number of JSON, which is finite here."""
+    number = float(text)
+    if not np.isfinite(number):
+        raise ValueError(f"{text:.20} is no finite number")
+    return int(text) if text.lstrip("-").isdecimal() else number
+
+
+_DEFAULT = Decision()
+_OF_FORMULATION = [attribute.name for attribute in fields(Formulation)]
+_OF_DECISION = [attribute.name for attribute in fields(Decision)[1:]]

@@ -1,0 +1,348 @@
+"""Limits on columns: how they are written, and what they allow.
+
+A limit is given as a number (the greatest value allowed), as a pair ``(lower, upper)`` with
+``None`` for an open end, or as a text such as ``">= 1, <= 5"``; on a column of texts as the text
+allowed, or a list of these. Several limits are a mapping from columns to these, or texts such as
+``"f1<=60, 1<=x1<=2, rail=yes, material in steel, alu"``, as on the command line. Everything that
+takes limits reads them here, once: :func:`limits_of` returns a :class:`Limit` for each column.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from pymoo_psi._validation import (
+    AnyArray,
+    Array,
+    Names,
+    Received,
+    finite_number,
+    instance,
+    invalid,
+    mapping,
+    wrong_type,
+)
+from pymoo_psi.table._schema import blank, column_names, real_column
+
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_LIMIT = re.compile(
+    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
+    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
+    re.DOTALL,
+)
+_TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>=]*)")
+_STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does not continue a list
+_TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
+_SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
+# Five or five thousand, as in a file: see the rule for numbers in read_table.
+_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
+_FORM = "a number or a pair (lower, upper)"
+
+
+class Limit(NamedTuple):
+    """What a limit allows, in the original direction: numbers from low to high, or some texts.
+
+    Attributes:
+        low: The least value allowed, infinite if there is none.
+        high: The greatest value allowed, infinite if there is none.
+        texts: The texts allowed in a column of texts; None for a limit on numbers.
+        is_bare: Whether it was given as a number without a side, the greatest value of a column
+            that is minimised.
+
+    Example:
+        >>> Limit.of("mass", 30.0).excess("mass", np.array([29.0, 32.0]))
+        array([0., 2.])
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    texts: tuple[str, ...] | None = None
+    is_bare: bool = False
+
+    @classmethod
+    def of(cls, column: str, value: Any) -> Limit:
+        """Return the limit in any of its forms: a number, a pair, a text, or a list of texts.
+
+        Raises:
+            ArgumentValueError: A number is NaN, the lower one is above the upper one, or a text is
+                no limit.
+            ArgumentTypeError: It has none of these forms.
+        """
+        if isinstance(value, Limit):
+            return value
+        if isinstance(value, str):
+            if re.search("[<>=]", value):
+                sides = sides_of_text(f"{column!r} in limits", value)
+                return cls(sides.get(">=", -math.inf), sides.get("<=", math.inf))._checked(column)
+            return cls(texts=(value,))
+        if _is_of_texts(value):
+            return cls(texts=tuple(value))
+        if isinstance(value, (tuple, list)):
+            if len(value) != 2:
+                raise wrong_type(f"{column!r} in limits", _FORM, value)
+            low = _end(column, value[0], -math.inf)
+            return cls(low, _end(column, value[1], math.inf))._checked(column)
+        if value is None:
+            raise wrong_type(f"{column!r} in limits", _FORM, value)
+        high = _end(column, value, math.inf)
+        return cls(high=high, is_bare=high < math.inf)._checked(column)
+
+    def _checked(self, column: str) -> Limit:
+        """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""
+        if not (self.low <= self.high and self.low < math.inf and self.high > -math.inf):
+            received = Received(f"({self.low:g}, {self.high:g})")
+            raise invalid(f"{column!r} in limits", "(lower, upper) in increasing order", received)
+        return self
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it allows every value."""
+        return self == Limit()
+
+    def excess(self, name: str, cells: AnyArray) -> Array:
+        """``(n,)`` by how much cells exceed it.
+
+        It is infinite if a number is not finite, and 1 if a text is not allowed.
+
+        Args:
+            name: The name of the column, for messages.
+            cells: ``(n,)`` its cells.
+
+        Raises:
+            ArgumentTypeError: They are other values than numbers.
+        """
+        if self.texts is not None:
+            return np.where(np.isin(texts_of(cells), self.texts), 0.0, 1.0)
+        values = real_column(name, cells)
+        # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
+        with np.errstate(over="ignore", invalid="ignore"):
+            excess = np.maximum(self.low - values, 0) + np.maximum(values - self.high, 0)
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        return np.asarray(np.where(np.isfinite(values), excess, np.inf))
+
+    @property
+    def plain(self) -> Any:
+        """The limit as JSON can hold it: a number, a pair with None for an open end, or texts."""
+        if self.texts is not None:
+            return [*self.texts]
+        high = None if self.high == math.inf else plain_number(self.high)
+        if self.is_bare:
+            return high
+        low = None if self.low == -math.inf else plain_number(self.low)
+        return [low, high]
+
+    def written(self, name: str) -> str:
+        """Return it in its written form, which :func:`limits_of` reads.
+
+        It cannot read a list without texts, nor names and texts that contain < > or =.
+
+        Example:
+            >>> Limit(high=30.0).written("mass"), Limit(0.25, 1.125).written("width")
+            ('mass<=30', '0.25<=width<=1.1250')
+            >>> Limit(texts=("tin", "oak")).written("material"), Limit(high=5.0).written("time, s")
+            ('material in tin, oak', '"time, s<=5"')
+        """
+        if self.texts is not None:
+            if len(self.texts) == 1:
+                return _entry(f"{name}={self.texts[0]}")
+            first, *others = self.texts or ("nothing",)
+            return ", ".join(map(_entry, [f"{name} in {first}", *others]))
+        if self.high == math.inf:
+            return _entry(f"{name}>={_digits(self.low)}")
+        if self.low == -math.inf:
+            return _entry(f"{name}<={_digits(self.high)}")
+        return _entry(f"{_digits(self.low)}<={name}<={_digits(self.high)}")
+
+
+def _end(column: str, value: Any, unbounded: float) -> float:
+    """Return an end of a limit as a float; the infinite one for None."""
+    if value is None:
+        return unbounded
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise wrong_type(f"{column!r} in limits", _FORM, value)
+    return float(value)
+
+
+AnyLimit: TypeAlias = float | str | Sequence[float | None] | Names | Limit
+"""The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
+``">= 1, <= 5"``; of a column of texts the text allowed, or a list of them."""
+Limits: TypeAlias = Mapping[str, AnyLimit] | Names
+"""Limits on objectives, variables and outputs by name; or texts such as ``"f1<=60, x1<=2"``."""
+
+
+def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limit]:
+    """Return limits in any of their forms by column.
+
+    Args:
+        limits: A mapping, a text, a list of texts, or None for no limits.
+        argument: What messages call it, such as ``--limits``.
+
+    Raises:
+        ArgumentValueError: A text is not a limit, one side of a column has two limits, or a number
+            may have a point between thousands.
+        ArgumentTypeError: It has none of these forms.
+
+    Example:
+        >>> limits = limits_of("f1<=2.5, yield>=80, 1<=x1<=2, material in steel, alu")
+        >>> [limit.written(name) for name, limit in limits.items()]
+        ['f1<=2.5', 'yield>=80', '1<=x1<=2', 'material in steel, alu']
+        >>> limits_of({"f1": 2.5, "yield": ">= 80"})["yield"]
+        Limit(low=80.0, high=inf, texts=None, is_bare=False)
+    """
+    if limits is None:
+        return {}
+    if isinstance(limits, str):
+        limits = [limits]
+    if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
+        return _limits_of_texts(limits, argument)
+    rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
+    by_column = {}
+    for name, limit in mapping(argument, limits, rule).items():
+        column_names(argument, [instance("a name in limits", name, str)])
+        by_column[str(name)] = Limit.of(name, limit)
+    return by_column
+
+
+def _limits_of_texts(texts: Names, argument: str) -> dict[str, Limit]:
+    limits: dict[str, Limit] = {}
+    listed = ""  # the column of the entry before, if that begins a list of texts
+    for entry in entries_of(texts):
+        if listed and not _STATEMENT.search(entry):
+            former = limits[listed].texts or ()
+            limits[listed] = Limit(texts=(*former, entry))
+            continue
+        name, limit = _limit_of_entry(entry, argument)
+        listed = ""
+        if "=" not in entry:  # column in text
+            listed = name
+        if name in limits:
+            limit = _joined(limits[name], limit, entry, argument)
+        limits[name] = limit._checked(name)
+    return limits
+
+
+def _joined(one: Limit, other: Limit, entry: str, argument: str) -> Limit:
+    """Return two limits on one column as one; each side can be given once."""
+    is_low_twice = one.low > -math.inf < other.low
+    is_high_twice = one.high < math.inf > other.high
+    if is_low_twice or is_high_twice or one.texts is not None or other.texts is not None:
+        raise invalid(argument, "given once for each side of a column", Received(entry))
+    return Limit(max(one.low, other.low), min(one.high, other.high))
+
+
+def _limit_of_entry(entry: str, argument: str) -> tuple[str, Limit]:
+    """Return the column of an entry, and its limit."""
+    match = _TEXTS.fullmatch(entry)
+    if match is not None:
+        return match["name"], Limit(texts=(match["text"].strip(),))
+    match = _LIMIT.fullmatch(entry)
+    # Two signs that state the same side are no limit, nor is the absence of both.
+    if match is None or _TURNED.get(match["left"]) == match["right"]:
+        raise invalid(
+            argument,
+            "of the form column<=number, number<=column<=number, column=text or "
+            "column in text, text, joined by commas",
+            Received(entry or "nothing"),
+            "use <= or >=, plain numbers with a decimal point, and no units",
+        )
+    sides = {}
+    if match["left"]:
+        sides[_TURNED[match["left"]]] = _number_of_one_meaning(match["first"], entry, argument)
+    if match["right"]:
+        sides[match["right"]] = _number_of_one_meaning(match["last"], entry, argument)
+    return match["name"], Limit(sides.get(">=", -math.inf), sides.get("<=", math.inf))
+
+
+def sides_of_text(argument: str, text: str) -> dict[str, float]:
+    """Return the sides of a limit such as ``">= 1, <= 5"``: numbers by sign.
+
+    Args:
+        argument: What messages call the limit.
+        text: The limit.
+
+    Raises:
+        ArgumentValueError: The text is something else, or gives a side twice.
+
+    Example:
+        >>> sides_of_text("the limit on stress", ">= 1, <= 250")
+        {'>=': 1.0, '<=': 250.0}
+    """
+    sides: dict[str, float] = {}
+    for part in str(text).split(","):
+        side = _SIDE.fullmatch(part)
+        if side is None or side["sign"] in sides:
+            raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
+        sides[side["sign"]] = finite_number(argument, float(side["number"]))
+    return sides
+
+
+def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
+    """Return a number; one that people write for five and for five thousand alike is refused."""
+    if _AMBIGUOUS.fullmatch(number):
+        raise invalid(
+            argument,
+            "of numbers that can be read in one way",
+            Received(f"{text}, whose point may be decimal or separate thousands"),
+            f"write {number.replace('.', '')}, or one decimal more or less",
+        )
+    return finite_number(argument, float(number))
+
+
+def entries_of(texts: Names) -> list[str]:
+    """Return the entries of lists with commas; quotation marks keep a comma in a name.
+
+    Example:
+        >>> entries_of(['"time, s",mass', "cost"])
+        ['time, s', 'mass', 'cost']
+    """
+    entries = []
+    for text in texts:
+        line = re.sub(r"[\n\0]", " ", text)  # csv refuses \0 before Python 3.11
+        rows = csv.reader([line], skipinitialspace=True)
+        cells = [cell.strip() for cell in next(rows, [])]
+        # An empty text stays an empty entry, to be refused: it is not the absence of a list.
+        entries += cells or [""]
+    return entries
+
+
+def texts_of(cells: AnyArray) -> AnyArray:
+    """``(n,)`` the texts of cells; a missing one is empty."""
+    return np.where(blank(cells), "", cells).astype(str)
+
+
+def _is_of_texts(limit: Any) -> bool:
+    """Whether a limit is a list of the texts that it allows; an empty one allows none."""
+    if not isinstance(limit, (list, tuple, set, frozenset)):
+        return False
+    return all(isinstance(text, str) for text in limit)
+
+
+def _entry(text: str) -> str:
+    """Return a text as an entry of a list, which :func:`entries_of` reads."""
+    if "," not in text:
+        return text
+    doubled = text.replace('"', '""')
+    return f'"{doubled}"'
+
+
+def _digits(number: float) -> str:
+    """Return a number as it is written in a limit, where its point is a decimal one."""
+    text = str(plain_number(number))
+    if _AMBIGUOUS.fullmatch(text):
+        text += "0"
+    return text
+
+
+def plain_number(value: float) -> float:
+    """Return a number as an integer where that is the same, so that files and names have 30."""
+    # Beyond 2^53 not every integer is a float64, and digits would be shown that are not there.
+    if value.is_integer() and abs(value) < 2**53:
+        return int(value)
+    return value

@@ -1,0 +1,594 @@
+"""What the columns of a table are, and which designs are the same.
+
+A :class:`Schema` is a list of columns, each with its name, role, kind, unit, direction and bounds.
+:meth:`Schema.keys` is the one rule for whether two designs are the same.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymoo_psi._kinds import DTYPES, keys_of_designs, option_text, plain
+from pymoo_psi._kinds import Kind as Kind  # public here
+from pymoo_psi._output import with_unit
+from pymoo_psi._validation import (
+    AnyArray,
+    Array,
+    Mask,
+    Names,
+    Received,
+    Rows,
+    finite_number,
+    instance,
+    integer,
+    invalid,
+    known_name,
+    mapping,
+    real_array,
+    require_shape,
+    wrong_type,
+)
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto import EQ_TOLERANCE
+
+VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY = "variable", "objective", "inequality", "equality"
+OUTPUT, LABEL, NOTE = "output", "label", "note"
+ROLES = (VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY, OUTPUT, LABEL, NOTE)
+"""What a column may be, in the order of the columns: a label names the designs, and a note has
+other content, such as the texts of a file."""
+NUMBERS_ROLES = (OBJECTIVE, INEQUALITY, EQUALITY, OUTPUT)  # columns of float64
+
+TEST = "test"
+"""The name of the numbers of tests in frames and files."""
+# Names that a column of a model cannot have: what a frame says of a test.
+RESULTS = ("status", "violated", "reason", "pareto")
+RESERVED = (TEST, *RESULTS)
+# Notes on tests of several runs: the run for which each was made, and its test point there.
+RUN, POINT = "run", "test_point"
+NOT_OF_DESIGNS = {RUN, POINT, "row"}  # notes that tell tests apart, not designs
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
+N_TESTS = "tests"
+"""Name of the output of a design that is the mean of several tests: how many they are."""
+
+# What sentences call the rows of a table, and those without values.
+_OF_TESTS = {"row": "test", "failed": "failed"}
+_OF_DESIGNS = {"row": "design", "failed": "incomplete"}
+# The types of the cells of a kind, exactly, since True is an int for isinstance.
+_TYPES = {Kind.REAL: float, Kind.LOG: float, Kind.INTEGER: int, Kind.BINARY: bool}
+_KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
+
+
+class Column(NamedTuple):
+    """A column of a table.
+
+    Attributes:
+        name: Its name.
+        role: What it is, one of :data:`ROLES`.
+        kind: The kind of its values; None of a variable until a design shows it.
+        unit: Its unit.
+        maximize: Whether it is to be maximised; of an output, if it were an objective.
+        lower: The lower bound of a variable, None where there is none or it is not known.
+        upper: The upper bound.
+
+    Example:
+        >>> Column("area", "variable", Kind.LOG, "mm2", lower=1.0).heading
+        'area [mm2]'
+    """
+
+    name: str
+    role: str
+    kind: Kind | None = Kind.REAL
+    unit: str = ""
+    maximize: bool = False
+    lower: float | None = None
+    upper: float | None = None
+
+    @property
+    def heading(self) -> str:
+        """The name with its unit, and "(max)" if it is to be maximised, for axes and headings."""
+        heading = with_unit(self.name, self.unit)
+        if self.maximize:
+            return f"{heading} (max)"
+        return heading
+
+    def checked(self) -> Column:
+        """Return the column with values of the right types.
+
+        Raises:
+            ArgumentValueError: A name cannot be written, the bounds do not fit.
+            ArgumentTypeError: A name or unit is not text, a bound not a number.
+        """
+        _require_writable(f"the name of a column ({self.role})", self.name)
+        unit = unit_text(self.name, self.unit)
+        kind = self.kind
+        if kind is not None:
+            kind = Kind(known_name(f"the kind of {self.name!r}", kind, [*map(str, _KINDS)]))
+        lower = _bound(self.name, self.lower)
+        upper = _bound(self.name, self.upper)
+        if lower is not None and upper is not None and lower > upper:
+            received = Received(f"{lower:g} and {upper:g}")
+            raise invalid(f"the bounds of {self.name!r}", "in increasing order", received)
+        if kind is Kind.LOG and lower is not None and lower <= 0:
+            raise invalid(f"the lower bound of {self.name!r}", "above 0 on a log scale", lower)
+        if self.maximize and self.role not in (OBJECTIVE, OUTPUT):
+            raise invalid("maximize", "of objectives and outputs", self.name)
+        return self._replace(kind=kind, unit=unit, lower=lower, upper=upper)
+
+
+_KINDS = [kind.value for kind in Kind]
+
+
+@dataclass(frozen=True)
+class Schema:
+    """The columns of a table.
+
+    Attributes:
+        columns: The columns, in the order of their roles.
+        eq_tolerance: How far an equality constraint may be from 0.
+
+    Raises:
+        ArgumentValueError: A name occurs twice, or a column does not fit its role.
+
+    Example:
+        >>> schema = Schema.of(["width"], ["mass", "gain"], maximize=["gain"], lower=[1], upper=[2])
+        >>> schema["gain"].maximize, schema.objectives, schema.sign
+        (True, ('mass', 'gain'), array([ 1., -1.]))
+    """
+
+    columns: tuple[Column, ...] = ()
+    eq_tolerance: float = EQ_TOLERANCE
+
+    def __post_init__(self) -> None:
+        """Check the columns, and put them into the order of their roles."""
+        columns = [column.checked() for column in self.columns]
+        columns.sort(key=lambda column: min(ROLES.index(column.role), ROLES.index(LABEL)))
+        object.__setattr__(self, "columns", tuple(columns))
+        tolerance = finite_number("eq_tolerance", self.eq_tolerance)
+        object.__setattr__(self, "eq_tolerance", tolerance)
+        if tolerance < 0:
+            raise invalid("eq_tolerance", "0 or more", tolerance)
+        for name, count in Counter([TEST, *self.names]).items():
+            if count > 1:
+                rule = f"distinct, and none of {TEST}"
+                raise invalid("the names of a table", rule, name, "give it another name")
+        if len(self.with_role(LABEL)) > 1:
+            raise invalid("label", "one column", Received(self.of_role(LABEL)))
+
+    @classmethod
+    def of(
+        cls,
+        variables: int | Names = 0,
+        objectives: int | Names = 0,
+        inequalities: int | Names = 0,
+        equalities: int | Names = 0,
+        *,
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+        eq_tolerance: float = EQ_TOLERANCE,
+        kinds: Sequence[Kind | str] = (),
+        outputs: Names = (),
+        maximize: Names = (),
+        units: Mapping[str, str] | None = None,
+    ) -> Schema:
+        """Return a schema with these names; a number stands for as many default names.
+
+        Args:
+            variables: Names of the variables, or how many: x1, x2, …
+            objectives: Names of the objectives, or how many: f1, f2, …
+            inequalities: Names of the inequality constraints, or how many: g1, g2, …; met where
+                <= 0.
+            equalities: Names of the equality constraints, or how many: h1, h2, …; met where their
+                absolute value is within the tolerance.
+            lower: ``(n_var,)`` lower bounds, NaN where there is none; unknown unless given.
+            upper: ``(n_var,)`` upper bounds, as for ``lower``.
+            eq_tolerance: How far an equality constraint may be from 0.
+            kinds: What each variable is, "real", "log" (real, on a logarithmic scale), "integer",
+                "binary" or "choice"; as the values of the designs unless given.
+            outputs: Names of what else the model gives.
+            maximize: The objectives to be maximised, and outputs that would be such objectives.
+            units: Units of columns by name.
+
+        Raises:
+            ArgumentValueError: A name occurs twice, is reserved or not known; bounds or kinds do
+                not fit.
+            ArgumentTypeError: A name is not text, a bound not a number.
+
+        Example:
+            >>> schema = Schema.of(2, ["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
+            >>> schema["x1"].heading, schema["mass"].heading, schema.sign
+            ('x1', 'mass [kg]', array([ 1., -1.]))
+        """
+        designs = column_names("variables", variables, "x")
+        n_var = len(designs)
+        if len(kinds) not in (0, n_var):
+            rule = f"{n_var} kinds, one for each variable"
+            raise invalid("kinds", rule, Received(len(kinds)))
+        ends = np.full((2, n_var), np.nan)
+        for row, (side, bounds) in enumerate((("lower", lower), ("upper", upper))):
+            if bounds is not None:
+                array = real_array(side, bounds)
+                require_shape(side, array, (n_var,))
+                ends[row] = array
+        columns = []
+        for j, name in enumerate(designs):
+            kind: Any = kinds[j] if kinds else None
+            columns.append(Column(name, VARIABLE, kind, lower=ends[0, j], upper=ends[1, j]))
+        groups = (
+            (OBJECTIVE, column_names("objectives", objectives, "f")),
+            (INEQUALITY, column_names("inequalities", inequalities, "g")),
+            (EQUALITY, column_names("equalities", equalities, "h")),
+            (OUTPUT, column_names("outputs", outputs)),
+        )
+        for role, names in groups:
+            columns += [Column(name, role) for name in names]
+        schema = cls(tuple(columns), eq_tolerance)
+        for name in column_names("maximize", maximize):
+            known_name("maximize", name, schema.objectives + schema.outputs)
+        is_maximized = dict.fromkeys(maximize, True)
+        return schema.changed(maximize=is_maximized).with_units(units or {})
+
+    # Columns
+
+    @cached_property
+    def _by_name(self) -> dict[str, Column]:
+        return {column.name: column for column in self.columns}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of all columns."""
+        return tuple(column.name for column in self.columns)
+
+    def __getitem__(self, name: str) -> Column:
+        """Return a column by its name.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+        """
+        return self._by_name[known_name("column", name, self._by_name)]
+
+    def with_role(self, *roles: str) -> tuple[Column, ...]:
+        """Return the columns of some roles."""
+        return tuple(column for column in self.columns if column.role in roles)
+
+    def of_role(self, *roles: str) -> tuple[str, ...]:
+        """Return the names of the columns of some roles."""
+        return tuple(column.name for column in self.with_role(*roles))
+
+    @cached_property
+    def variables(self) -> tuple[str, ...]:
+        """The names of the variables."""
+        return self.of_role(VARIABLE)
+
+    @cached_property
+    def objectives(self) -> tuple[str, ...]:
+        """The names of the objectives."""
+        return self.of_role(OBJECTIVE)
+
+    @cached_property
+    def constraints(self) -> tuple[str, ...]:
+        """The names of all constraints, the inequalities first."""
+        return self.of_role(INEQUALITY, EQUALITY)
+
+    @cached_property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of further outputs of the model, neither objectives nor constraints."""
+        return self.of_role(OUTPUT)
+
+    @cached_property
+    def values(self) -> tuple[str, ...]:
+        """The names of variables, objectives, constraints and outputs: all but labels and notes."""
+        return self.of_role(VARIABLE, *NUMBERS_ROLES)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """The names of label and notes: columns of texts, and whatever else a file has."""
+        return self.of_role(LABEL, NOTE)
+
+    @cached_property
+    def label(self) -> str | None:
+        """The name of the column that names the designs, or None."""
+        return next(iter(self.of_role(LABEL)), None)
+
+    @cached_property
+    def maximize(self) -> tuple[str, ...]:
+        """The names of what is to be maximised."""
+        return tuple(column.name for column in self.columns if column.maximize)
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """The units of the columns that have one."""
+        return {column.name: column.unit for column in self.columns if column.unit}
+
+    @cached_property
+    def kinds(self) -> tuple[Kind, ...]:
+        """The kinds of the variables; real where it is not known yet."""
+        return tuple(column.kind or Kind.REAL for column in self.with_role(VARIABLE))
+
+    @cached_property
+    def lower(self) -> Array:
+        """``(n_var,)`` lower bounds; NaN where there is none."""
+        return _frozen(np.array([c.lower for c in self.with_role(VARIABLE)], dtype=np.float64))
+
+    @cached_property
+    def upper(self) -> Array:
+        """``(n_var,)`` upper bounds; NaN where there is none."""
+        return _frozen(np.array([c.upper for c in self.with_role(VARIABLE)], dtype=np.float64))
+
+    @cached_property
+    def sign(self) -> Array:
+        """``(m,)`` 1 for an objective to be minimised, -1 for one to be maximised.
+
+        ``F * sign`` are the objectives in the original direction, and these times ``sign`` are F.
+        """
+        signs = [-1.0 if column.maximize else 1.0 for column in self.with_role(OBJECTIVE)]
+        return _frozen(np.array(signs))
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The words for rows in sentences: tests of a model, which may fail, or designs of a file.
+
+        Designs of a file have a column of names and no bounds; they may be incomplete.
+
+        Example:
+            >>> Schema.of(["width"], ["mass"], lower=[1], upper=[2]).words["failed"]
+            'failed'
+        """
+        if self.label is None or np.isfinite(self.lower).any():
+            return _OF_TESTS
+        return _OF_DESIGNS
+
+    # Other schemas
+
+    def changed(self, **changes: Mapping[str, Any]) -> Schema:
+        """Return it with attributes of columns by name.
+
+        Example:
+            >>> Schema.of(["width"], ["mass"]).changed(unit={"mass": "kg"})["mass"].heading
+            'mass [kg]'
+        """
+        by_name = dict(self._by_name)
+        for attribute, values in changes.items():
+            for name, value in values.items():
+                by_name[name] = self[name]._replace(**{attribute: value})
+        return self._having(by_name)
+
+    def with_units(self, units: Mapping[str, str]) -> Schema:
+        """Return it with units of some columns.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+        """
+        for name in unit_texts(units):
+            known_name("units", name, self.names)
+        return self.changed(unit=unit_texts(units))
+
+    def with_columns(self, *columns: Column) -> Schema:
+        """Return it with further columns, or other ones in the place of those with their names.
+
+        Example:
+            >>> Schema.of(["width"], ["mass"]).with_columns(Column("heat", "output")).outputs
+            ('heat',)
+        """
+        by_name = dict(self._by_name)
+        for column in columns:
+            by_name[column.name] = column
+        return self._having(by_name)
+
+    def _having(self, by_name: Mapping[str, Column]) -> Schema:
+        """Return it with these columns; itself if it has them, as columns need not be checked."""
+        columns = tuple(by_name.values())
+        return self if columns == self.columns else replace(self, columns=columns)
+
+    def without(self, names: Collection[str]) -> Schema:
+        """Return it without some columns."""
+        kept = tuple(column for column in self.columns if column.name not in names)
+        return replace(self, columns=kept)
+
+    def with_kinds(self) -> Schema:
+        """Return it with real variables where no design shows the kind."""
+        return self.changed(kind=dict(zip(self.variables, self.kinds, strict=True)))
+
+    def joined(self, other: Schema) -> Schema:
+        """Return it with the outputs and notes that only another one has, and its kinds."""
+        columns = []
+        for column in other.columns:
+            present = self._by_name.get(column.name)
+            if present is None:
+                columns.append(column._replace(role=NOTE) if column.role == LABEL else column)
+            elif present.kind is None:
+                columns.append(present._replace(kind=column.kind))
+        return self.with_columns(*columns)
+
+    # Designs
+
+    def keys(self, data: Mapping[str, AnyArray]) -> list[str]:
+        """Return a key for each of n designs: two are the same if their keys are equal.
+
+        They are those of :func:`~pymoo_psi._kinds.keys_of_designs`, which studies have, too.
+
+        Args:
+            data: ``(n,)`` columns of the variables.
+        """
+        columns = []
+        for name, kind in zip(self.variables, self.kinds, strict=True):
+            cells = data[name]
+            if kind is Kind.CHOICE:
+                cells = np.fromiter(map(option_text, cells.tolist()), object)
+            columns.append(cells)
+        return keys_of_designs(columns, self.kinds)
+
+
+def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
+    """Return the headings of columns in a file: with units, unless another column is called so."""
+    headings = {}
+    for name in names:
+        headings[name] = with_unit(name, units.get(name, ""))
+        if headings[name] in names:
+            headings[name] = name
+    return headings
+
+
+def names_of(headings: Names, units: Mapping[str, str]) -> list[str]:
+    """Return the names of columns by their headings, with units or without."""
+    names = {}
+    for name, unit in units.items():
+        if name not in headings:
+            names[with_unit(name, unit)] = name
+    return [names.get(heading, heading) for heading in headings]
+
+
+def error_column(objective: str) -> str:
+    """Return the name of the output with the standard errors of an objective."""
+    return f"{objective} standard error"
+
+
+def result_columns(names: Collection[str]) -> dict[str, str]:
+    """Return the names in a frame or file of status, violated, reason and pareto.
+
+    Args:
+        names: The columns of the table. Those of another program's file keep their names.
+    """
+    columns = {}
+    for name in RESULTS:
+        columns[name] = name
+        if name in names:
+            columns[name] = f"{name} (pymoo-psi)"
+    return columns
+
+
+def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
+    """Return names as texts that every file can hold; with a letter, a number gives as many."""
+    if letter and not isinstance(names, (str, Sequence)):
+        count = integer(f"the number of {group}", names, minimum=0)
+        return tuple(f"{letter}{j + 1}" for j in range(count))
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise wrong_type(group, "a list of names", names)
+    for name in names:
+        _require_writable(f"a name in {group}", name)
+    return tuple(map(str, names))
+
+
+def _require_writable(argument: str, name: Any) -> None:
+    instance(argument, name, str)
+    # UTF-8 has no code for half a surrogate pair, and SQLite ends a text at NUL.
+    if not name or re.search("[\0\ud800-\udfff]", name):
+        raise invalid(argument, "at least one Unicode character", name)
+
+
+def unit_text(name: str, unit: Any) -> str:
+    """Return a unit as a text that every file can hold."""
+    text = instance(f"the unit of {name!r}", unit, str).strip()
+    if not text.isprintable():
+        raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
+    return text
+
+
+def unit_texts(units: Any) -> dict[str, str]:
+    """Return units by column as texts that every file can hold, without those that are empty."""
+    texts = {}
+    for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
+        if unit_text(name, unit):
+            texts[str(name)] = unit_text(name, unit)
+    return texts
+
+
+def _bound(name: str, bound: Any) -> float | None:
+    """Return a bound as a float; None for NaN."""
+    if bound is None or bound != bound:
+        return None
+    return float(bound)
+
+
+# Cells
+
+
+def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
+    """Return the ``(n,)`` cells of a column as an array of its kind, the same one if it is that.
+
+    Raises:
+        ArgumentTypeError: A cell is not of the kind.
+    """
+    array = values if isinstance(values, np.ndarray) else np.fromiter(values, object)
+    if kind is None:
+        kind = kind_of_cells(array)
+    dtype = np.dtype(DTYPES[kind])
+    if array.dtype == dtype != np.object_:
+        return array
+    cells = np.empty(len(array), dtype)
+    for i, cell in enumerate(map(plain, array.tolist())):
+        is_of_kind = type(cell) is _TYPES.get(kind, type(cell))
+        if not is_of_kind and not (type(cell) in (int, float) and _TYPES[kind](cell) == cell):
+            message = f"X must hold {kind.value} values for {name}, got {cell!r:.80}"
+            raise ArgumentTypeError(message)
+        is_whole = isinstance(cell, int) and abs(cell) < 2**63
+        if not is_whole and not isinstance(cell, (float, str)):
+            rule = "a number, an integer within int64, True, False or text"
+            raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
+        cells[i] = cell
+    return cells
+
+
+def kind_of_cells(array: AnyArray) -> Kind:
+    """Return the kind that ``(n,)`` cells show; cells of several types are those of a choice."""
+    if array.dtype != object:
+        return _KIND_OF_DTYPE[array.dtype.kind.replace("u", "i")]
+    types = {type(plain(cell)) for cell in array.tolist()} or {float}
+    kinds = [kind for kind, of_kind in _TYPES.items() if {of_kind} == types]
+    return next(iter(kinds), Kind.CHOICE)
+
+
+def _frozen(array: AnyArray) -> AnyArray:
+    array.setflags(write=False)
+    return array
+
+
+def real_column(name: str, column: AnyArray) -> Array:
+    """Return a ``(n,)`` column as float64; one of objects may hold numbers, too.
+
+    Raises:
+        ArgumentTypeError: The column holds other values than numbers.
+    """
+    if column.dtype.kind not in "biuf":
+        for value in column.tolist():
+            if not isinstance(value, (int, float)):
+                raise ArgumentTypeError(
+                    "only columns of numbers can be limited and computed with, and "
+                    f"{name!r} holds {value!r:.40}; select designs by it with "
+                    f"table.take(table.column({name!r}) == value)"
+                )
+    return column.astype(np.float64, copy=False)
+
+
+def blank(column: AnyArray) -> Mask:
+    """``(n,)`` which cells hold nothing."""
+    if column.dtype.kind == "f":
+        return np.isnan(column)
+    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
+
+
+def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
+    """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
+
+    Values of one type stand together.
+    """
+    # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and
+    # numbers have no order.
+    keys = [(type(cell).__name__, cell) for cell in column.tolist()]
+    ranks = {key: rank for rank, key in enumerate(sorted(set(keys)))}
+    values = [value for _, value in ranks]
+    return values, np.array([ranks[key] for key in keys], dtype=np.intp)
+
+
+def first_of(keys: Iterable[Any]) -> Rows:
+    """Return ``(n,)`` the index of the first of n keys that is equal to each."""
+    index_by_key: dict[Any, int] = {}
+    return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
