@@ -1,0 +1,699 @@
+"""Random tables in a former package and in this one: no answer may differ, none be slower.
+
+    python -m benchmarks.tables [OLD_CHECKOUT [TABLES]]
+
+This takes ten minutes, one without a former checkout.
+
+Random tables, and pairs and triples of runs that are joined, are asked the same questions, each
+package in a process of its own. Answers are texts with types and all digits. Where they differ, it
+has to be by a named defect of the former package, see :data:`DEFECTS`; all others are listed. Then
+both packages make tables of 16 to 2^20 tests, formulate, search and rank them, in turns, and rank a
+file of five cars.
+
+Without a former checkout, status and Pareto set are compared with loops over all tests.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import cProfile
+import io
+import itertools
+import json
+import math
+import os
+import pstats
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import tracemalloc
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial, reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import pymoo_psi.table
+from benchmarks.machine import describe_machine, sized
+from benchmarks.table_descriptions import Model, Plain, description, part
+from pymoo_psi import TestTable, investigate
+from pymoo_psi.cli import main as run_command
+
+IS_FORMER = "Layout" in pymoo_psi.table.__all__
+HERE = Path(__file__).resolve().parents[1]
+TABLES = sized(3000, 60)
+RUNS = sized(300, 6)
+SIZES = sized((16, 4096, 2**20), (16, 256))
+ROUNDS = sized(5, 1)
+ASKED_NAMES = ("A", "B", "C", "7", "12", "#3", "A #2", "", None, 7, 2.5, "é", "3", "1", 0, 2)
+CARS = "car,price,range\nTown,20,200\nLane,24,310\nCountry,30,400\nCoast,45,470\nTour,60,500\n"
+
+DEFECTS = {
+    "refusals": "the same refusal in words of this package, or of another of several mistakes",
+    "units": "a unit of no column stayed unnoticed until a test had run",
+    "remarks": "a part of a table had the remarks on limits of the whole",
+    "texts": "a part of a table was refused where none of its rows has a text of a limit",
+    "equals": "equals overlooked limits and ranges where two tables share the layout",
+    "reason": "of two tests with one number, a reason that only the later one has was lost",
+    "dtype": "options that are numbers became a matrix of numbers under a formulation",
+}
+"""What the former package did otherwise, beside names of things: by name, and why.
+
+Two defects are mended before its answers are written, see :func:`mend_former` and
+:func:`declared`, as they change most other answers: where all variables were objectives, a repeated
+design counted twice; and kinds that nobody declares followed the values of each part of a table.
+"Test point 5" is "test 5" now, and the index and column ``test_point`` is ``test``.
+"""
+
+# Tables
+
+
+def made(plain: Plain) -> TestTable:
+    """Return the table of a description."""
+    X: Any = plain["X"]
+    if not X:
+        X = np.zeros((0, len(plain["variables"])))
+    elif plain["form"] == "mappings" and plain["variables"]:
+        X = [dict(zip(plain["variables"], row, strict=True)) for row in X]
+    elif plain["form"] == "array":
+        cells = np.empty((len(X), len(plain["variables"])), object)
+        for i, row in enumerate(X):
+            cells[i] = row
+        X = cells
+        if cells.size and all(type(cell) is float for cell in cells.flat):
+            X = cells.astype(float)
+    arrays = {}
+    for name, group in (("F", "objectives"), ("G", "inequalities"), ("H", "equalities")):
+        rows = plain[name]
+        arrays[name] = np.array(rows, float).reshape(len(rows), -1 if rows else len(plain[group]))
+    reasons = {int(number): why for number, why in plain["reasons"].items()}
+    outputs = dict(zip(plain["outputs"], plain["values"], strict=True))
+    if plain["is_default"]:
+        return TestTable.of(plain["numbers"], X, **arrays, reasons=reasons, outputs=outputs)
+    options: Plain = {
+        "lower": [np.nan if bound is None else bound for bound in plain["lower"]],
+        "upper": [np.nan if bound is None else bound for bound in plain["upper"]],
+        "eq_tolerance": plain["tolerance"],
+        "kinds": plain["kinds"],
+        "outputs": plain["missing"],
+        "maximize": plain["maximize"],
+        "units": plain["units"],
+    }
+    groups = [plain[group] for group in ("variables", "objectives", "inequalities", "equalities")]
+    notes = dict(zip(plain["notes"], plain["cells"], strict=True))
+    given = {**arrays, "outputs": outputs, "reasons": reasons}
+    if IS_FORMER:
+        layout = replace(pymoo_psi.table.Layout.of(*groups, **options), label=plain["label"])
+        return TestTable.of(plain["numbers"], X, **given, layout=layout, extra=notes)
+    schema = pymoo_psi.table.Schema.of(*groups, **options)
+    given |= {"notes": notes, "label": plain["label"]}
+    return TestTable.of(plain["numbers"], X, **given, schema=schema)
+
+
+def declared(table: TestTable) -> TestTable:
+    """Return a table with the kinds that its values show, which the former one does not keep."""
+    if not IS_FORMER or table.layout.kinds or not len(table):
+        return table
+    return replace(table, layout=replace(table.layout, kinds=table.kinds))
+
+
+def joinable(tables: list[TestTable]) -> list[TestTable]:
+    """Return tables to be joined: former ones all have the kinds of the first one with tests."""
+    if not IS_FORMER or all(table.layout.kinds for table in tables):
+        return tables
+    first = next((table for table in tables if table.layout.kinds or len(table)), None)
+    changed = []
+    for table in tables:
+        kinds = table.kinds if table is first else ()
+        changed.append(replace(table, layout=replace(table.layout, kinds=kinds)))
+    return changed
+
+
+def mend_former() -> None:
+    """Let the former package compare whole designs where variables are objectives."""
+    from pymoo_psi.table._layout import NUMBERS, first_rows
+
+    def repeated(table: Any, rows: Any) -> Any:
+        texts = [cells[rows] for name, cells in table.extra.items() if name not in NUMBERS]
+        return first_rows(table.tested.X[rows], table.F[rows], texts) < np.arange(len(rows))
+
+    TestTable._repeated = repeated
+
+
+# Answers
+
+
+def shown(value: Any) -> str:
+    """Return a value as a text that tells types, and 0.0 from -0.0, apart."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape} {value.tolist()}"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(shown, value))})"
+    if hasattr(value, "to_dict"):
+        columns = {name: cells.tolist() for name, cells in value.items()}
+        index = f"{value.index.name} {value.index.tolist()}"
+        return f"{index} {[*value.dtypes.map(str)]} {columns}"
+    return repr(value)
+
+
+def answer(question: Callable[..., Any], *arguments: Any) -> str:
+    """Return an answer as a text, or the refusal."""
+    try:
+        text = shown(question(*arguments))
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
+        text = f"{type(error).__name__}: {error}"
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+def limits_of(table: TestTable) -> list[str]:
+    """Return the limits of a table as they are written."""
+    if IS_FORMER:
+        return [pymoo_psi.table.limit_text(name, limit) for name, limit in table.limits.items()]
+    return [limit.written(name) for name, limit in table.limits.items()]
+
+
+def schema_facts(table: TestTable) -> str:
+    """Return the columns of a table, and what they are."""
+    schema = table.layout if IS_FORMER else table.schema
+    names = ("variables", "objectives", "constraints", "outputs", "maximize", "units", "label")
+    kinds = table.kinds if IS_FORMER else schema.kinds
+    facts = [getattr(schema, name) for name in names]
+    facts[5] = sorted(schema.units.items())
+    if len(table) == 0:
+        kinds = ()  # which the former package forgets
+    bounds = (
+        schema.lower.tolist(),
+        schema.upper.tolist(),
+        schema.eq_tolerance,
+        schema.sign.tolist(),
+    )
+    return f"{facts} {notes_of(table)} {[kind.value for kind in kinds]} {bounds} {schema.words}"
+
+
+def notes_of(table: TestTable) -> list[str]:
+    """Return the names of columns of texts."""
+    return [*table.extra] if IS_FORMER else [*table.schema.notes]
+
+
+def known(table: TestTable, cells: Any) -> str:
+    """Return cells as a text, without values of failed tests that are not finite.
+
+    The former package has 0, infinity or NaN there as soon as a table is formulated.
+    """
+    cells = np.array(cells)
+    if cells.dtype.kind == "f":
+        failed = table.failed().reshape(-1, *[1] * (cells.ndim - 1))
+        cells[failed & (~np.isfinite(cells) | (cells == 0))] = np.nan
+    return str(cells.tolist())
+
+
+def cells_of(table: TestTable, name: str) -> str:
+    """Return the cells of a column as a text."""
+    schema = table.layout if IS_FORMER else table.schema
+    if name in schema.variables:
+        return str(table[name].tolist())
+    return known(table, table[name])
+
+
+def designs(X: Any) -> Any:
+    """Return designs; the shape is enough where there are no values."""
+    return X if X.size else X.shape
+
+
+def ranking_facts(ranking: Any) -> str:
+    """Return what a ranking says."""
+    names = ("rank", "place", "criteria", "pareto", "salukvadze", "rows")
+    facts = [shown(getattr(ranking, name)) for name in names]
+    facts += [shown(ranking.frame.ideal), shown(ranking.frame.nadir), shown(ranking.lengths)]
+    return f"{facts} {shown(ranking.to_frame())} {ranking!r}"
+
+
+def names_facts(table: TestTable) -> str:
+    """Return the names of the designs, and the rows of names, labels and numbers."""
+    rows = []
+    for design in [*table.names, *map(int, table.numbers), *ASKED_NAMES]:
+        rows.append(answer(table.row_of, design))
+    return f"{table.names} {rows}"
+
+
+QUESTIONS: dict[str, Callable[[TestTable], Any]] = {
+    "columns": schema_facts,
+    "numbers": lambda table: table.numbers,
+    "X": lambda table: designs(table.X),
+    "F": lambda table: known(table, table.F + 0.0),
+    "G": lambda table: known(table, table.G),
+    "H": lambda table: known(table, table.H),
+    "cells": lambda table: [f"{name}: {cells_of(table, name)}" for name in sorted(table)],
+    "status": lambda table: table.status,
+    "counts": lambda table: table.status_counts(),
+    "reasons": lambda table: sorted(table.reasons.items()),
+    "violations": lambda table: table.violations(),
+    "feasible": lambda table: (table.feasible(), table.eligible(), table.failed()),
+    "pareto": lambda table: table.pareto(),
+    "repeats": lambda table: table.repeats & np.isfinite(table.F).all(axis=1),
+    "names": names_facts,
+    "limits": limits_of,
+    "remarks": lambda table: table.remarks,
+    "formulation": lambda table: table.formulation.without_columns(),
+    "ranking": lambda table: ranking_facts(table.ranking()),
+    "feasible ranking": lambda table: ranking_facts(table.feasible_ranking()),
+    "best": lambda table: (table.best().names, designs(table.best().X)),
+    "bounds": lambda table: table.refined_bounds(),
+    "sorted": lambda table: [
+        table.sorted_by(name).numbers.tolist() for name in objectives_of(table)
+    ],
+    "frame": lambda table: table.to_frame().drop(columns=[*table]),
+    "order": lambda table: [*table.to_frame()],
+    "repr": repr,
+}
+
+
+def objectives_of(table: TestTable) -> tuple[str, ...]:
+    """Return the names of the objectives."""
+    return table.layout.objectives if IS_FORMER else table.schema.objectives
+
+
+def taken(table: TestTable, selection: Any) -> Any:
+    """Return the numbers of selected tests."""
+    return table.take(selection).numbers
+
+
+def equal_ones(table: TestTable, tables: dict[str, TestTable]) -> list[str]:
+    """Return the names of the tables that are equal to one."""
+    return [name for name, other in tables.items() if table.equals(other)]
+
+
+def tables_of(plain: Plain) -> Iterator[tuple[str, TestTable | Exception]]:
+    """Return the table of a description, those made of it, and refusals, by name."""
+    try:
+        table = declared(made(plain))
+    except (ValueError, TypeError) as error:
+        yield "of", error
+        return
+    tables = {"": table}
+    for k, asked in enumerate(plain["asked"]):
+        former = tables.get("under 1: ", table) if k == 2 else table
+        try:
+            tables[f"under {k}: "] = former.under(**asked)
+        except (ValueError, TypeError) as error:
+            yield f"under {k}: ", error
+    for name, asked_table in [*tables.items()]:
+        for k, selection in enumerate(plain["selections"][:2]):
+            if name != "under 0: ":
+                tables[f"{name}take {k}: "] = asked_table.take(selection)
+    yield from tables.items()
+    start, stop = (*plain["parts"]["ends"], 0)[:2]
+    options = {name: plain["parts"][name] for name in ("without", "shift", "mended")}
+    without = {"without": options["without"]}
+    parts = {
+        "extended: ": [part(plain, 0, stop), part(plain, stop, None, **without)],
+        "merge: ": [
+            part(plain, 0, max(start, stop)),
+            part(plain, min(start, stop), None, **options),
+        ],
+        "merge turned: ": [part(plain, start, None, **options), part(plain, 0, stop)],
+        "three: ": [
+            part(plain, stop, None, **without),
+            part(plain, 0, start),
+            part(plain, start, stop),
+        ],
+    }
+    for name, descriptions in parts.items():
+        try:
+            joined = joinable([made(one) for one in descriptions])
+            if name in ("merge turned: ", "three: "):
+                joined = [one.under(**plain["asked"][0]) for one in joined]
+            if name.startswith("merge"):
+                yield name, reduce(TestTable.merge, joined)
+            else:
+                yield name, joined[0].extended(*joined[1:])
+        except (ValueError, TypeError) as error:
+            yield name, error
+
+
+def runs_of(seed: int) -> Iterator[tuple[str, TestTable | Exception]]:
+    """Return pairs and triples of runs, joined in random ways, by name."""
+    draw = random.Random(seed)
+    is_finite = draw.random() < 0.5
+    share = draw.choice((0.0, 0.2, 0.6))
+    factors = draw.choice(
+        ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 2.0], [1.0, 1.0, 1 + 2**-52])
+    )
+    k = draw.choice((2, 3))
+    runs = []
+    for i in range(k):
+        first, n = (
+            (i * 8 + 1, 8) if draw.random() < 0.6 else (draw.randint(1, 9), draw.randint(1, 16))
+        )
+        options = {"first": first}
+        if draw.random() < 0.3:
+            first, n, options = 1, 24, {"share": (i + 1, k)}
+        runs.append(investigate(Model(is_finite, share, factors[i]), n, **options))
+    draw.shuffle(runs)
+    asked = {"limits": draw.choice(("f1<=0.5", "heat<=0.3", "x1<=0.6, f2<=0.2"))}
+    if draw.random() < 0.3:
+        asked["objectives"] = draw.choice((["f1", "heat"], ["x1", "x2"], ["f2", "g1"]))
+
+    def under() -> list[TestTable]:
+        return [run.under(**asked) for run in runs]
+
+    ways = {
+        "extended": lambda: runs[0].extended(*runs[1:]),
+        "merge": lambda: reduce(TestTable.merge, runs),
+        "merge turned": lambda: reduce(lambda one, other: other.merge(one), reversed(runs)),
+        "under, extended": lambda: under()[0].extended(*under()[1:]),
+        "under, merge": lambda: reduce(TestTable.merge, under()),
+        "merge, under": lambda: reduce(TestTable.merge, runs).under(**asked),
+        "one under, merge": lambda: reduce(TestTable.merge, [under()[0], *runs[1:]]),
+    }
+    for name, way in ways.items():
+        try:
+            yield f"{name}: ", way()
+        except (ValueError, TypeError) as error:
+            yield f"{name}: ", error
+
+
+def answers(
+    named: Iterator[tuple[str, TestTable | Exception]], plain: Plain
+) -> Iterator[tuple[str, str]]:
+    """Return the questions on tables, and the answers."""
+    tables = {}
+    for name, table in named:
+        if isinstance(table, Exception):
+            yield name, answer(partial(_raise, table))
+        else:
+            tables[name] = table
+    for name, table in tables.items():
+        for question, asks in QUESTIONS.items():
+            yield f"{name}{question}", answer(asks, table)
+        for selection in plain.get("selections", ()):
+            yield f"{name}take {selection}", answer(taken, table, selection)
+        widened = partial(table.refined_bounds, margin=plain.get("margin", 0.1))
+        yield f"{name}bounds with a margin", answer(widened)
+        yield f"{name}equals", answer(equal_ones, table, tables)
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def write_answers(n: int, n_runs: int) -> None:
+    """Write the answers on tables and runs, a line of JSON for each."""
+    if IS_FORMER:
+        mend_former()
+    for seed in range(n):
+        plain = json.loads(json.dumps(description(seed)))
+        print(json.dumps(dict(answers(tables_of(plain), plain))))
+    for seed in range(n_runs):
+        print(json.dumps(dict(answers(runs_of(seed), {}))))
+
+
+# Comparison
+
+UNCOMPARED = ("remarks",)
+"""Questions that do not say whether tables are equal."""
+_CHANGED_WORDS = (
+    (r"test[_ ]point(?=s?\b)", "test"),
+    ("the same for each test,", "the same for each number,"),
+    (r"(, )?ranges=\{\}", ""),  # of the Pareto set, stated or not
+)
+
+
+def differences(
+    plain: Plain, former: dict[str, str], latter: dict[str, str]
+) -> Iterator[tuple[str, str]]:
+    """Return what the answers differ in: the name of a defect of the former ones, and a question.
+
+    The name is empty if there is none for it.
+    """
+    if plain.get("mistake") == "units" and "of" in latter and "of" not in former:
+        yield "units", "of"
+        return  # there is no table of which more could be asked
+    for question in dict.fromkeys((*former, *latter)):
+        one = _without_words(former.get(question, ""))
+        two = _without_words(latter.get(question, ""))
+        if one != two:
+            yield _defect(question, one, two), question
+    for question in latter:
+        if question.endswith("equals"):
+            yield from _unequal(question, latter)
+
+
+def _defect(question: str, one: str, two: str) -> str:
+    """Return the name of the defect by which a former answer differs, or ""."""
+    *_, asked = question.split(": ")
+    is_part = "take " in question
+    if _refusal(one) and _refusal(two):
+        return "refusals"
+    if asked == "remarks" and is_part:
+        return "remarks"
+    if asked in ("violations", "frame", "order") and is_part and _refusal(one):
+        return "texts"
+    if asked in ("reasons", "frame") and "merge" in question and _is_failed(two):
+        return "reason"
+    if asked == "equals":
+        return "equals"
+    if asked in ("X", "best") and _without_dtype(one) == _without_dtype(two):
+        return "dtype"
+    return ""
+
+
+def _unequal(question: str, answers: dict[str, str]) -> Iterator[tuple[str, str]]:
+    """Return whether equals says of a table and others what all their answers say."""
+    table = question.removesuffix("equals")
+    names = [name.removesuffix("equals") for name in answers if name.endswith("equals")]
+    facts = {}
+    for name in names:
+        texts = [answers[f"{name}{asked}"] for asked in QUESTIONS if asked not in UNCOMPARED]
+        facts[name] = [re.sub(r"-0\.0\b", "0.0", text) for text in texts]  # which are equal
+    same = [name for name in names if facts[name] == facts[table]]
+    is_known = "'failed'" not in answers[f"{table}status"]  # else values are left out
+    if is_known and answers[question] != str(same):
+        yield "", f"{question}: {answers[question]}, but the answers say {same}"
+
+
+def _without_words(text: str) -> str:
+    """Return an answer without the words that have changed."""
+    for former, latter in _CHANGED_WORDS:
+        text = re.sub(former, latter, text)
+    if text.startswith("Formulation("):  # pairs of limits are lists
+        text = text.replace("(", "[").replace(")", "]")
+    return text
+
+
+def _is_failed(text: str) -> bool:
+    """Whether an answer has the reason of a failed evaluation."""
+    return any(why in text for why in ("it broke", "no mesh", "no reason given", "f␀g", "ud800"))
+
+
+def _without_dtype(text: str) -> str:
+    """Return an answer without the types of matrices; those of its cells are in the digits."""
+    return re.sub(r"\b(object|float64|int64|bool) \(", "(", text)
+
+
+def _refusal(text: str) -> str:
+    """Return the type of the error in an answer, or ""."""
+    match = re.match(r"(\w+Error): ", text)
+    return match[1] if match else ""
+
+
+def started(checkout: Path, *arguments: object) -> subprocess.Popen[str]:
+    """Start this benchmark with the package of a checkout."""
+    environment = {**os.environ, "PYTHONPATH": str(checkout / "src"), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "benchmarks.tables", *map(str, arguments)]
+    return subprocess.Popen(
+        command, cwd=HERE, env=environment, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    )
+
+
+def all_answers(checkout: Path, n: int) -> Iterator[dict[str, str]]:
+    """Return the answers of a package on n tables and all runs, from a process of its own."""
+    with started(checkout, "--answers", n, RUNS) as process:
+        for line in process.stdout or ():
+            yield json.loads(line)
+    if process.returncode:
+        raise SystemExit(f"no answers from {checkout}")
+
+
+def compare(former: Path, n: int) -> int:
+    """Print the differences between the answers on n tables, and return how many have no name."""
+    count: Counter[str] = Counter()
+    n_answers = 0
+    pairs = zip(all_answers(former, n), all_answers(HERE, n), strict=True)
+    for seed, (one, two) in enumerate(pairs):
+        n_answers += len(two)
+        plain = description(seed) if seed < n else {}
+        for name, question in differences(plain, one, two):
+            count[name] += 1
+            if not name:
+                print(f"table {seed}, {question}" if plain else f"runs {seed - n}, {question}")
+                print(f"    former: {one.get(question, '')[:300]}")
+                print(f"    this:   {two.get(question, '')[:300]}")
+    n_unnamed = count.pop("", 0)
+    print(f"{n} tables, {RUNS} runs, {n_answers} answers, {n_unnamed} differences without a name")
+    for name, times in count.most_common():
+        print(f"{times:8} {DEFECTS[name]}")
+    return n_unnamed
+
+
+# Oracles
+
+
+def require_oracles(n: int) -> int:
+    """Check status and Pareto sets of n tables with loops, and return how many tables they are."""
+    n_tables = 0
+    for seed in range(n):
+        for name, table in tables_of(json.loads(json.dumps(description(seed)))):
+            if isinstance(table, Exception):
+                continue
+            n_tables += 1
+            status = [_status(table, row) for row in range(len(table))]
+            assert table.status.tolist() == status, f"table {seed}, {name}status"
+            assert np.flatnonzero(table.pareto()).tolist() == _front(table), f"table {seed}, {name}"
+    return n_tables
+
+
+def _status(table: TestTable, row: int) -> str:
+    """Return the status of a test, from the definition."""
+    if int(table.numbers[row]) in table.failures:
+        return "failed"
+    tolerance = table.schema.eq_tolerance
+    is_met = all(g <= 0 for g in table.G[row]) and all(abs(h) <= tolerance for h in table.H[row])
+    is_finite = [math.isfinite(f) for f in table.F[row]]
+    if is_met or any(is_finite):  # else a requirement kept it from running
+        for name, limit in table.limits.items():
+            cell = table[name].tolist()[row]
+            if limit.texts is not None:
+                is_blank = cell is None or cell != cell
+                is_met &= ("" if is_blank else str(cell)) in limit.texts
+            else:
+                is_met &= math.isfinite(cell) and limit.low <= float(cell) <= limit.high
+    if not is_met:
+        return "infeasible"
+    return "ok" if all(is_finite) else "failed"
+
+
+def _front(table: TestTable) -> list[int]:
+    """Return the rows that no other one dominates, each design once."""
+    names = [*table.evaluated.variables]
+    notes = {*table.evaluated.notes} - {"run", "test_point", "row"}
+    rows = np.flatnonzero(table.status == "ok").tolist()
+    columns = [table.data[name].tolist() for name in names]
+    columns += [[*map(str, table.data[name])] for name in notes]
+    keys = [*map(repr, zip(table.F.tolist(), *columns, strict=True))]
+    front = []
+    for k, row in enumerate(rows):
+        is_repeat = names and any(keys[other] == keys[row] for other in rows[:k])
+        if not is_repeat and not any(_dominates(table.F[other], table.F[row]) for other in rows):
+            front.append(row)
+    return front
+
+
+def _dominates(one: Any, other: Any) -> bool:
+    """Whether objectives are nowhere worse than others, and somewhere better."""
+    pairs = [*zip(one.tolist(), other.tolist(), strict=True)]
+    is_equal = [math.isclose(a, b, rel_tol=64 * 2**-52) for a, b in pairs]
+    is_less = [a < b for a, b in pairs]
+    is_worse = [not equal and not less for equal, less in zip(is_equal, is_less, strict=True)]
+    return not any(is_worse) and not all(is_equal)
+
+
+# Costs
+
+
+def write_costs(n: int) -> None:
+    """Write what a table of n tests costs: seconds of each step, and MB with ten questions open."""
+    rng = np.random.default_rng(0)
+    X = rng.random((n, 4))
+    F = np.column_stack([X[:, 0], 1 - X[:, 0] + X[:, 1] ** 2, X[:, 2] + 0.1 * X[:, 1]])
+    G = X[:, 1:2] - 0.9
+    numbers = np.arange(1, n + 1)
+    times = []
+    for _ in range(max(3, min(200, 200_000 // n))):
+        moments = [time.process_time()]
+        table = TestTable.of(numbers, X, F, G)
+        moments.append(time.process_time())
+        limited = table.under(limits={"f1": (None, 0.9), "x3": (0.0, 0.95)})
+        limited.feasible()
+        moments.append(time.process_time())
+        limited.pareto()
+        moments.append(time.process_time())
+        limited.ranking()
+        moments.append(time.process_time())
+        times.append([*np.diff(moments), moments[-1] - moments[0]])
+    steps = ("of", "under", "pareto", "ranking", "all")
+    costs = dict(zip(steps, np.median(times, axis=0).tolist(), strict=True))
+    tracemalloc.start()
+    table = TestTable.of(numbers, X, F, G)
+    table.pareto()
+    costs["MB"] = tracemalloc.get_traced_memory()[0] / 1e6
+    opened = [table.under(limits={"f1": (None, 0.9 - 0.01 * k)}) for k in range(10)]
+    for question in opened:
+        question.pareto()
+    costs["MB, ten open"] = tracemalloc.get_traced_memory()[0] / 1e6
+    print(json.dumps(costs))
+
+
+def write_calls() -> None:
+    """Write how many functions of tables, files and fronts are called to rank five cars."""
+    profile = cProfile.Profile()
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+        path = Path(folder, "cars.csv")
+        path.write_text(CARS)
+        words = ["rank", str(path), "--maximize", "range"]
+        run_command(words)  # which imports all
+        profile.runcall(run_command, words)
+    calls: Counter[str] = Counter()
+    for (file, _, _), (_, n, *_) in pstats.Stats(profile).stats.items():
+        package = re.search(r"pymoo_psi/(table|files|analysis|pareto)/", file)
+        if package:
+            calls["calls"] += n
+            calls["functions called"] += 1
+    print(json.dumps(calls))
+
+
+def compare_costs(checkouts: list[Path]) -> None:
+    """Print what one or two packages need, in turns: medians, and the ratio of the latter."""
+    commands = [(f"{n} tests", "--costs", n) for n in SIZES]
+    for label, *arguments in [*commands, ("rank of five cars", "--calls")]:
+        costs: list[list[Plain]] = [[] for _ in checkouts]
+        for _, k in itertools.product(range(ROUNDS), range(len(checkouts))):
+            with started(checkouts[k], *arguments) as process:
+                costs[k].append(json.loads((process.stdout or sys.stdin).read()))
+        for step in costs[0][0]:
+            medians = [float(np.median([cost[step] for cost in rounds])) for rounds in costs]
+            figures = " ".join(f"{value:12.6g}" for value in medians)
+            if len(medians) > 1:
+                figures += f"  ratio {medians[-1] / medians[0]:.2f}"
+            print(f"{label:17} {step:17} {figures}")
+
+
+def main() -> None:
+    """Compare the package of a former checkout with this one."""
+    option, *sizes = *sys.argv[1:], ""
+    if option == "--answers":
+        write_answers(*map(int, sizes[:2]))
+    elif option == "--costs":
+        write_costs(int(sizes[0]))
+    elif option == "--calls":
+        write_calls()
+    else:
+        print(describe_machine())
+        checkouts = [HERE]
+        n_unnamed = 0
+        print(f"{require_oracles(min(TABLES, 300))} tables agree with loops over their tests")
+        if option:
+            checkouts.insert(0, Path(option).resolve())
+            n_unnamed = compare(checkouts[0], int(sizes[0] or TABLES))
+        compare_costs(checkouts)
+        sys.exit(n_unnamed > 0)
+
+
+if __name__ == "__main__":
+    main()
