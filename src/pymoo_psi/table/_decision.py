@@ -69,7 +69,7 @@ class Decision:
         if self.chosen is not None:
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
-        self._set("page", dict(mapping("page", self.page, "settings to values")))
+        page = dict(mapping("page", self.page, "settings to values"))
         rule = "a list of mappings, one for each person and date"
         positions = {}
         for entries in collection("positions", self.positions, rule):
@@ -80,12 +80,10 @@ class Decision:
             key = (position["date"], position["name"], position["chosen"] or "", content)
             positions[key] = position
         # In one order, each once, whatever files they come from and in whatever order.
-        self._set("positions", [positions[key] for key in sorted(positions)])
+        ordered = [positions[key] for key in sorted(positions)]
+        vars(self).update(page=page, positions=ordered)
         if self.decided is not None:
-            self._set("decided", _checked("decided", self.decided, _Group))
-
-    def _set(self, name: str, value: Any) -> None:
-        object.__setattr__(self, name, value)
+            vars(self).update(decided=_checked("decided", self.decided, _Group))
 
     def beside(self, other: Decision) -> Decision:
         """Return it with what it leaves open as another one has it.

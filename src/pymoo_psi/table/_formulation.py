@@ -109,25 +109,26 @@ class Formulation(Shown):
 
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
+        checked: Values = {}
         for group in ("objectives", "maximize", "omitted"):
             names = column_names(group, getattr(self, group))
             for name in names:
                 if names.count(name) > 1:
                     raise invalid(group, "columns that are named once", name)
-            self._set(group, names)
+            checked[group] = names
         computed = mapping("computed", self.computed, "columns to expressions")
         column_names("computed", tuple(computed))
         for text in computed.values():
             Expression.of(text)
-        self._set("computed", dict(computed))
-        self._set("units", unit_texts(self.units))
-        self._set("limits", limits_of(self.limits))
         boolean("normalize", self.normalize)
         if self.ranges is not None:
-            self._set("ranges", _checked_ranges(self.ranges))
-
-    def _set(self, name: str, value: Any) -> None:
-        object.__setattr__(self, name, value)
+            checked["ranges"] = _checked_ranges(self.ranges)
+        checked |= {
+            "computed": dict(computed),
+            "units": unit_texts(self.units),
+            "limits": limits_of(self.limits),
+        }
+        vars(self).update(checked)
 
     @property
     def allowed(self) -> dict[str, Limit]:
@@ -137,7 +138,19 @@ class Formulation(Shown):
             >>> Formulation(limits="mass<=30").allowed["mass"].high
             30.0
         """
-        return limits_of(self.limits)
+        limits: Any = self.limits  # as they are after the check
+        return dict(limits)
+
+    @property
+    def changes_columns(self) -> bool:
+        """Whether it asks for other columns or roles than the tests have.
+
+        Example:
+            >>> Formulation(["mass"]).changes_columns, Formulation(limits="mass<=3").changes_columns
+            (True, False)
+        """
+        stated = (self.objectives, self.maximize, self.omitted, self.computed, self.units)
+        return any(map(len, stated))
 
     @property
     def stated(self) -> Values:
@@ -251,8 +264,8 @@ class Formulation(Shown):
             if not is_constraint or column.name in self.omitted:
                 column = column._replace(role=OUTPUT)
             asked.append(column)
-        for column in schema.with_role(VARIABLE, LABEL, NOTE):
-            if column.name not in objectives:
+        for column in schema.columns:
+            if column.role in (VARIABLE, LABEL, NOTE) and column.name not in objectives:
                 asked.append(column)
         whole = replace(schema, columns=tuple(asked))
         if self.units:

@@ -10,7 +10,9 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import chain
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,6 +127,8 @@ class Column(NamedTuple):
 
 
 _KINDS = [kind.value for kind in Kind]
+_NAME = attrgetter("name")
+_checked = lru_cache(Column.checked)  # a schema is made of another one's columns, as a rule
 
 
 @dataclass(frozen=True)
@@ -149,11 +153,10 @@ class Schema:
 
     def __post_init__(self) -> None:
         """Check the columns, and put them into the order of their roles."""
-        columns = [column.checked() for column in self.columns]
+        columns = [*map(_checked, self.columns)]
         columns.sort(key=lambda column: min(ROLES.index(column.role), ROLES.index(LABEL)))
-        object.__setattr__(self, "columns", tuple(columns))
         tolerance = finite_number("eq_tolerance", self.eq_tolerance)
-        object.__setattr__(self, "eq_tolerance", tolerance)
+        vars(self).update(columns=tuple(columns), eq_tolerance=tolerance)
         if tolerance < 0:
             raise invalid("eq_tolerance", "0 or more", tolerance)
         for name, count in Counter([TEST, *self.names]).items():
@@ -245,7 +248,7 @@ class Schema:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of all columns."""
-        return tuple(column.name for column in self.columns)
+        return tuple(map(_NAME, self.columns))
 
     def __getitem__(self, name: str) -> Column:
         """Return a column by its name.
@@ -253,15 +256,24 @@ class Schema:
         Raises:
             ArgumentValueError: There is no such column.
         """
-        return self._by_name[known_name("column", name, self._by_name)]
+        if name not in self._by_name:
+            known_name("column", name, self._by_name)
+        return self._by_name[name]
+
+    @cached_property
+    def _by_role(self) -> dict[str, list[Column]]:
+        by_role: dict[str, list[Column]] = {role: [] for role in ROLES}
+        for column in self.columns:
+            by_role[column.role].append(column)
+        return by_role
 
     def with_role(self, *roles: str) -> tuple[Column, ...]:
-        """Return the columns of some roles."""
-        return tuple(column for column in self.columns if column.role in roles)
+        """Return the columns of some roles, in the order of these."""
+        return tuple(chain.from_iterable(map(self._by_role.__getitem__, roles)))
 
     def of_role(self, *roles: str) -> tuple[str, ...]:
-        """Return the names of the columns of some roles."""
-        return tuple(column.name for column in self.with_role(*roles))
+        """Return the names of the columns of some roles, in the order of these."""
+        return tuple(map(_NAME, self.with_role(*roles)))
 
     @cached_property
     def variables(self) -> tuple[str, ...]:
@@ -291,7 +303,7 @@ class Schema:
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """The names of label and notes: columns of texts, and whatever else a file has."""
-        return self.of_role(LABEL, NOTE)
+        return tuple(column.name for column in self.columns if column.role in (LABEL, NOTE))
 
     @cached_property
     def label(self) -> str | None:

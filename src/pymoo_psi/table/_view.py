@@ -67,7 +67,7 @@ class View:
         formulation: Formulation,
     ) -> None:
         self.schema = schema
-        if formulation.without_columns() != formulation:
+        if formulation.changes_columns:
             self.schema = formulation.roles_in(schema)
         self._evaluated = schema
         self._data = data
