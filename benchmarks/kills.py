@@ -41,7 +41,7 @@ from benchmarks.machine import describe_machine, sized
 from pymoo_psi import (
     PSI,
     FailureTolerant,
-    JoblibRunner,
+    ProcessRunner,
     Recorded,
     Restricted,
     SurrogatePSI,
@@ -192,7 +192,7 @@ def asynchronous(folder: Path, kills: int) -> None:
     n = EVALUATIONS * kills
 
     def search() -> SurrogatePSI:
-        problem = Logged(log, elementwise_runner=JoblibRunner(4, in_process=False))
+        problem = Logged(log, elementwise_runner=ProcessRunner(4))
         algorithm = SurrogatePSI(n, study=path, asynchronous=True)
         return minimize(problem, algorithm, seed=1).algorithm
 

@@ -1,4 +1,4 @@
-"""JoblibRunner, the plain loop and pymoo's joblib runner: ``python -m benchmarks.running``.
+"""The runners, the plain loop and pymoo's joblib runner: ``python -m benchmarks.running``.
 
 All evaluate the same designs with the same model, generation after generation. First their values
 are compared, then their times. The rounds alternate between the runners, so that another load of
@@ -46,7 +46,7 @@ from pymoo.optimize import minimize
 from pymoo.parallelization.joblib import JoblibParallelization
 
 from benchmarks.machine import describe_machine, sized
-from pymoo_psi import PSI, JoblibRunner, SurrogatePSI, investigate, lp_tau
+from pymoo_psi import PSI, JoblibRunner, ProcessRunner, SurrogatePSI, investigate, lp_tau
 
 N_JOBS = 2
 ROUNDS = sized(9, 1)
@@ -94,7 +94,7 @@ def runners() -> dict[str, Any]:
     return {
         "plain loop": LoopedElementwiseEvaluation(),
         "JoblibRunner": JoblibRunner(N_JOBS),
-        "  workers only": JoblibRunner(N_JOBS, in_process=False),
+        "ProcessRunner": ProcessRunner(N_JOBS),
         "pymoo's joblib": JoblibParallelization(N_JOBS),
     }
 
@@ -235,7 +235,7 @@ class Efficiency:
                 lambda: as_completed_loop(executor, self.X, self.seconds),
             )
 
-    def measure_runner(self, name: str, runner: JoblibRunner) -> None:
+    def measure_runner(self, name: str, runner: ProcessRunner) -> None:
         """Measure both ways to run PSI with a runner."""
         problem = Uneven(self.seconds, elementwise_runner=runner)
         with TemporaryDirectory() as folder:
@@ -256,8 +256,8 @@ def efficiency(seconds: Callable[[Any], float]) -> None:
     """Print the efficiency of all ways to run designs."""
     ways = Efficiency(seconds)
     ways.measure_loop()
-    ways.measure_runner("our workers", JoblibRunner(WORKERS, in_process=False))
-    ways.measure_runner("our workers, timeout", JoblibRunner(WORKERS, timeout=60.0))
+    ways.measure_runner("our workers", ProcessRunner(WORKERS))
+    ways.measure_runner("our workers, timeout", ProcessRunner(WORKERS, timeout=60.0))
 
 
 def proposals(workers: int, mean: float, evaluations: int) -> None:
@@ -265,7 +265,7 @@ def proposals(workers: int, mean: float, evaluations: int) -> None:
     print(f"\n{workers} workers, SurrogatePSI({evaluations}), designs of {mean:g} s in the mean:")
     seconds = partial(in_any_order, mean=mean)
     for name, asynchronous in (("in rounds", False), ("asynchronous", True)):
-        runner = JoblibRunner(workers, in_process=False)
+        runner = ProcessRunner(workers)
         problem = Uneven(seconds, n_var=6, elementwise_runner=runner)
         investigate(problem, 2 * workers, first=1000)
         with TemporaryDirectory() as folder:

@@ -78,6 +78,39 @@ def test_layers_import_downwards_and_subpackages_public_names_only():
     ] == []
 
 
+def file_of(module):
+    """The file of a module of the package, or of the module of a name."""
+    parts = module.split(".")[1:]
+    for n in (len(parts), len(parts) - 1):
+        path = ROOT.joinpath(*parts[:n])
+        for file in (path.with_suffix(".py"), path / "__init__.py"):
+            if n and file.exists():
+                return file
+    return None
+
+
+def imported_files(path):
+    """The files of the package that a file imports, also those of names that it imports."""
+    files = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            files |= {file_of(alias.name) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "pymoo_psi":
+            files |= {file_of(f"{node.module}.{alias.name}") for alias in node.names}
+    return files - {None, path}
+
+
+def test_no_files_import_each_other_in_a_circle():
+    """Imports in functions and those for types count."""
+    left = {path: imported_files(path) for path in FILES}
+    while True:
+        free = {path for path, files in left.items() if not files & left.keys()}
+        if not free:
+            break
+        left = {path: files for path, files in left.items() if path not in free}
+    assert sorted(path.relative_to(ROOT).as_posix() for path in left) == []
+
+
 def test_every_module_of_a_subpackage_is_private():
     """The ``__init__`` is the index of the public names."""
     modules = {path.relative_to(ROOT).as_posix() for path in FILES}

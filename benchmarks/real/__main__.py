@@ -18,7 +18,7 @@ from benchmarks.machine import describe_machine, output, sized
 from pymoo_psi import (
     PSI,
     Formulation,
-    JoblibRunner,
+    ProcessRunner,
     ProgramProblem,
     PsiError,
     Recorded,
@@ -75,7 +75,7 @@ def main() -> None:
         problem = load(given.example)
     except (ImportError, PsiError) as error:
         parser.exit(sized(2, 0), f"{error}\n")
-    problem.elementwise_runner = JoblibRunner(given.jobs, timeout=300, in_process=False)
+    problem.elementwise_runner = ProcessRunner(given.jobs, timeout=300)
     problem = Recorded(problem, study=folder / "tests.db")
     print(describe_machine())
 

@@ -24,7 +24,7 @@
 - Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`;
   :func:`live`, the page of a study that grows.
 - Comparison: :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
-- Running: :class:`JoblibRunner`, :class:`ExecutorRunner`.
+- Running: :class:`JoblibRunner`, :class:`ProcessRunner`, :class:`ExecutorRunner`.
 - Errors: :class:`PsiError`; all of them in :mod:`.errors`.
 
 **Subpackages**

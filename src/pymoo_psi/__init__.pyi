@@ -35,6 +35,7 @@ from .files import write_table as write_table
 from .page import decision_page as decision_page
 from .parallel import ExecutorRunner as ExecutorRunner
 from .parallel import JoblibRunner as JoblibRunner
+from .parallel import ProcessRunner as ProcessRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
 from .pareto import acceptability as acceptability
 from .pareto import cautions as cautions

@@ -166,13 +166,13 @@ class WorkerError(PsiError, RuntimeError):
 
     Example:
         >>> import threading
-        >>> from pymoo_psi import JoblibRunner
+        >>> from pymoo_psi import ProcessRunner
         >>> lock = threading.Lock()
         >>> def model(x):
         ...     with lock:
         ...         return {"F": [0.0]}
         >>> try:
-        ...     JoblibRunner(timeout=60)(model, [[0.5]])
+        ...     ProcessRunner(timeout=60)(model, [[0.5]])
         ... except WorkerError as error:
         ...     print(error)
         the problem cannot be sent to worker processes: ...keep open files, locks and connections...

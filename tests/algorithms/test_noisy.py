@@ -6,7 +6,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
-    JoblibRunner,
+    ProcessRunner,
     ProgramProblem,
     Restricted,
     SurrogatePSI,
@@ -53,7 +53,7 @@ def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
         assert np.allclose(F, np.mean(tests, axis=0))
     assert (table["tests"] == 3).all()
     assert table.remarks[0].startswith("16 designs, 48 tests")
-    others = Restricted(Queue(elementwise_runner=JoblibRunner(2)), {"x1": (0.0, 1.0)})
+    others = Restricted(Queue(elementwise_runner=ProcessRunner(2)), {"x1": (0.0, 1.0)})
     assert investigate(others, 16, repeat=3).equals(table)
 
 

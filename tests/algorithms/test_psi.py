@@ -217,7 +217,10 @@ def test_mistakes(n, options, message):
     [
         (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
-        (lambda: PSI(10, n_jobs=2), "'n_jobs'; workers are the problem's: .*runner = JoblibRunner"),
+        (
+            lambda: PSI(10, n_jobs=2),
+            "'n_jobs'; workers are the problem's: .*runner = JoblibRunner",
+        ),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
         (
             lambda: minimize(Problem(n_var=2, n_obj=2, xl=0, xu=np.inf), PSI(10)),

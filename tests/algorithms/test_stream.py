@@ -13,7 +13,7 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, JoblibRunner, investigate
+from pymoo_psi import PSI, JoblibRunner, ProcessRunner, investigate
 from pymoo_psi.files import read_table
 from tests.processes import posix, until
 
@@ -35,11 +35,11 @@ def shuffled(x):
 
 
 @pytest.mark.parametrize(
-    ("study", "options"), [(True, {"in_process": False}), (False, {"timeout": 1e4})]
+    ("study", "make"), [(True, JoblibRunner), (True, ProcessRunner), (False, ProcessRunner)]
 )
-def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, options):
+def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, make):
     plain = minimize(Sum(), PSI(100)).algorithm.table
-    problem = Sum(shuffled, elementwise_runner=JoblibRunner(2, **options))
+    problem = Sum(shuffled, elementwise_runner=make(2))
     path = tmp_path / "s.db" if study else None
     assert investigate(problem, 60, study=path, block_size=7).equals(plain.take(np.arange(60)))
     result = minimize(problem, PSI(100, study=path, block_size=9))
@@ -77,7 +77,7 @@ class Held:
 def test_workers_go_on_while_a_block_waits_for_its_slowest_design(tmp_path):
     """All points are tested before the first block is complete: no block is a barrier."""
     held, told = Held(tmp_path), []
-    problem = Sum(held, elementwise_runner=JoblibRunner(3, in_process=False))
+    problem = Sum(held, elementwise_runner=ProcessRunner(3))
 
     def callback(algorithm):
         told.append((algorithm.n_tested, len(held.seen())))
@@ -93,7 +93,7 @@ def test_workers_go_on_while_a_block_waits_for_its_slowest_design(tmp_path):
 def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     """At most 8 designs a worker beyond the block that it has seen; a study keeps them."""
     path = tmp_path / "s.db"
-    problem = Sum(elementwise_runner=JoblibRunner(2, in_process=False))
+    problem = Sum(elementwise_runner=ProcessRunner(2))
     result = minimize(problem, PSI(500, block_size=10, study=path), ("n_eval", 10))
     assert result.algorithm.n_tested == result.algorithm.evaluator.n_eval == 10
     assert 10 <= len(read_table(path)) <= 26
@@ -102,14 +102,14 @@ def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
 def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
     """Copies take what has arrived; what is being evaluated stays with the run."""
     algorithm = PSI(40, block_size=10)
-    algorithm.setup(Sum(elementwise_runner=JoblibRunner(1, in_process=False)))
+    algorithm.setup(Sum(elementwise_runner=ProcessRunner(1)))
     algorithm.next()
     for run in (copy.deepcopy(algorithm), algorithm):
         run.run()
         assert run.table.equals(investigate(Sum(), 40))
 
 
-class TakingLong(JoblibRunner):
+class TakingLong(ProcessRunner):
     """A runner of many workers, the results of which arrive together after long computing.
 
     Args:
@@ -146,7 +146,7 @@ import os, sys, time
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
-from pymoo_psi import PSI, JoblibRunner
+from pymoo_psi import PSI, ProcessRunner
 
 class Slow(ElementwiseProblem):
     def __init__(self, **kwargs):
@@ -166,7 +166,7 @@ RUN
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
 RECORDED = "Recorded(Slow(RUNNER), study=sys.argv[1]).evaluate(np.array([[0.2, 0.2], [0.5, 0.5]]))"
 IN_BLOCKS = "investigate(Slow(elementwise=False), 64, block_size=1, study=sys.argv[1])"
-IN_WORKERS = "elementwise_runner=JoblibRunner(1, timeout=1e3)"
+IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
 
 
 @posix

@@ -17,7 +17,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     Formulation,
-    JoblibRunner,
+    ProcessRunner,
     Recorded,
     SurrogatePSI,
     investigate,
@@ -231,7 +231,7 @@ def test_runs_killed_again_and_again_lose_and_repeat_nothing(case, tmp_path):
     assert "2 kills" in done.stdout
 
 
-class InAnyOrder(JoblibRunner):
+class InAnyOrder(ProcessRunner):
     """So many designs at a time, which end in any order, until it is interrupted.
 
     None ends while a worker waits for the next proposals, unless all ``total`` designs are there.

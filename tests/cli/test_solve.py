@@ -206,7 +206,7 @@ def test_a_problem_that_cannot_be_made_is_a_mistake(said, words, message):
 
 def test_a_runner_of_a_module_evaluates(said):
     Path("site_runner.py").write_text(
-        "from pymoo_psi import JoblibRunner\nrunner = JoblibRunner(n_jobs=1)\n"
+        "from pymoo_psi import ProcessRunner\nrunner = ProcessRunner(n_jobs=1)\n"
     )
     words = ["solve", "models:Mended", "--points", 8]
     assert said(*words, "--cluster", "site_runner:runner") == said(*words)

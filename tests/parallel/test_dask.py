@@ -11,7 +11,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, ExecutorRunner, JoblibRunner, VectorizedSphereChute, investigate
-from pymoo_psi.errors import ArgumentValueError, WorkerError
+from pymoo_psi.errors import WorkerError
 from pymoo_psi.files import read_table
 from tests.processes import posix, until
 from tests.refusals import refused
@@ -63,7 +63,7 @@ def test_a_cluster_of_joblib_of_the_command_and_one_that_is_lost(
     (scheduler, worker, _), client = cluster
     with joblib.parallel_config("dask", client=client):
         table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)
-        chute = investigate(VectorizedSphereChute(0.4), 2000, n_jobs=-1)
+        chute = investigate(VectorizedSphereChute(0.4), 2000, runner=JoblibRunner())
     assert (table.column("elsewhere") == 1).all()
     assert chute.equals(investigate(VectorizedSphereChute(0.4), 2000))
     monkeypatch.chdir(tmp_path)
@@ -90,21 +90,3 @@ def test_a_cluster_of_joblib_of_the_command_and_one_that_is_lost(
     assert not stored.reasons
     table = investigate(Sum(), 192, study=path)
     np.testing.assert_array_equal(table.F, investigate(Sum(), 192).F)
-
-
-def test_a_backend_of_joblib_that_cannot_be_used_is_refused():
-    class OddBackend(joblib.parallel.ParallelBackendBase):
-        supports_sharedmem = True
-
-        def effective_n_jobs(self, n_jobs):
-            return 2
-
-        def apply_async(self, *_):
-            raise NotImplementedError
-
-    runner = JoblibRunner()
-    with (
-        joblib.parallel_config(OddBackend()),
-        pytest.raises(ArgumentValueError, match="joblib's own, or dask, got OddBackend"),
-    ):
-        runner(lambda x: {"F": x}, [1.0])

@@ -8,7 +8,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from pymoo_psi import JoblibRunner, investigate
+from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import EvaluationError
 from tests.processes import posix
 from tests.refusals import refused
@@ -144,7 +144,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
-from pymoo_psi import ExecutorRunner, JoblibRunner, PSI, investigate, nsga3
+from pymoo_psi import ExecutorRunner, ProcessRunner, PSI, investigate, nsga3
 from pymoo_psi.errors import PsiError
 
 from beam import Beam
@@ -157,7 +157,7 @@ def beam(runner):
     return Beam()
 
 def say():
-    for runner in [None, JoblibRunner(2, in_process=False), ExecutorRunner(executor)]:
+    for runner in [None, ProcessRunner(2), ExecutorRunner(executor)]:
         for run in [
             lambda: investigate(beam(runner), 8).F,
             lambda: minimize(beam(runner), PSI(8)).F,
@@ -203,7 +203,7 @@ def test_every_runner_refuses_a_changed_file_alike(tmp_path):
 MIXED = """
 from pathlib import Path
 from pymoo.core.problem import ElementwiseProblem
-from pymoo_psi import JoblibRunner, investigate
+from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import WorkerError
 
 import helper
@@ -217,7 +217,7 @@ class Beam(ElementwiseProblem):
 
 Path("helper.py").write_text("FACTOR = 2.0")
 try:
-    investigate(Beam(elementwise_runner=JoblibRunner(2, in_process=False)), 8)
+    investigate(Beam(elementwise_runner=ProcessRunner(2)), 8)
 except WorkerError as error:
     print(error)
 """
@@ -270,7 +270,7 @@ def test_a_call_after_one_that_raised_gets_its_own_answers():
             raise ValueError("the mesh is torn")
         return {"F": 2 * x}
 
-    runner = JoblibRunner(2, in_process=False)
+    runner = ProcessRunner(2)
     for start in range(10, 810, 100):
         designs = [*range(start, start + 40)]
         torn = [*designs[:5], 3, *designs[6:]]

@@ -38,7 +38,7 @@ def end(process, pids):
 SLOW = """
 import os, time
 from pymoo.core.problem import ElementwiseProblem
-from pymoo_psi import JoblibRunner
+from pymoo_psi import RUNNER
 import numpy as np
 
 class Slow(ElementwiseProblem):  # in the main script, which has no guard
@@ -48,14 +48,14 @@ class Slow(ElementwiseProblem):  # in the main script, which has no guard
         time.sleep(0.1)
         out["F"] = x[0]
 
-problem = Slow(elementwise_runner=JoblibRunner(2, OPTIONS))
+problem = Slow(elementwise_runner=RUNNER(2))
 print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """
 
 
-@pytest.mark.parametrize("options", ["", "in_process=False"])
-def test_a_script_without_a_guard_runs_and_ends(options):
-    out, err = start(SLOW.replace("OPTIONS", options)).communicate(timeout=LONG)
+@pytest.mark.parametrize("runner", ["JoblibRunner", "ProcessRunner"])
+def test_a_script_without_a_guard_runs_and_ends(runner):
+    out, err = start(SLOW.replace("RUNNER", runner)).communicate(timeout=LONG)
     assert (out, err) == ("3.0\n", "")
 
 
@@ -71,10 +71,11 @@ def stuck(x):
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 """
-RUNNER = "from pymoo_psi import JoblibRunner\nJoblibRunner(2, {})(stuck, [0, 1, 2])"
+RUNNER = "from pymoo_psi import ProcessRunner\nProcessRunner(2, {})(stuck, [0, 1, 2])"
 TASKS = """
-from pymoo_psi.parallel import in_parallel
-list(in_parallel(stuck, range(9), 2))
+from collections import deque
+from pymoo_psi import ProcessRunner
+list(ProcessRunner(2).tasks(stuck, deque(enumerate(range(9)))))
 """
 BLOCKS = """
 from pymoo.core.problem import Problem
@@ -90,9 +91,9 @@ investigate(Stuck(n_var=1, n_obj=1, xl=0.0, xu=1.0), 1000, n_jobs=2)
 @pytest.mark.parametrize(
     ("program", "how"),
     [
-        (RUNNER.format("in_process=False"), signal.SIGKILL),
+        (RUNNER.format(""), signal.SIGKILL),
         (RUNNER.format("timeout=1e4"), signal.SIGTERM),
-        (RUNNER.format("in_process=False"), signal.SIGINT),  # as Ctrl-C, but to the parent alone
+        (RUNNER.format(""), signal.SIGINT),  # as Ctrl-C, but to the parent alone
         (TASKS, signal.SIGKILL),
         (BLOCKS, signal.SIGTERM),
     ],
@@ -115,9 +116,9 @@ def test_no_process_outlives_its_program(program, how):
 
 ABANDONED = """
 from collections import deque
-from pymoo_psi import JoblibRunner
+from pymoo_psi import ProcessRunner
 waiting = deque(enumerate([0, 1, 2]))
-results = JoblibRunner(2, in_process=False).stream(lambda x: x and stuck(x), waiting)
+results = ProcessRunner(2).stream(lambda x: x and stuck(x), waiting)
 next(results)
 """
 
@@ -134,8 +135,8 @@ def test_a_parent_whose_fork_lives_on_leaves_no_workers():
     """The fork has all the parent's pipes open."""
     process = start(
         STUCK
-        + "from pymoo_psi import JoblibRunner\n"
-        + "runner = JoblibRunner(2, in_process=False)\n"
+        + "from pymoo_psi import ProcessRunner\n"
+        + "runner = ProcessRunner(2)\n"
         + "pids = runner(lambda x: {'pid': (os.getpid(), time.sleep(0.1))[0]}, range(8))\n"
         + "print(*{values['pid'] for values in pids}, flush=True)\n"
         + "if os.fork() == 0:\n"
@@ -168,10 +169,10 @@ def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_pa
     (added / "own.py").write_text("def double(x):\n    return {'F': 2 * x}")
     (there / "program.py").write_text(
         "import sys\n"
-        "from pymoo_psi import JoblibRunner\n"
+        "from pymoo_psi import ProcessRunner\n"
         f"sys.path.append({str(added)!r})\n"
         "import own\n"
-        "print(JoblibRunner(2, in_process=False)(own.double, [1, 2]))"
+        "print(ProcessRunner(2)(own.double, [1, 2]))"
     )
     out, err = start(str(there / "program.py"), folder=here).communicate(timeout=LONG)
     assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")
@@ -180,12 +181,12 @@ def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_pa
 SERVICE = """
 from pathlib import Path
 from pymoo.core.problem import ElementwiseProblem
-from pymoo_psi import JoblibRunner, investigate
+from pymoo_psi import ProcessRunner, investigate
 class Chatty(ElementwiseProblem):
     def _evaluate(self, x, out, *args, **kwargs):
         print("step", flush=True)
         out["F"] = x[0]
-runner = JoblibRunner(2, in_process=False)
+runner = ProcessRunner(2)
 table = investigate(Chatty(n_var=1, n_obj=1, xl=0, xu=1, elementwise_runner=runner), 32)
 Path("ok").write_text(str((table.status == "ok").sum()))
 """

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 
-from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner
+from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
 from tests.processes import gone, posix
 from tests.refusals import refused
@@ -87,12 +87,12 @@ def on_threads(**options):
     scope="module",
     params=[
         lambda: JoblibRunner(2),
-        lambda: JoblibRunner(2, in_process=False),
         lambda: JoblibRunner(1),
+        lambda: ProcessRunner(2),
         on_threads,
         lambda: ExecutorRunner(Polled(ThreadPoolExecutor(2)), workers=2),
     ],
-    ids=["two", "elsewhere", "one", "executor", "polled"],
+    ids=["joblib", "here", "processes", "executor", "polled"],
 )
 def runner(request):
     return request.param()
@@ -137,23 +137,26 @@ class TestContract:
         assert isinstance(caught.value.__cause__, ValueError)
         np.testing.assert_array_equal(caught.value.design, designs(3)[4])
         # where a worker raised it, its traceback comes as a text
-        here = isinstance(runner, JoblibRunner) and runner.in_process
+        here = getattr(runner, "n_jobs", 2) == 1
         assert "_evaluate" in str(caught.value.__cause__.__cause__) or here
 
 
 # Workers
 
 
-@pytest.fixture(scope="module", params=["joblib", "executor"])
+@pytest.fixture(scope="module", params=["joblib", "processes", "executor"])
 def workers(request):
     """A runner for the tests after which its workers are as before."""
     if request.param == "executor":
         return on_threads()
-    return JoblibRunner(2, in_process=False)
+    if request.param == "joblib":
+        return JoblibRunner(2)
+    return ProcessRunner(2)
 
 
-def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers():
-    workers = JoblibRunner(2, in_process=False)
+@pytest.mark.parametrize("make", [JoblibRunner, ProcessRunner])
+def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers(make):
+    workers = make(2)
     given = {}
     results = workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5))))
     for index, values, _ in filter(None, results):
@@ -162,20 +165,52 @@ def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers():
     assert len(pickle.dumps(workers)) < 300
 
 
-def test_a_cheap_model_stays_in_this_process():
-    problem = model(elementwise_runner=JoblibRunner(2))
-    assert pids(problem, designs()) == {os.getpid()}, "a machine that stalls for 10 ms a design?"
+def test_joblib_evaluates_by_joblib_runner_and_by_no_other(monkeypatch):
+    def refuse(*_):
+        raise RuntimeError("joblib")
+
+    monkeypatch.setattr(joblib.Parallel, "__call__", refuse)
+    X = designs()
+    refused("joblib", model(elementwise_runner=JoblibRunner(2)).evaluate, X, error=WorkerError)
+    F = model(elementwise_runner=ProcessRunner(2)).evaluate(X)
+    np.testing.assert_array_equal(F, model().evaluate(X))
+
+
+def slow(x):
+    time.sleep(0.01)
+    return {"F": x, "worker": (os.getpid(), threading.get_ident())}
+
+
+@pytest.mark.parametrize("backend", ["loky", "threading", "multiprocessing"])
+def test_joblib_evaluates_on_the_backend_of_its_configuration(backend):
+    with joblib.parallel_config(backend):
+        values = JoblibRunner(2)(slow, range(40))
+    assert [value["F"] for value in values] == [*range(40)]
+    workers = {value["worker"] for value in values}
+    assert len(workers) >= 2
+    assert slow(0)["worker"] not in workers
+    assert ({pid for pid, _ in workers} == {os.getpid()}) == (backend == "threading")
+
+
+def test_a_worker_that_joblib_loses_costs_no_innocent_design():
+    problem = FailureTolerant(model(elementwise_runner=JoblibRunner(2)))
+    X = designs(3, 7)
+    F = problem.evaluate(X)[0]
+    assert np.flatnonzero(np.isinf(F).all(axis=1)).tolist() == [4, 10]
+    others = np.delete(np.arange(len(X)), [4, 10])
+    np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
+    assert problem.failures[-1].reason == "its worker process died (exit code 3, 2 times)"
+
+
+def test_joblib_has_no_time_limit():
+    refused("timeout must be left out .*use ProcessRunner", JoblibRunner, timeout=3)
 
 
 def test_the_number_of_jobs_is_that_of_parallel_config():
-    def f(x):
-        time.sleep(0.01)
-        return {"pid": os.getpid()}
-
     for n_jobs in (1, 3):
         with joblib.parallel_config(n_jobs=n_jobs):
-            values = JoblibRunner(in_process=False)(f, range(60))
-        assert len({value["pid"] for value in values}) == n_jobs
+            values = JoblibRunner()(slow, range(60))
+        assert len({value["worker"] for value in values}) == n_jobs
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons
@@ -207,7 +242,7 @@ def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
 
 
 @posix
-@pytest.mark.parametrize("make", [partial(JoblibRunner, 2), on_threads])
+@pytest.mark.parametrize("make", [partial(ProcessRunner, 2), on_threads])
 def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
     runner = make(timeout=SHORT)
     problem = FailureTolerant(model(elementwise_runner=runner))
@@ -231,7 +266,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
 
 @posix
 def test_a_lost_design_stops_a_problem_that_does_not_tolerate_it():
-    runner = JoblibRunner(1, timeout=1e4)
+    runner = ProcessRunner(1, timeout=1e4)
     refused(
         r"design \[7\.0, .*died \(exit code 3, 2 times\);",
         model(elementwise_runner=runner).evaluate,
@@ -254,7 +289,7 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path, workers):
 
 @posix
 def test_a_worker_killed_while_it_waits_blames_no_design():
-    runner = JoblibRunner(1, timeout=1e4)
+    runner = ProcessRunner(1, timeout=1e4)
     problem = model(elementwise_runner=runner)
     for pid in pids(problem, designs()):
         os.kill(pid, signal.SIGKILL)
@@ -276,7 +311,7 @@ def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
 
     refused(
         "timed out after 1.5 s",
-        JoblibRunner(1, timeout=SHORT),
+        ProcessRunner(1, timeout=SHORT),
         with_solver,
         [1, 0],
         error=EvaluationError,
@@ -309,7 +344,7 @@ def test_a_model_that_writes_into_its_descriptors_changes_no_value(how):
             out.update(f(x[0]))
 
     f, X = speaking(how), np.arange(12.0)[:, None]
-    runner = JoblibRunner(2, timeout=60.0)
+    runner = ProcessRunner(2, timeout=60.0)
     problem = FailureTolerant(Speaking(n_var=1, n_obj=1, xl=0, xu=99, elementwise_runner=runner))
     np.testing.assert_array_equal(problem.evaluate(X)[0], X)
     assert problem.failures == []

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from pymoo_psi import JoblibRunner
+from pymoo_psi import ProcessRunner
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.parallel import in_parallel
 from tests.processes import until
@@ -21,7 +21,7 @@ def test_expensive_designs_after_cheap_ones_are_spread_over_the_workers(tmp_path
         (tmp_path / str(x)).touch()
         return {"F": x if until(lambda: len(os.listdir(tmp_path)) == 4) else None}
 
-    runner = JoblibRunner(4, in_process=False)
+    runner = ProcessRunner(4)
     assert runner(meeting, range(104)) == [{"F": x} for x in range(104)]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, JoblibRunner, ProgramProblem, investigate
+from pymoo_psi import PSI, ProcessRunner, ProgramProblem, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import Output
 from tests.processes import gone, posix, until
@@ -80,7 +80,7 @@ def runs(tmp_path):
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
-    table = investigate(beam(elementwise_runner=JoblibRunner(jobs)), 5)
+    table = investigate(beam(elementwise_runner=ProcessRunner(jobs)), 5)
     width, height = table.X[:, :2].astype(float).T
     for name, expected in {
         "mass": 2 * width * height,
@@ -245,7 +245,7 @@ def test_what_a_program_leaves_running_ends_and_its_numbers_do_not_count(tmp_pat
     """In its group and outside of it; what ends within a moment is waited for."""
     half = "(printf 1; echo $$ > pid; sleep 60; printf 2) > out & setsid sleep 61 &\necho $! > pid2"
     problem = shell(tmp_path, half, {"m": {"file": "out", "pattern": "(.+)"}})
-    problem.elementwise_runner = JoblibRunner(2)
+    problem.elementwise_runner = ProcessRunner(2)
     table = investigate(problem, 2)
     assert all("let the command wait for them" in reason for reason in table.reasons.values())
     for pid in tmp_path.glob("runs/*/pid*"):

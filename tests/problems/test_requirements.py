@@ -11,7 +11,7 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     FailureTolerant,
-    JoblibRunner,
+    ProcessRunner,
     Recorded,
     Required,
     Restricted,
@@ -67,7 +67,7 @@ class Mixed(ElementwiseProblem):
         Plain,
         Vectorised,
         lambda: Restricted(Plain(), {"width": (0.1, 0.9)}),
-        lambda: Plain(elementwise_runner=JoblibRunner(2)),
+        lambda: Plain(elementwise_runner=ProcessRunner(2)),
     ],
 )
 def test_algorithms_of_pymoo_find_designs_that_meet_them(algorithm, make):
@@ -134,7 +134,7 @@ def test_wrong_rules_are_refused(rules, match):
 
 
 @pytest.mark.parametrize(
-    "make", [Plain, Vectorised, lambda: Plain(elementwise_runner=JoblibRunner(2))]
+    "make", [Plain, Vectorised, lambda: Plain(elementwise_runner=ProcessRunner(2))]
 )
 def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     table = investigate(make(), 64)

@@ -16,8 +16,8 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     FailureTolerant,
-    JoblibRunner,
     LPTauSampling,
+    ProcessRunner,
     Restricted,
     SphereChute,
     VectorizedSphereChute,
@@ -110,7 +110,7 @@ def test_every_way_of_testing_gives_one_table(study_file):
     table = investigate(Restricted(Beam(), box), 48)
     assert (table.status == "failed").any()
     part = Restricted(Beam(), box)
-    part.elementwise_runner = JoblibRunner(2)
+    part.elementwise_runner = ProcessRunner(2)
     assert investigate(part, 48).equals(table)
     result = minimize(Restricted(Beam(), box), PSI(48, study=study_file))
     assert result.algorithm.table.equals(table)

@@ -39,7 +39,7 @@ try:
 except ImportError:  # until pymoo 0.6.1.5
     from pymoo.core.problem import DaskParallelization, StarmapParallelization
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner, QMCSampling, SurrogatePSI
+from pymoo_psi import PSI, FailureTolerant, ProcessRunner, QMCSampling, SurrogatePSI
 
 # Each tests 28 designs in three iterations.
 ALGORITHMS = {
@@ -291,7 +291,7 @@ def runners():
         yield {
             "starmap": StarmapParallelization(pool.starmap),
             "dask": DaskParallelization(client),
-            "ours": JoblibRunner(n_jobs=2),
+            "ours": ProcessRunner(n_jobs=2),
         }
 
 

@@ -11,6 +11,7 @@ import time
 import zlib
 from collections import deque
 from collections.abc import Generator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -88,11 +89,13 @@ class Executor:
 
     Attributes:
         elastic: Whether workers may join and leave.
+        in_rounds: Whether points that are submitted may wait for all that are being evaluated.
         may_end_early: Whether a termination may end the run before all points are tested; if not,
             points are evaluated ahead of the blocks that are asked for.
     """
 
     elastic = False
+    in_rounds = False
     may_end_early = True
 
     def __init__(self) -> None:
@@ -131,8 +134,9 @@ class Executor:
     def pause(self) -> None:
         """Let no worker begin another task."""
         self._is_paused = True
-        self._held.extend(self._waiting)
-        self._waiting.clear()
+        with suppress(IndexError):  # a runner may take some at the same time
+            while True:
+                self._held.append(self._waiting.popleft())
 
     def resume(self) -> None:
         """Let workers begin tasks again."""
@@ -182,6 +186,7 @@ class OneByOne(Executor):
         self._runner = model.problem.elementwise_runner
         self._has_workers = isinstance(self._runner, Runner)
         self.elastic = getattr(self._runner, "elastic", False)
+        self.in_rounds = getattr(self._runner, "in_rounds", False)
 
     @property
     def n_workers(self) -> int:

@@ -40,7 +40,7 @@ from pymoo_psi.algorithms._options import (
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
-from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
+from pymoo_psi.parallel import Runner, progress_bar, runner_of_jobs
 from pymoo_psi.problems import (
     NO_OUTPUTS,
     evaluate_designs,
@@ -373,7 +373,7 @@ class PSI(PointAlgorithm):
     ``tell()`` receives its values, and ``None`` when no points are left. Evaluate with the
     algorithm's own ``evaluator`` to keep further outputs in the table.
 
-    With a :class:`~pymoo_psi.JoblibRunner` or, on a cluster, an :class:`~pymoo_psi.ExecutorRunner`,
+    With a runner of this package, such as :class:`~pymoo_psi.JoblibRunner`, parallel
     workers do not wait at the end of a block: while one evaluates the slowest design, the others
     evaluate the next points. If a termination was given, each worker is at most eight designs
     ahead. Designs evaluated ahead when the run ends are kept in the study, if there is one, but are
@@ -594,7 +594,7 @@ def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runne
     if runner is None:
         if n_jobs == 1:
             return None
-        runner = JoblibRunner(n_jobs)
+        runner = runner_of_jobs(n_jobs)
     instance("runner", runner, Runner)
     if problem.elementwise:
         received = Received("one that is evaluated one design at a time")

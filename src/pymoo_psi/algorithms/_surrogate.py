@@ -103,7 +103,8 @@ class SurrogatePSI(PointAlgorithm):
             on the order in which tests end, and the study keeps with each proposal which earlier
             tests were ``pending``. By default it is on with more workers than ``batch``, or 8, and
             with workers that may join and leave, such as those of an
-            :class:`~pymoo_psi.ExecutorRunner`.
+            :class:`~pymoo_psi.ExecutorRunner`. A :class:`~pymoo_psi.JoblibRunner` evaluates a
+            round at a time.
         **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals follow the
             objectives, limits and ranges of a ``formulation``, or those of the problem under
             ``limits``. Computed columns are computed from surrogates. ``retry`` does not change
@@ -164,7 +165,7 @@ class SurrogatePSI(PointAlgorithm):
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
             is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
-        if executor.n_workers == 0 and not executor.elastic:
+        if executor.in_rounds or (executor.n_workers == 0 and not executor.elastic):
             is_asynchronous = False
         sequence = run.source.ask(run.n_left)
         n_left_out = self._n_left_out(run, sequence)

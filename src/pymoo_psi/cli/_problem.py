@@ -36,7 +36,7 @@ from pymoo_psi.cli._app import Options, print_error
 from pymoo_psi.cli._console import print_frame, say
 from pymoo_psi.cli._source import pairs_in, typed_options
 from pymoo_psi.errors import PsiError
-from pymoo_psi.parallel import ExecutorRunner, JoblibRunner, Runner, one_line
+from pymoo_psi.parallel import ExecutorRunner, Runner, one_line, runner_of_jobs
 from pymoo_psi.problems import (
     ProgramProblem,
     Required,
@@ -245,7 +245,7 @@ def set_runner(problem: Problem, options: Options) -> Runner | None:
         runner = _cluster_runner(options.cluster, timeout)
     elif options.jobs != 1 or timeout is not None:
         # In other processes, as a model may end its own.
-        runner = JoblibRunner(n_jobs=options.jobs, timeout=timeout, in_process=False)
+        runner = runner_of_jobs(options.jobs, timeout)
     if not problem.elementwise:
         return runner
     if runner is not None:

@@ -1,4 +1,4 @@
-"""The engine of all runners, and the runner on any executor of ``concurrent.futures``.
+"""The runners on guarded processes: of this machine, or of the workers of any executor.
 
 This process sends tasks, each with some designs, and keeps every worker busy: a process of this
 machine, or what an executor of a cluster has, such as Dask, Ray, MPI or SLURM. An executor sees
@@ -18,7 +18,7 @@ import sys
 import time
 from collections import OrderedDict, deque
 from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from contextlib import suppress
 from functools import partial
 from pickle import PickleError
@@ -29,23 +29,28 @@ from typing import Any
 import cloudpickle
 
 from pymoo_psi import __version__
-from pymoo_psi._validation import Entries, Received, integer, invalid, wrong_type
+from pymoo_psi._validation import (
+    Received,
+    integer,
+    invalid,
+    job_count,
+    wrong_type,
+)
 from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     CHUNK_SECONDS,
     POLLING_SECONDS,
+    Answer,
     Function,
-    LostDesign,
     Result,
     Waiting,
-    evaluate_here,
-    loaded_function,
+    answer_by,
     lost_values,
     one_line,
     pickled_function,
     sendable,
 )
-from pymoo_psi.parallel._pool import Answer, Environment, Processes, Work
+from pymoo_psi.parallel._pool import Environment, Processes, Work
 from pymoo_psi.parallel._runner import Runner
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
@@ -63,6 +68,78 @@ _SMALL = 10_000
 _KEPT = 4  # functions that a worker keeps, one of each run that it works for
 
 
+class ProcessRunner(Runner):
+    """An ``elementwise_runner`` that evaluates designs in guarded worker processes.
+
+    For a model that may hang, crash, or start programs that do. If a worker process dies or runs
+    out of time, at most one design fails; another worker evaluates the rest. A design whose process
+    died is tried once more before it counts as failed. PSI and :class:`~pymoo_psi.FailureTolerant`
+    record the reason; other problems stop with an :class:`~pymoo_psi.errors.EvaluationError`.
+
+    The workers stay alive between generations and receive chunks of designs, sized by the measured
+    cost of a design. Results come in the order of the designs and do not depend on this.
+
+    The workers import modules from the same places as this process. They are kept for some minutes
+    for the next call of any runner. New workers start if a module was reloaded, or if the
+    environment, the current folder, the number of workers or ``fingerprint()`` of the problem has
+    changed; code of the main script or a notebook gets new workers with a new runner. Workers, and
+    all processes that a model started in them, end with this process. If a model changes the
+    current folder, the change is undone after every design.
+
+    No table mixes two versions of a model. A file of yours that was edited after its import is
+    refused before anything is evaluated, here, by other runners, and without a runner: reload it by
+    ``importlib.reload`` and make the problem again, or restart Python. A worker that imports
+    another version than this process has is refused, too.
+
+    Args:
+        n_jobs: Number of workers; -1 is one for each core.
+        timeout: Seconds that the evaluation of one design may take; then its worker process is
+            replaced.
+
+    Raises:
+        ArgumentValueError: A number is out of range, or the system is Windows, where no process can
+            end another with all that it has started.
+        ArgumentTypeError: An argument has the wrong type.
+        EvaluationError: In use: a design raised or was lost.
+        WorkerError: In use: the problem cannot be sent to worker processes, or they cannot
+            import it, or they have another version of it.
+
+    Example:
+        >>> import numpy as np
+        >>> from pymoo_psi import SphereChute
+        >>> runner = ProcessRunner(n_jobs=2, timeout=60)
+        >>> X = np.array([[0.2635, 0.1072], [0.3, 0.2]])
+        >>> F, G = SphereChute(0.4, elementwise_runner=runner).evaluate(X)
+        >>> np.array_equal(F, SphereChute(0.4).evaluate(X)[0])
+        True
+    """
+
+    def __init__(self, n_jobs: int = -1, *, timeout: float | None = None) -> None:
+        super().__init__(timeout)
+        if sys.platform == "win32":
+            raise invalid(
+                "the system of ProcessRunner", "Linux or macOS", "Windows", "use JoblibRunner"
+            )
+        self.n_jobs = job_count("n_jobs", n_jobs)
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are."""
+        if self.n_jobs > 0:
+            return self.n_jobs
+        from joblib import cpu_count
+
+        return int(cpu_count())
+
+    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Evaluate the designs of a queue; see :class:`Runner`."""
+        yield from Tasks(self, f, waiting).results()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles have the settings; workers and measurements stay here."""
+        return partial(type(self), self.n_jobs, timeout=self.timeout), ()
+
+
 class ExecutorRunner(Runner):
     """An ``elementwise_runner`` that evaluates designs on any ``concurrent.futures.Executor``.
 
@@ -72,7 +149,7 @@ class ExecutorRunner(Runner):
     futures that can only be polled, such as submitit's, are polled.
 
     With PSI, no worker waits for the slowest design of a block. Algorithms and studies work as with
-    :class:`~pymoo_psi.JoblibRunner`; only this process writes the study. The workers must be able
+    :class:`~pymoo_psi.ProcessRunner`; only this process writes the study. The workers must be able
     to import the same versions of ``pymoo_psi`` and of what the model imports from your folders;
     definitions in the main script or in a notebook are sent.
 
@@ -126,7 +203,13 @@ class ExecutorRunner(Runner):
             raise wrong_type("executor", rule, executor)
         client = getattr(executor, "_client", executor)
         if hasattr(client, "nthreads"):  # Dask's executor, or its client
-            executor = DaskExecutor(client, getattr(executor, "_kwargs", None))
+            if executor is client:
+                executor = client.get_executor(pure=False)
+            if workers is None:
+
+                def workers() -> int:
+                    return sum(client.nthreads().values())
+
         if workers is None:
             workers = _count_in(executor)
         elif not callable(workers):
@@ -153,8 +236,8 @@ class ExecutorRunner(Runner):
             self._asked = now
         return self._n_workers
 
-    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield results, and ``None`` between; no design is evaluated in this process."""
+    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Evaluate the designs of a queue; see :class:`Runner`."""
         yield from Tasks(self, f, waiting, self.executor).results()
 
     def __copy__(self) -> ExecutorRunner:
@@ -180,7 +263,9 @@ class Tasks:
         executor: The executor; ``None`` for processes of this machine.
     """
 
-    def __init__(self, runner: Any, function: Function, waiting: Waiting, executor: Any) -> None:
+    def __init__(
+        self, runner: Runner, function: Function, waiting: Waiting, executor: Any = None
+    ) -> None:
         self._runner = runner
         self._function = function
         self._waiting = waiting
@@ -225,12 +310,11 @@ class Tasks:
         """Send tasks until all workers are busy."""
         if not self._waiting:
             return
-        cost = self._runner.cost
         # A cluster may start its first worker when it has a task.
         n_workers = max(1, self._runner.n_workers)
         lasting = max(CHUNK_SECONDS, _TASK_SECONDS * n_workers)
         while self._waiting and len(self._sent) < _TASKS_AHEAD * n_workers:
-            size = cost.chunk(len(self._waiting), n_workers, lasting)
+            size = self._runner.chunk(len(self._waiting), n_workers, lasting)
             self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
 
     def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
@@ -256,21 +340,11 @@ class Tasks:
         except Exception as error:
             yield from self._given_up(waiting, error)
             return
-        self._runner.has_answered = True
         if answer is None:  # it lacks the function
             self._send(waiting, CHUNK_SECONDS, with_function=True)
             return
-        results, failure = answer
         designs = dict(waiting)
-        for index, values, seconds in results:
-            design = designs.pop(index)
-            if isinstance(values, LostDesign):
-                yield index, lost_values(self._function, design, values.reason), 0.0
-            else:
-                self._runner.cost.samples.append(seconds)
-                yield index, values, seconds
-        if failure is not None:
-            raise failure
+        yield from self._runner.results_of(self._function, designs, answer)
         self._waiting.extendleft(reversed(designs.items()))
 
     def _given_up(self, waiting: Waiting, error: Exception) -> Iterator[Result]:
@@ -289,7 +363,7 @@ class Tasks:
                 self._send(deque([(index, design)]), CHUNK_SECONDS)
             elif isinstance(error, CancelledError):
                 raise _gone(error) from error
-            elif not self._runner.has_answered:
+            elif not self._runner.samples:  # no worker has done anything
                 raise _unusable(error) from error
             else:
                 reason = f"its worker was lost ({one_line(error)})"
@@ -410,12 +484,12 @@ def evaluate(
         # One thread: the cores of a machine belong to all of its workers.
         processes = Processes(1, Environment.now(work.identity, threads=1), pickled)
         results, failure = processes.evaluate(work)
+        if failure is not None:
+            failure = sendable(failure)
+        answer = results, failure
     else:
-        results = [*evaluate_here(loaded_function(pickled), work.designs, moment=0.0)]
-        failure = None
-    if failure is not None:
-        failure = sendable(failure)
-    return _VERSIONS, cloudpickle.dumps((results, failure))
+        answer = answer_by(pickled, work.designs)
+    return _VERSIONS, cloudpickle.dumps(answer)
 
 
 # Engines
@@ -428,49 +502,3 @@ def _count_in(engine: Any) -> Callable[[], int] | None:
         if isinstance(getattr(engine, name, None), int):
             return partial(getattr, engine, name)
     return None
-
-
-class DaskExecutor(Executor):
-    """An executor on the workers of Dask.
-
-    Futures of Dask's own are never done if their tasks are cancelled by the scheduler, for example
-    as data was lost with a worker.
-
-    Args:
-        client: A client of Dask.
-        options: Those of Dask's ``client.submit``, such as ``resources``.
-    """
-
-    def __init__(self, client: Any, options: Entries | None = None) -> None:
-        self.client = client
-        self._options = {**(options or {}), "pure": False}
-
-    @property
-    def num_workers(self) -> int:
-        """The number of threads of all workers."""
-        return sum(self.client.nthreads().values())
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return the future of a call."""
-        task = self.client.submit(fn, *args, **kwargs, **self._options)
-        future: Future[Any] = Future()
-
-        async def pass_on() -> None:
-            try:
-                (result,) = await self.client.gather([task], asynchronous=True)
-            except BaseException as error:
-                if isinstance(error, asyncio.CancelledError):  # no Exception, to be handled as one
-                    error = CancelledError(str(error))
-                if future.set_running_or_notify_cancel():
-                    future.set_exception(error)
-            else:
-                if future.set_running_or_notify_cancel():
-                    future.set_result(result)
-
-        def cancel(future: Future[Any]) -> None:
-            if future.cancelled():
-                task.cancel()
-
-        future.add_done_callback(cancel)
-        self.client.loop.add_callback(pass_on)
-        return future

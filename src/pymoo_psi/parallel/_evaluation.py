@@ -12,13 +12,13 @@ each design, in their order. pymoo does not define what happens to a design with
 
 from __future__ import annotations
 
-import math
 import os
-import statistics
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
+from math import inf
 from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -33,6 +33,8 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 Function = Callable[[Any], Values]
 Waiting = deque[tuple[int, Any]]  # designs to be evaluated, each with its index
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
+# Results of the designs that were evaluated, and the error that ended the evaluation.
+Answer = tuple[list[Result], EvaluationError | None]
 
 
 class LostDesign(NamedTuple):
@@ -48,49 +50,6 @@ _MEASURED_SECONDS = 1e-3
 CHUNK_SECONDS = 0.05
 # Seconds without a result after which the reader of results may do something else.
 POLLING_SECONDS = 0.05
-
-
-class Cost:
-    """The seconds a design takes: the median of the last five measurements.
-
-    A first evaluation often loads libraries, and a busy machine stalls.
-
-    Attributes:
-        samples: The measurements, to which others are appended.
-    """
-
-    def __init__(self) -> None:
-        self.samples: deque[float] = deque(maxlen=5)
-
-    @property
-    def seconds(self) -> float:
-        """Seconds of a design; infinite if none is measured."""
-        if not self.samples:
-            return math.inf
-        return statistics.median_low(self.samples)
-
-    def worth_sending(self, designs: int, workers: int, overhead: float) -> bool:
-        """Whether workers save at least twice the overhead, since both are estimates.
-
-        The cost is known from three designs, or from one that takes longer than an import.
-        """
-        is_known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
-        return is_known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
-
-    def chunk(self, waiting: int, workers: int, lasting: float) -> int:
-        """Return how many of the waiting designs to send together next, at least 1.
-
-        They are at most half of a worker's share, so that all workers end together.
-
-        Args:
-            waiting: The number of waiting designs.
-            workers: The number of workers.
-            lasting: Seconds that the designs may take.
-        """
-        # 0 seconds where a clock is too coarse
-        n_lasting = int(lasting / max(self.seconds, 1e-9))
-        half_share = math.ceil(waiting / (2 * workers))
-        return max(1, min(n_lasting, half_share))
 
 
 def one_line(error: BaseException) -> str:
@@ -114,33 +73,27 @@ def same_folder() -> Iterator[None]:
 def evaluate_here(
     f: Function,
     waiting: Waiting,
-    cost: Cost | None = None,
-    enough: Callable[[int], bool] = lambda left: False,
+    end: float = inf,
     *,
     moment: float = _MEASURED_SECONDS,
 ) -> Iterator[Result]:
-    """Evaluate designs in this process until none waits or ``enough`` says to stop.
+    """Evaluate designs in this process until none waits, or until some time.
 
     Args:
         f: What to evaluate.
         waiting: The designs; they are taken from it.
-        cost: Takes the measurements.
-        enough: Whether to stop, given the number of designs left; asked before the first design
-            and after every measurement.
-        moment: Seconds of work between two measurements; 0 yields the values of each design
-            before the next one is evaluated.
+        end: When to stop, by ``perf_counter``; seen at every measurement.
+        moment: Seconds of work between two measurements, of which the first one is of one design;
+            0 yields the values of each design before the next one is evaluated.
 
     Raises:
         EvaluationError: A design raised, as the ``original``; the results before it are yielded
             first.
     """
-    cost = cost or Cost()
-    while waiting and not enough(len(waiting)):
+    allowed = 0.0
+    while waiting and perf_counter() < end:
         results: list[tuple[int, Values]] = []
         failure = None
-        allowed = moment
-        if cost.seconds == math.inf:
-            allowed = 0.0
         began = perf_counter()
         now = began
         # Nothing is yielded from within: the reader of the results would have the model's settings.
@@ -155,11 +108,22 @@ def evaluate_here(
             except BaseException as error:  # a model exits; Rust and asyncio have their own
                 failure = EvaluationError(design, one_line(error), error)
         seconds = (perf_counter() - began) / max(len(results), 1)
-        cost.samples.append(seconds)
+        allowed = moment
         for index, values in results:
             yield index, values, seconds
         if failure is not None:
             raise failure
+
+
+def answer_of(f: Function, designs: Waiting) -> Answer:
+    """Evaluate designs in this process; return the results, and the error of one that raised."""
+    results = []
+    try:
+        for result in evaluate_here(f, designs, moment=0.0):
+            results.append(result)
+    except EvaluationError as error:
+        return results, error
+    return results, None
 
 
 def pickled_function(function: Function) -> bytes:
@@ -185,10 +149,13 @@ def loaded_function(pickled: bytes) -> Function:
     Of a module that the other process does not have, the version must be that of the file.
 
     Raises:
-        WorkerError: This process has another version of a module of the users.
+        WorkerError: It cannot be loaded, or this process has another version of a module of the
+            users.
     """
-    function: Function
-    function, sent = cloudpickle.loads(pickled)
+    try:
+        function, sent = cloudpickle.loads(pickled)
+    except BaseException as error:  # a module may exit when it is imported
+        raise unloadable(one_line(error)) from error
     for name, version in versions().items():
         file = sys.modules[name].__file__ or ""
         if version != (sent.get(name) or version_of(file)):
@@ -196,7 +163,16 @@ def loaded_function(pickled: bytes) -> Function:
             raise WorkerError(
                 f"a worker process has another version of {name} than the main process; {REMEDY}"
             )
-    return function
+    loaded: Function = function
+    return loaded
+
+
+def unloadable(reason: str) -> WorkerError:
+    """Return the error for a function that a worker process cannot load."""
+    return WorkerError(
+        f"a worker process cannot load the problem: {reason}; define it in a module that can be "
+        "imported, or in the main script"
+    )
 
 
 def lost_values(function: Function, design: Any, reason: str) -> Values:
@@ -221,3 +197,25 @@ def sendable(error: EvaluationError) -> EvaluationError:
             sent.exc = RuntimeError(error.reason)
         error.original = sent
     return error
+
+
+def sendable_result(result: Result) -> Result:
+    """Return a result that can be pickled; a design whose values cannot be is lost."""
+    try:
+        cloudpickle.dumps(result)
+    except Exception as error:
+        reason = f"its values cannot be sent between processes: {one_line(error)}"
+        return result[0], LostDesign(reason), 0.0
+    return result
+
+
+_loaded = lru_cache(maxsize=4)(loaded_function)  # those of the last runs
+
+
+def answer_by(pickled: bytes, designs: Waiting) -> Answer:
+    """Return the answer of a pickled function, to be sent; see :func:`answer_of`."""
+    results, failure = answer_of(_loaded(pickled), designs)
+    sent = [sendable_result(result) for result in results]
+    if failure is not None:
+        failure = sendable(failure)
+    return sent, failure

@@ -43,9 +43,9 @@ from weakref import WeakSet
 
 import cloudpickle
 
-from pymoo_psi.errors import EvaluationError, WorkerError
+from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._evaluation import LostDesign, Result, Waiting
+from pymoo_psi.parallel._evaluation import Answer, LostDesign, Result, Waiting, unloadable
 
 _PATIENCE = 2.0  # seconds in which a worker may end by itself; some hundredths are enough
 # Seconds in which a guard may end its worker and all processes that were started there; a busy
@@ -106,9 +106,6 @@ class Work(NamedTuple):
     timeout: float | None
     lasting: float
 
-
-# Results of the designs that were evaluated, and the error that ended the evaluation.
-Answer = tuple[list[Result], EvaluationError | None]
 
 _IDLE: list[_Worker] = []  # the last ones at the end
 _OPEN: WeakSet[Processes] = WeakSet()
@@ -298,14 +295,9 @@ class _Worker:
         if isinstance(flaw, _Loss):
             if self.run:  # a module has changed, or it has waited too long
                 return [], replace(flaw, has_loaded=False)
-            flaw = f"the process ends before ({flaw.reason})"
-        if isinstance(flaw, WorkerError):
+            raise unloadable(f"the process ends before ({flaw.reason})")
+        if flaw is not None:
             raise flaw
-        if flaw:
-            raise WorkerError(
-                f"a worker process cannot load the problem: {flaw}; define it in a module that can "
-                "be imported, or in the main script"
-            )
         self.run = work.run
         results: list[Result] = []
         while len(results) < len(designs):

@@ -9,9 +9,9 @@ guard also finds processes that left the worker's group.
 
 Messages to the worker: the path and the arguments of the program; then a pickled function, or None
 for the one that it has, designs, and the seconds that they may take; None at the end. Messages from
-it: when it has loaded a function, an empty text, or why it cannot, as a text or an error; for each
-design, in turn and as soon as it is done, a ``Result``; last, if designs are left, the error of the
-one that raised, or None if it leaves them to other workers.
+it: when it has loaded a function, None, or an error that says why it cannot; for each design, in
+turn and as soon as it is done, a ``Result``; last, if designs are left, the error of the one that
+raised, or None if it leaves them to other workers.
 
 A worker that has loaded a function before, and cannot load another, ends, as a module that it has
 imported may have changed; a new worker then says why it cannot. A worker also ends when it has
@@ -31,7 +31,6 @@ import select
 import signal
 import sys
 import threading
-from functools import partial
 from time import perf_counter, sleep
 from typing import Any
 
@@ -178,10 +177,6 @@ def _is_running(group: int) -> bool:
     return True
 
 
-def _is_past(end: float, left: int) -> bool:
-    return perf_counter() > end
-
-
 _LINGERING = 300.0  # seconds in which a worker waits for work before it ends
 
 
@@ -192,19 +187,14 @@ def _serve(channel: Any) -> None:
 
     from pymoo_psi.errors import EvaluationError, WorkerError
     from pymoo_psi.parallel._evaluation import (
-        LostDesign,
         evaluate_here,
         loaded_function,
-        one_line,
         sendable,
+        sendable_result,
     )
 
     def send(message: Any) -> None:
-        try:
-            data = pickle.dumps(message)
-        except Exception:  # cloudpickle takes twice as long, and pickles more
-            data = cloudpickle.dumps(message)
-        channel.send_bytes(data)
+        channel.send_bytes(cloudpickle.dumps(message))
 
     function: Any = None
     while channel.poll(_LINGERING):
@@ -215,23 +205,19 @@ def _serve(channel: Any) -> None:
         if pickled is not None:
             try:
                 function = loaded_function(pickled)
-            except BaseException as error:  # a module may exit when it is imported
-                if function is not None:  # it has perhaps another version of a module
-                    return
-                if isinstance(error, WorkerError):
+            except WorkerError as error:
+                if function is None:  # or else a module has perhaps changed
                     send(error)
-                else:
-                    send(one_line(error))
                 return
-        send("")
+        send(None)
         try:
-            is_late = partial(_is_past, perf_counter() + 2 * lasting)  # the rest is for others
-            for result in evaluate_here(function, designs, enough=is_late, moment=0.0):
+            end = perf_counter() + 2 * lasting  # the rest is for others
+            for result in evaluate_here(function, designs, end, moment=0.0):
                 try:
-                    send(result)
-                except Exception as error:
-                    reason = f"its values cannot be sent between processes: {one_line(error)}"
-                    send((result[0], LostDesign(reason), 0.0))
+                    data = pickle.dumps(result)
+                except Exception:  # cloudpickle takes twice as long, and pickles more
+                    data = cloudpickle.dumps(sendable_result(result))
+                channel.send_bytes(data)
         except EvaluationError as error:
             send(sendable(error))
         else:

@@ -324,7 +324,7 @@ class FailureTolerant(WrappedProblem):
     """Any pymoo problem; failed designs become infeasible ones, so that the run continues.
 
     A design fails if its evaluation raises, runs out of time or loses its worker process (see
-    :class:`~pymoo_psi.JoblibRunner`), or gives values that are missing, masked, complex, NaN or of
+    :class:`~pymoo_psi.ProcessRunner`), or gives values that are missing, masked, complex, NaN or of
     the wrong shape, or an infinite objective although it is feasible. pymoo's algorithms would
     stop, or return wrong results without a warning after NaN. Here such a design gets infinite
     objectives and violates an additional inequality constraint, the last column of ``G``, which is

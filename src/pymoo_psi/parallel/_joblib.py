@@ -1,0 +1,223 @@
+"""The runner on the workers of joblib."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import suppress
+from functools import partial
+from itertools import islice
+from typing import Any
+
+from pymoo_psi._modules import versions
+from pymoo_psi._validation import invalid, job_count
+from pymoo_psi.errors import PsiError, WorkerError
+from pymoo_psi.parallel._engine import ProcessRunner
+from pymoo_psi.parallel._evaluation import (
+    CHUNK_SECONDS,
+    Function,
+    Result,
+    Waiting,
+    answer_by,
+    answer_of,
+    evaluate_here,
+    one_line,
+    pickled_function,
+)
+from pymoo_psi.parallel._runner import Runner
+
+# joblib is imported in the functions that need it: the package is imported without it.
+
+# Calls for each worker that are under way: one is evaluated while the next one waits beside it.
+_CALLS_AHEAD = 2
+# Calls for each worker in one call of a backend that returns all results at its end.
+_CALLS_TOGETHER = 32
+# What may have changed since joblib's workers started: see _renew_workers.
+_STATE: list[Any] = []
+
+
+class JoblibRunner(Runner):
+    """An ``elementwise_runner`` that evaluates the designs of any pymoo problem by joblib.
+
+    ``joblib.Parallel`` evaluates, with the backend and the number of workers that
+    ``joblib.parallel_config`` says: loky, which is joblib's default, threading, multiprocessing,
+    dask, or another one. joblib keeps its workers for the next call. They receive chunks of
+    designs, sized by the measured cost of a design; results come in the order of the designs and
+    do not depend on this. joblib looks for results every 10 ms: a model that takes less time for a
+    whole batch is faster without a runner.
+
+    PSI and :class:`~pymoo_psi.FailureTolerant` record the designs for which the model raises. If a
+    worker of loky dies, the designs that were under way are evaluated by a
+    :class:`~pymoo_psi.ProcessRunner`, which finds the one that is to blame. With other backends the
+    run ends with a :class:`~pymoo_psi.errors.WorkerError`, and the same call continues its study.
+
+    What joblib does not promise: no design has a time limit; a program that a model has started may
+    outlive its worker; joblib's multiprocessing waits forever for a worker that has died; threads
+    share one current folder, which a model must not change. Use a
+    :class:`~pymoo_psi.ProcessRunner` for models that hang, crash, or start programs; see the guide
+    "Which runner?".
+
+    Args:
+        n_jobs: Number of workers; -1 is the number of ``joblib.parallel_config``, or else of
+            cores. 1 evaluates in this process.
+        backend: A backend of joblib, instead of that of ``joblib.parallel_config``.
+
+    Raises:
+        ArgumentValueError: A number is out of range, or a ``timeout`` is given.
+        ArgumentTypeError: An argument has the wrong type.
+        EvaluationError: In use: a design raised or was lost.
+        WorkerError: In use: the problem cannot be sent to the workers, or they cannot import it, or
+            they have another version of it, or a backend has lost them.
+
+    Example:
+        >>> import numpy as np
+        >>> from pymoo_psi import SphereChute
+        >>> X = np.array([[0.2635, 0.1072], [0.3, 0.2]])
+        >>> F, G = SphereChute(0.4, elementwise_runner=JoblibRunner(n_jobs=2)).evaluate(X)
+        >>> np.array_equal(F, SphereChute(0.4).evaluate(X)[0])
+        True
+    """
+
+    in_rounds = True  # joblib takes no more calls after the last one that it knew
+
+    def __init__(
+        self, n_jobs: int = -1, *, backend: Any = None, timeout: float | None = None
+    ) -> None:
+        super().__init__()
+        self.n_jobs = job_count("n_jobs", n_jobs)
+        self.backend = backend
+        if timeout is not None:
+            remedy = "use ProcessRunner, on Linux or macOS, to limit the time of a design"
+            raise invalid("timeout", "left out with joblib", timeout, remedy)
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are now."""
+        _, n_workers = self._active()
+        return n_workers
+
+    def _active(self) -> tuple[Any, int]:
+        """Return joblib's active backend and the number of its workers."""
+        from joblib import parallel_config
+        from joblib.parallel import get_active_backend
+
+        backend, n_jobs = get_active_backend()
+        if self.backend is not None:
+            with parallel_config(backend=self.backend):
+                backend, _ = get_active_backend()
+        if self.n_jobs != -1 or n_jobs is None:
+            n_jobs = self.n_jobs
+        return backend, max(1, int(backend.effective_n_jobs(n_jobs)))
+
+    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Evaluate the designs of a queue; see :class:`Runner`."""
+        backend, n_workers = self._active()
+        if n_workers == 1:
+            yield from evaluate_here(f, waiting)
+        while waiting:
+            yield from self._by_workers(f, waiting, backend, n_workers)
+
+    def _by_workers(
+        self, f: Function, waiting: Waiting, backend: Any, n_workers: int
+    ) -> Generator[Result | None]:
+        """Evaluate the designs of a queue by one call of joblib.
+
+        Args:
+            f: What to evaluate.
+            waiting: The designs; those that come when joblib has taken the last one stay there.
+            backend: joblib's backend.
+            n_workers: The number of workers.
+        """
+        from joblib import Parallel, delayed
+        from joblib.externals.loky.process_executor import TerminatedWorkerError
+        from joblib.parallel import LokyBackend
+
+        if isinstance(backend, LokyBackend):
+            _renew_workers()
+        call = partial(answer_of, f)
+        if not getattr(backend, "supports_sharedmem", False):
+            call = partial(answer_by, pickled_function(f))
+        return_as = "generator_unordered"
+        n_calls = None
+        if not backend.supports_return_generator:
+            return_as = "list"
+            n_calls = _CALLS_TOGETHER * n_workers
+        parallel = Parallel(
+            n_workers,
+            backend=backend,
+            batch_size=1,
+            pre_dispatch=_CALLS_AHEAD * n_workers,
+            return_as=return_as,
+        )
+        under_way: dict[int, Any] = {}
+
+        def calls() -> Iterator[Any]:
+            """Yield calls for some designs each; joblib takes them in threads of its own."""
+            while waiting:
+                designs: Waiting = deque()
+                size = self.chunk(len(waiting), n_workers, CHUNK_SECONDS)
+                with suppress(IndexError):  # a pause has taken the rest
+                    for _ in range(size):
+                        designs.append(waiting.popleft())
+                under_way.update(designs)
+                yield delayed(call)(designs)
+
+        try:
+            answers = (answer for answer in parallel(islice(calls(), n_calls)))
+            try:
+                for answer in answers:
+                    yield from self.results_of(f, under_way, answer)
+            finally:
+                with warnings.catch_warnings():  # joblib warns of calls that are given up
+                    warnings.simplefilter("ignore")
+                    answers.close()
+        except PsiError:
+            raise
+        except Exception as error:
+            if not isinstance(error, TerminatedWorkerError) or sys.platform == "win32":
+                raise WorkerError(
+                    f"joblib's workers cannot go on ({one_line(error)}); repeat the call: a study "
+                    "goes on"
+                ) from error
+            yield from ProcessRunner(n_workers).stream(f, deque(under_way.items()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles have the settings; measurements stay here."""
+        return partial(type(self), self.n_jobs, backend=self.backend), ()
+
+
+def _renew_workers() -> None:
+    """Give up the workers that joblib has kept if new ones might give other values."""
+    from joblib.externals.loky import get_reusable_executor
+
+    state = [versions(), {**os.environ}, os.getcwd(), [*sys.path]]
+    if state != _STATE:
+        get_reusable_executor(reuse=True).shutdown()
+        _STATE[:] = state
+
+
+def in_parallel(
+    function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
+) -> Generator[tuple[int, Any]]:
+    """Do tasks by joblib; see :meth:`Runner.tasks`, also for what it yields and raises.
+
+    Args:
+        function: What to do with a task.
+        tasks: The tasks; their numbers from 0 are the indices.
+        n_jobs: Number of workers; 1 is this process.
+    """
+    return JoblibRunner(n_jobs).tasks(function, deque(enumerate(tasks)))
+
+
+def runner_of_jobs(n_jobs: int, timeout: float | None = None) -> Runner:
+    """Return a runner on guarded processes; on Windows, which has none, on joblib's workers.
+
+    Raises:
+        ArgumentValueError: There is a timeout, and the system is Windows.
+    """
+    if sys.platform == "win32":
+        return JoblibRunner(n_jobs, timeout=timeout)
+    return ProcessRunner(n_jobs, timeout=timeout)
