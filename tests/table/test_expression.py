@@ -93,7 +93,7 @@ def test_what_is_no_arithmetic_of_columns_is_refused(text):
         ("sqrt()", r"sqrt\(\) of an expression must be of one value, min .* more, got 0"),
         ("min(a)", r"min\(\) of an expression must be .* of two values or more, got 1"),
         ("σ_mac", "did you mean 'σ_max'"),
-        ("x1 * 2", "only columns of numbers can be limited and computed with, .* holds 'iron'"),
+        ("metal * 2", "only columns of numbers can be limited and computed with, .* holds 'iron'"),
     ],
 )
 def test_unknown_names_and_wrong_values_are_named(text, message):

@@ -179,6 +179,13 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
     [
         (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a name in limits must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of .*'x1', got 'x3'"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={2: "x"}), ValueError, "reasons must be of tests of the table, by their numbers, got 2"),
+        (lambda: PLAIN.with_outputs({"heat": [1.0]}), ValueError, r"the output 'heat' must be of shape \(2,\), got shape \(1,\)"),
+        (lambda: PLAIN.with_outputs({"x1": [1.0, 2.0]}), ValueError, "names of a table must be distinct, .* got 'x1'"),
+        (lambda: PLAIN.with_outputs({"m": [1, 2]}).extended(PLAIN.with_notes({"m": ["x", "y"]})), ValueError, "got role of m output against note"),
+        (lambda: PLAIN.merge("other"), TypeError, "a table to be joined must be of type TestTable, got str"),
+        (lambda: TestTable.of([1], 0.5, [[1.0]]), TypeError, "X must be .* rows, mappings or a frame, got 0.5"),
+        (lambda: PLAIN.under(ranges={"f1": (1, 0)}), ValueError, "the range of 'f1' must be a pair .* got \\(1, 0\\)"),
         (lambda: PLAIN.take([1, 1]), ValueError, "distinct, got test 2 twice"),
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "of one problem and formulation .* got formulation"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], schema=Schema.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),

@@ -22,5 +22,5 @@ from ._positions import separation_sentences as separation_sentences
 from ._positions import written_limits as written_limits
 from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import certainty_sentences as certainty_sentences
-from ._repeats import designs_of_source as designs_of_source
+from ._repeats import has_repeats as has_repeats
 from ._repeats import undeclared_repeats as undeclared_repeats

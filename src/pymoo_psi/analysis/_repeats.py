@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -173,22 +173,10 @@ def averaged_repeats(table: TestTable) -> TestTable:
     return averaged(table)
 
 
-def designs_of_source(
-    table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
-) -> TestTable:
-    """Return the designs of a source, repeated tests averaged.
-
-    Args:
-        table: The tests or designs.
-        repeats: As for :func:`read_table`.
-        is_study: Whether the source is a study, which tests a design once unless its model is noisy
-            or people repeat a test.
-    """
-    if repeats:
-        return averaged(table, repeats)
-    if repeats is None and is_study and undeclared_repeats(table):
-        return averaged(table)
-    return table
+def has_repeats(table: TestTable) -> bool:
+    """Whether tests of the same design differ in objectives."""
+    table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
+    return bool(unequal(table.F, table.F[_first_tests(table)]).any())
 
 
 def undeclared_repeats(table: TestTable) -> list[str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pymoo_psi._validation import FilePath, invalid
+from pymoo_psi._validation import FilePath, instance, invalid
 from pymoo_psi.files._format import FileFormat, SourceFile
 from pymoo_psi.files._others import OtherFile
 from pymoo_psi.files._study import StudyFile
@@ -99,4 +99,5 @@ def write_table(table: TestTable, path: FilePath) -> None:
         >>> len(table)
         200
     """
+    instance("table", table, TestTable)
     format_of(path, "tests").save_tests(path, table)

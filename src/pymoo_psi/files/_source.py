@@ -33,7 +33,7 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.analysis import averaged, undeclared_repeats
+from pymoo_psi.analysis import averaged, has_repeats, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files._cells import (
     LINE,
@@ -113,7 +113,7 @@ def read_table(
     are numbered by their rows, from 1. Their objectives are the first of these that exist: those
     that the formulation names; those that the source states, as rankings and exports of the page
     do; f1, f2, … beside x1, x2, …; all columns of numbers except labels. Other columns of numbers
-    become outputs, all others ``extra``. ``remarks`` states what a reader must know about the rows,
+    become outputs, all others notes. ``remarks`` states what a reader must know about the rows,
     such as missing shares.
 
     An ambiguous number is refused, such as ``1.250`` if the point may be a thousands separator; the
@@ -131,8 +131,8 @@ def read_table(
             :meth:`TestTable.under` without a source replaces all of them.
         variables: Names of the columns with design variables; by default as the source says.
         repeats: The column whose equal values mark tests of one design, or ``"variables"``; the
-            design is their mean, see :meth:`TestTable.averaged`. By default only repeated tests of
-            a study are averaged, by variables; ``False`` averages nothing.
+            design is their mean, see :func:`~pymoo_psi.analysis.averaged`. By default only repeated
+            tests of a study are averaged, by variables; ``False`` averages nothing.
         drop_incomplete: Count designs without a finite objective as failed, instead of refusing the
             source.
         decimal: The decimal mark of texts, ``"."`` or ``","``; the other one may then divide
@@ -193,7 +193,7 @@ def read_table(
                 raise UnfitError(table.facts[-1].rstrip("."))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    if repeats or (repeats is None and is_study and undeclared_repeats(table)):
+    if repeats or (repeats is None and is_study and has_repeats(table)):
         table = averaged(table, repeats)
     if formulation is not None:
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from pymoo_psi._validation import (
     Received,
     finite_array,
     invalid,
+    wrong_type,
 )
 from pymoo_psi.table._schema import VARIABLE, Column, cells_of_kind, kind_of_cells
 
@@ -28,23 +29,30 @@ def designs_of(
         value: ``(n, n_var)`` array, rows, or frame; or n mappings from variable to value, as
             pymoo's mixed-variable problems have them. Whole numbers beside fractions are real
             numbers where all cells of rows are numbers; other values keep their types.
-        variables: The variables; x1, x2, … unless given. The kind of one that has none is that of
-            its values.
+        variables: The variables; unless given, those of mappings or a frame, or else x1, x2, ….
+            The kind of one that has none is that of its values.
 
     Raises:
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
+    if hasattr(value, "itertuples"):  # a frame of pandas
+        value = value.to_dict("records")
+    if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
+        value = value.tolist()
     names = None
     if variables is not None:
         names = [column.name for column in variables]
+    elif isinstance(value, Sequence) and value and isinstance(value[0], Mapping):
+        names = [*value[0]]
     is_declared = variables is not None and all(column.kind for column in variables)
     array = _array(value, names, real=not is_declared)
     if array.ndim != 2 or (variables is not None and array.shape[1] != len(variables)):
         width = "n_var" if variables is None else len(variables)
         raise invalid("X", f"of shape (n, {width})", Received(f"shape {array.shape}"))
     if variables is None:
-        variables = [Column(f"x{j + 1}", VARIABLE, None) for j in range(array.shape[1])]
+        names = names or [f"x{j + 1}" for j in range(array.shape[1])]
+        variables = [Column(name, VARIABLE, None) for name in names]
     columns = []
     data: Columns = {}
     for column, cells in zip(variables, array.T, strict=True):
@@ -71,11 +79,11 @@ def _array(value: Any, names: Names | None, *, real: bool) -> AnyArray:
     """
     if isinstance(value, np.ndarray):
         return np.array(value, order="C")
-    if hasattr(value, "itertuples"):  # a frame of pandas
-        value = value.to_dict("records")
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
     rows = list(value)
     if rows and isinstance(rows[0], Mapping):
-        names = names or list(rows[0])
+        names = names or []
         for i, row in enumerate(rows):
             if not isinstance(row, Mapping) or row.keys() != {*names}:
                 raise invalid("X", f"mappings of the variables {', '.join(map(str, names))}", row)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, mapping
+from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, mapping, wrong_type
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._limits import Limit, Limits, limits_of
 from pymoo_psi.table._schema import (
@@ -300,10 +300,14 @@ def _checked_ranges(ranges: Any) -> dict[str, list[float]]:
     """Return fixed ranges by objective, each of two finite numbers in order."""
     checked = {}
     for name, pair in mapping("ranges", ranges, "objectives to pairs (lower, upper)").items():
-        limit = Limit.of(name, tuple(pair) if isinstance(pair, list) else pair)
-        checked[name] = [limit.low, limit.high]
-        if not np.isfinite(checked[name]).all():
-            raise invalid(f"the range of {name!r}", "of two finite numbers", checked[name])
+        rule = "a pair (lower, upper) of finite numbers in increasing order"
+        try:
+            low, high = map(float, pair)
+        except (TypeError, ValueError):
+            raise wrong_type(f"the range of {name!r}", rule, pair) from None
+        if not -np.inf < low <= high < np.inf:
+            raise invalid(f"the range of {name!r}", rule, pair)
+        checked[name] = [low, high]
     return checked
 
 

@@ -153,8 +153,9 @@ def columns_of(table: Any, number: str = TEST) -> Columns:
             columns[column.name] = choice_texts(cells)
         if column.role in (LABEL, NOTE):
             # A spreadsheet reads 7 as a number.
-            is_integer = np.array([type(cell) is int for cell in cells.tolist()], dtype=bool)
-            columns[column.name][is_integer] = cells[is_integer]
+            for i, cell in enumerate(cells.tolist()):
+                if type(cell) is int and abs(cell) < 2**63:
+                    columns[column.name][i] = cell
     results = result_columns(table.columns)
     reasons = np.full(len(table), "", dtype=object)
     # Looked up only if there are any: else it is a pass in Python over all tests for nothing.

@@ -83,6 +83,8 @@ class Limit(NamedTuple):
                 return cls(sides.get(">=", -math.inf), sides.get("<=", math.inf))._checked(column)
             return cls(texts=(value,))
         if _is_of_texts(value):
+            if isinstance(value, (set, frozenset)):
+                value = sorted(value)
             return cls(texts=tuple(value))
         if isinstance(value, (tuple, list)):
             if len(value) != 2:

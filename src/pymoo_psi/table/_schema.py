@@ -410,7 +410,10 @@ class Schema:
         return self.changed(kind=dict(zip(self.variables, self.kinds, strict=True)))
 
     def joined(self, other: Schema) -> Schema:
-        """Return it with the outputs and notes that only another one has, and its kinds."""
+        """Return it with the outputs and notes that only another one has, and its kinds.
+
+        A variable of integers in one and of real numbers in the other one is real.
+        """
         columns = []
         for column in other.columns:
             present = self._by_name.get(column.name)
@@ -418,6 +421,8 @@ class Schema:
                 columns.append(column._replace(role=NOTE) if column.role == LABEL else column)
             elif present.kind is None:
                 columns.append(present._replace(kind=column.kind))
+            elif {present.kind, column.kind} == {Kind.INTEGER, Kind.REAL}:
+                columns.append(present._replace(kind=Kind.REAL))
         return self.with_columns(*columns)
 
     # Designs

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind, plain
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     AnyArray,
@@ -35,11 +35,14 @@ from pymoo_psi._validation import (
     Received,
     Rows,
     Values,
+    collection,
     counted,
     finite_number,
     flat,
+    instance,
     invalid,
     known_name,
+    mapping,
     real_array,
     require_shape,
 )
@@ -190,7 +193,7 @@ class TestTable(Shown):
         n = len(numbers)
         variables = None
         if schema is not None:
-            variables = schema.with_role(VARIABLE)
+            variables = instance("schema", schema, Schema).with_role(VARIABLE)
         data, designs = designs_of(X, variables)
         arrays: dict[str, Array] = {}
         for name, values in (("F", F), ("G", G), ("H", H)):
@@ -198,7 +201,7 @@ class TestTable(Shown):
             arrays[name] = np.array(array, order="C")
         if schema is None:
             widths = [_width(array) for array in arrays.values()]
-            schema = Schema.of(len(data), *widths)
+            schema = Schema.of(tuple(data), *widths)
         schema = schema.with_columns(*designs)
         for cells in data.values():
             require_shape("a column of X", cells, (n,))
@@ -214,15 +217,10 @@ class TestTable(Shown):
                 data[column.name] = -cells if turned else cells
                 key.append(f"-{column.name}" if turned else f"+{column.name}")
             matrices[tuple(key)] = array
-        for name in dict.fromkeys((*schema.outputs, *(outputs or {}))):
-            cells = np.full(n, np.nan)
-            if name in (outputs or {}):
-                cells = np.array(real_array(f"the output {name!r}", (outputs or {})[name]))
-                require_shape(f"the output {name!r}", cells, (n,))
-            if name not in schema.outputs:
-                schema = replace(schema, columns=(*schema.columns, Column(name, OUTPUT)))
-            data[name] = cells
-        table = cls(schema, Data(data, matrices), numbers, _writable_reasons(reasons or {}))
+        failures = _writable_reasons(reasons or {}, numbers)
+        table = cls(schema, Data(data, matrices), numbers, failures)
+        unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
+        table = table.with_outputs({**unknown, **(outputs or {})})
         return table.with_notes(notes or {}, label)
 
     @classmethod
@@ -238,26 +236,38 @@ class TestTable(Shown):
             >>> len(table), len(table.extended(TestTable.of([1], [[0.5]], [[2.0]])))
             (0, 1)
         """
-        schema = Schema() if schema is None else schema
+        schema = Schema() if schema is None else instance("schema", schema, Schema)
         data: Columns = {}
         for column in schema.columns:
             data[column.name] = cells_of_kind(column.name, [], column.kind)
         return cls(schema, Data(data), np.zeros(0, dtype=np.int64))
 
-    def with_outputs(self, outputs: Mapping[str, Array]) -> TestTable:
+    def with_outputs(self, outputs: Mapping[str, ArrayLike]) -> TestTable:
         """Return the table with further outputs; they replace those with their names.
 
         Args:
             outputs: ``(n,)`` values by name.
 
+        Raises:
+            ArgumentValueError: Another column has the name, or there are not n values.
+            ArgumentTypeError: The values are not numbers.
+
         Example:
             >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
-            >>> table.with_outputs({"heat": np.array([3.0, 4.0])})["heat"]
+            >>> table.with_outputs({"heat": [3, 4]})["heat"]
             array([3., 4.])
         """
-        columns = [Column(name, OUTPUT) for name in outputs if name not in self.evaluated.outputs]
-        data = self.data.with_columns(outputs)
-        return replace(self, evaluated=self.evaluated.with_columns(*columns), data=data)
+        if not outputs:
+            return self
+        columns = [*self.evaluated.columns]
+        data = {}
+        for name, values in outputs.items():
+            data[name] = np.array(real_array(f"the output {name!r}", values))
+            require_shape(f"the output {name!r}", data[name], (len(self),))
+            if name not in self.evaluated.outputs:
+                columns.append(Column(name, OUTPUT))
+        schema = replace(self.evaluated, columns=tuple(columns))
+        return replace(self, evaluated=schema, data=self.data.with_columns(data))
 
     def with_notes(self, notes: Mapping[str, Any], label: str | None = None) -> TestTable:
         """Return the table with further columns of texts, or of whatever else a file has.
@@ -275,8 +285,9 @@ class TestTable(Shown):
             return self
         cells_by_name: Columns = {}
         columns = {column.name: column for column in self.evaluated.with_role(LABEL, NOTE)}
-        for name, values in notes.items():
-            cells = np.fromiter(values, object)
+        for name, values in mapping("notes", notes, "columns to cells").items():
+            listed = collection(f"the note {name!r}", values, "a list of cells")
+            cells = np.fromiter(map(plain, listed), object)
             if name in self.evaluated.values or cells.shape != (len(self),):
                 raise invalid(
                     "a note",
@@ -894,7 +905,8 @@ class TestTable(Shown):
                 bounds of this table. Integers are rounded outwards.
 
         Returns:
-            Lower and upper bounds, ``(n_var,)`` each; NaN for choices and binary variables.
+            Lower and upper bounds, ``(n_var,)`` each; those of the table for choices and
+            binary variables, NaN where it has none.
 
         Raises:
             ArgumentValueError: No design is feasible, or the margin is below 0.
@@ -986,6 +998,8 @@ class TestTable(Shown):
 
     def _stacked(self, tables: Sequence[TestTable]) -> TestTable:
         """Return the tests of tables one below the other, as evaluated, under this formulation."""
+        for table in tables:
+            instance("a table to be joined", table, TestTable)
         tables = [table for table in tables if len(table) or table.evaluated.columns] or [self]
         if len(tables) == 1:
             return tables[0]
@@ -1224,6 +1238,7 @@ def _facts(table: TestTable) -> Values:
     for column in schema.columns:
         for attribute in ("unit", "maximize", "lower", "upper"):
             facts[f"{attribute} of {column.name}"] = getattr(column, attribute)
+        facts[f"role of {column.name}"] = column.role.replace(LABEL, NOTE)
     formulation = table.formulation
     facts["formulation"] = replace(formulation, ranges=formulation.ranges or None)
     return facts
@@ -1241,10 +1256,12 @@ def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
     return differing
 
 
-def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
-    """Return reasons without characters that files cannot hold."""
+def _writable_reasons(reasons: Mapping[int, str], numbers: Integers) -> dict[int, str]:
+    """Return reasons of tests by their numbers, without characters that files cannot hold."""
     writable = {}
-    for number, reason in reasons.items():
+    for number, reason in mapping("reasons", reasons, "numbers of tests to texts").items():
+        if number not in numbers:
+            raise invalid("reasons", "of tests of the table, by their numbers", number)
         text = str(reason).encode("utf-8", "backslashreplace").decode("utf-8")
         writable[int(number)] = text.replace("\0", "␀") or "no reason given"
     return writable
@@ -1260,7 +1277,7 @@ def checked_numbers(value: ArrayLike) -> Integers:
     array = real_array("numbers", value)
     # Beyond 2^53 not every integer is a float64.
     if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
-        raise invalid("numbers", "one-dimensional, of integers from 1", value)
+        raise invalid("numbers", "one-dimensional, of integers from 1 to 2^53", value)
     numbers = array.astype(np.int64)
     require_distinct(numbers)
     return numbers
