@@ -187,7 +187,6 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
     ("n", "options", "message"),
     [
         (0, {}, "n_points must be an integer >= 1, got 0"),
-        (8, {"blocksize": 5}, "unknown keyword argument 'blocksize'; did you mean 'block_size'"),
         (
             8,
             {"names": ["time"]},
@@ -217,10 +216,8 @@ def test_mistakes(n, options, message):
     [
         (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
-        (
-            lambda: PSI(10, n_jobs=2),
-            "'n_jobs'; workers are the problem's: .*runner = JoblibRunner",
-        ),
+        (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
+        (lambda: PSI(10, n_jobs=2), "'n_jobs'; workers are the problem's: .*runner = JoblibRunner"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
         (
             lambda: minimize(Problem(n_var=2, n_obj=2, xl=0, xu=np.inf), PSI(10)),

@@ -1,18 +1,13 @@
-"""The options of a run: one value that holds them, and the keywords by which users give them."""
+"""The options of a run as one value; users give them as keyword arguments."""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Literal, TypedDict, TypeVar
-
-from pymoo.core.algorithm import Algorithm
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
 
 from pymoo_psi._validation import (
-    Entries,
     FilePath,
-    Values,
     instance,
     integer,
     invalid,
@@ -27,51 +22,14 @@ from pymoo_psi.algorithms._sampling import (
     uniform_sampling,
 )
 from pymoo_psi.parallel import Runner
-from pymoo_psi.problems import require_known_keywords
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import ALL, Share
 from pymoo_psi.table import Formulation, Limits
 
-Owner = TypeVar("Owner", bound=Callable[..., Any])
-
-
-class StudyKeywords(TypedDict, total=False):
-    """Options of every run that stores tests, as :class:`PSI` describes them."""
-
-    study_key: str | None
-    study_wait: float
-    more: bool
-    retry: Literal["failed", "incomplete"] | None
-    names: Mapping[str, str] | None
-    maximize: Collection[str] | None
-    units: Mapping[str, str] | None
-
-
-class PointKeywords(StudyKeywords, total=False):
-    """Options of runs that test points of a sequence."""
-
-    first: int
-    sampling: UniformSampling | SequenceName | None
-    seed: int | None
-    limits: Limits | None
-    formulation: Formulation | None
-    study: FilePath | None
-    log: Collection[str] | None
-    requirements: Any
-
-
-class AlgorithmKeywords(PointKeywords, total=False):
-    """Options of algorithms: those of their runs, and those of pymoo's ``Algorithm``."""
-
-    termination: Any
-    output: Any
-    display: Any
-    callback: Any
-    archive: Any
-    return_least_infeasible: bool
-    save_history: bool
-    verbose: bool
-    evaluator: Any
+PointSequence = UniformSampling | SequenceName
+ByName = Mapping[str, str]  # texts by the name of a column
+Retry = Literal["failed", "incomplete"]
+Keep = Literal["all", "feasible", "pareto"]
 
 
 @dataclass(frozen=True)
@@ -87,7 +45,7 @@ class RunOptions:
     """
 
     first: int = 1
-    sampling: UniformSampling | SequenceName | None = None
+    sampling: PointSequence | None = None
     seed: int | None = None
     limits: Limits | None = None
     formulation: Formulation | None = None
@@ -96,16 +54,16 @@ class RunOptions:
     study_key: str | None = None
     study_wait: float = 10.0
     more: bool = False
-    retry: Literal["failed", "incomplete"] | None = None
-    names: Mapping[str, str] | None = None
+    retry: Retry | None = None
+    names: ByName | None = None
     maximize: Collection[str] | None = None
-    units: Mapping[str, str] | None = None
+    units: ByName | None = None
     log: Collection[str] | None = None
     requirements: Any = None
     repeat: int = 1
     block_size: int | None = None
     runner: Runner | None = None
-    keep: Literal["all", "feasible", "pareto"] = "all"
+    keep: Keep = "all"
 
     def __post_init__(self) -> None:
         """Check what can be checked without a problem."""
@@ -142,48 +100,3 @@ class RunOptions:
         if self.share is None:
             return ALL
         return Share.checked(self.share)
-
-
-def run_options(
-    owner: str, arguments: Entries, keywords: Any, **others: Any
-) -> tuple[RunOptions, Values]:
-    """Return the run options among keyword arguments, and the other arguments, which are pymoo's.
-
-    Args:
-        owner: Name of the callable, for the message.
-        arguments: The keyword arguments.
-        keywords: The ``TypedDict`` of those that the owner takes.
-        **others: Further options of the run.
-
-    Raises:
-        ArgumentTypeError: A keyword is unknown; a near miss is pointed out.
-    """
-    known = (*keywords.__annotations__, *others)
-    require_known_keywords(owner, object, arguments, more=known)
-    of_pymoo = dict(arguments)
-    for field in fields(RunOptions):
-        if field.name in of_pymoo:
-            others[field.name] = of_pymoo.pop(field.name)
-    return RunOptions(**others), of_pymoo
-
-
-def takes(keywords: Any) -> Callable[[Owner], Owner]:
-    """Return a decorator that writes keywords into the signature that help and editors show.
-
-    Args:
-        keywords: The ``TypedDict`` that the function unpacks.
-    """
-    # The types themselves, as their names mean nothing in the module of the function.
-    known = dict(inspect.signature(RunOptions, eval_str=True).parameters)
-    known |= inspect.signature(Algorithm.__init__).parameters
-
-    def expanded(function: Owner) -> Owner:
-        signature = inspect.signature(function)
-        parameters = list(signature.parameters.values())[:-1]  # without **options
-        for name, parameter in known.items():
-            if name in keywords.__annotations__:
-                parameters.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
-        function.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-        return function
-
-    return expanded

@@ -7,9 +7,10 @@ points do not depend on results, so that a run is the same however it is cut int
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextlib import closing
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -23,6 +24,7 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
+    FilePath,
     Received,
     instance,
     integer,
@@ -30,13 +32,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._executor import PieceTask
-from pymoo_psi.algorithms._options import (
-    AlgorithmKeywords,
-    PointKeywords,
-    RunOptions,
-    run_options,
-    takes,
-)
+from pymoo_psi.algorithms._options import ByName, Keep, PointSequence, Retry, RunOptions
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
@@ -49,10 +45,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TestTable
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
+from pymoo_psi.table import Formulation, Limits, TestTable
 
 # Tests from which on dominated ones are dropped during a run; each takes a hundred bytes. They are
 # dropped again when there are twice as many as were left, so that all filtering together takes at
@@ -68,9 +61,9 @@ class PointAlgorithm(WithTable, Algorithm):
 
     Args:
         n_points: How many points to test.
-        options: The options of the run.
-        block_size: How many points an iteration tests; ``None`` for what the source gives together.
-        **keywords: What pymoo's constructor takes.
+        options: The options of the run. An iteration tests ``block_size`` points; by default those
+            that the source returns together.
+        **kwargs: What pymoo's constructor takes.
 
     Attributes:
         table: The table of all tests.
@@ -80,23 +73,17 @@ class PointAlgorithm(WithTable, Algorithm):
     is_initialized: bool
     seed: int | None
 
-    def __init__(
-        self,
-        n_points: int,
-        options: RunOptions,
-        block_size: int | None,
-        **keywords: Any,
-    ) -> None:
+    def __init__(self, n_points: int, options: RunOptions, **kwargs: Any) -> None:
+        require_known_keywords(type(self).__name__, type(self), kwargs, taken=("options",))
         self.n_points = n_points
         self.options = options
-        self.block_size = block_size
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
-        keywords.setdefault("evaluator", _Evaluator())
-        keywords.setdefault("output", MultiObjectiveOutput())
-        super().__init__(seed=options.seed, **keywords)
+        kwargs.setdefault("evaluator", _Evaluator())
+        kwargs.setdefault("output", MultiObjectiveOutput())
+        super().__init__(seed=options.seed, **kwargs)
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; the options have the seed of pymoo's ``minimize``."""
@@ -193,7 +180,7 @@ class PointAlgorithm(WithTable, Algorithm):
             return
         if not self.is_initialized:
             self._initialize()
-        block = self._run.block(self.block_size)
+        block = self._run.block(self.options.block_size)
         self.evaluator.n_eval += block.n_called
         self._add(block.tests)
         self.is_initialized = True
@@ -216,7 +203,7 @@ class PointAlgorithm(WithTable, Algorithm):
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when none is left."""
         self._run.close()  # from here on the user evaluates
-        points = self._run.next_points(self.block_size)
+        points = self._run.next_points(self.options.block_size)
         if len(points) == 0:
             return None
         space = self._run.model.space
@@ -251,7 +238,7 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _tests_of(self, infills: Population) -> TestTable:
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        points = self._run.next_points(self.block_size).at(slice(0, len(infills)))
+        points = self._run.next_points(self.options.block_size).at(slice(0, len(infills)))
         numbers = infills.get("test_point")
         is_evaluated = infills.get("F").shape[1] == self.problem.n_obj
         if not np.array_equal(numbers, points.numbers) or not is_evaluated:
@@ -439,7 +426,7 @@ class PSI(PointAlgorithm):
             c = 1"}``; see :class:`Required`. The model never runs for a design that
             violates one: it counts as infeasible. By default those of the problem's attribute
             ``requirements``.
-        **options: The options of pymoo's algorithms: ``termination``, ``callback``, ``output``,
+        **kwargs: The options of pymoo's algorithms: ``termination``, ``callback``, ``output``,
             ``save_history``, …
 
     Raises:
@@ -458,42 +445,85 @@ class PSI(PointAlgorithm):
         array([1, 2, 3, 5, 6, 7])
     """
 
-    @takes(AlgorithmKeywords)
     def __init__(
         self,
         n_points: int,
         *,
         share: tuple[int, int] | None = None,
         block_size: int | None = None,
-        **options: Unpack[AlgorithmKeywords],
+        first: int = 1,
+        sampling: PointSequence | None = None,
+        seed: int | None = None,
+        limits: Limits | None = None,
+        formulation: Formulation | None = None,
+        study: FilePath | None = None,
+        study_key: str | None = None,
+        study_wait: float = 10.0,
+        more: bool = False,
+        retry: Retry | None = None,
+        names: ByName | None = None,
+        maximize: Collection[str] | None = None,
+        units: ByName | None = None,
+        log: Collection[str] | None = None,
+        requirements: Any = None,
+        **kwargs: Any,
     ) -> None:
-        run, of_pymoo = run_options(
-            "PSI", options, AlgorithmKeywords, share=share, block_size=block_size
-        )
         integer("n_points", n_points, minimum=1)
+        options = RunOptions(
+            share=share,
+            block_size=block_size,
+            first=first,
+            sampling=sampling,
+            seed=seed,
+            limits=limits,
+            formulation=formulation,
+            study=study,
+            study_key=study_key,
+            study_wait=study_wait,
+            more=more,
+            retry=retry,
+            names=names,
+            maximize=maximize,
+            units=units,
+            log=log,
+            requirements=requirements,
+        )
         if block_size is None:
             # 32 lines of a display; blocks of less than 64 designs would take their time
-            block_size = max(64, -(-n_points // (32 * run.part.of)))
-        super().__init__(n_points, run, block_size, **of_pymoo)
+            block_size = max(64, -(-n_points // (32 * options.part.of)))
+        super().__init__(n_points, replace(options, block_size=block_size), **kwargs)
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         return run_of_sequence(self.problem, self.n_points, options)
 
 
-@takes(PointKeywords)
 def investigate(
     problem: Any,
     n_points: int,
     *,
-    keep: Literal["all", "feasible", "pareto"] = "all",
+    keep: Keep = "all",
     n_jobs: int = 1,
     runner: Runner | None = None,
     progress: bool = False,
     repeat: int = 1,
     share: tuple[int, int] | None = None,
     block_size: int | None = None,
-    **options: Unpack[PointKeywords],
+    first: int = 1,
+    sampling: PointSequence | None = None,
+    seed: int | None = None,
+    limits: Limits | None = None,
+    formulation: Formulation | None = None,
+    study: FilePath | None = None,
+    study_key: str | None = None,
+    study_wait: float = 10.0,
+    more: bool = False,
+    retry: Retry | None = None,
+    names: ByName | None = None,
+    maximize: Collection[str] | None = None,
+    units: ByName | None = None,
+    log: Collection[str] | None = None,
+    requirements: Any = None,
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -519,7 +549,21 @@ def investigate(
             their means. A larger number continues a study.
         share: ``(k, n)`` tests only the k-th of n parts of the points; see :class:`PSI`.
         block_size: The most points that are evaluated together.
-        **options: The options of a run; see :class:`PSI`.
+        first: Number of the first point; see :class:`PSI` for this and all that follow.
+        sampling: Where the points come from.
+        seed: Seed of a randomised sampling.
+        limits: Limits on objectives, variables and outputs.
+        formulation: Used instead of ``limits`` to change what is asked.
+        study: Name of a study file, or of a folder with a ``share``.
+        study_key: A version or constants of the model.
+        study_wait: Seconds to wait for other processes that are writing the study.
+        more: Whether ``n_points`` counts additional points of a study.
+        retry: Which stored tests are evaluated again, ``"failed"`` or ``"incomplete"`` ones.
+        names: Names for variables, objectives and constraints, by their default names.
+        maximize: The objectives to maximize.
+        units: Units of columns.
+        log: Variables with a logarithmic scale.
+        requirements: Rules on variables.
 
     Returns:
         The table of the tests kept, by number.
@@ -537,19 +581,39 @@ def investigate(
         >>> bool(table.pareto().all())
         True
     """
-    further = {"repeat": repeat, "share": share, "block_size": block_size}
-    settings, _ = run_options("investigate", options, PointKeywords, **further)
     require_problem(problem)
     known_name("keep", keep, ("all", "feasible", "pareto"))
     is_noisy = getattr(problem, "noisy", False)
-    settings = replace(settings, runner=_runner_of_pieces(problem, n_jobs, runner))
-    if not is_noisy:  # else all are needed until they are averaged
-        settings = replace(settings, keep=keep)
+    needed = keep
+    if is_noisy:  # all, until they are averaged
+        needed = "all"
+    options = RunOptions(
+        keep=needed,
+        runner=_runner_of_pieces(problem, n_jobs, runner),
+        repeat=repeat,
+        share=share,
+        block_size=block_size,
+        first=first,
+        sampling=sampling,
+        seed=seed,
+        limits=limits,
+        formulation=formulation,
+        study=study,
+        study_key=study_key,
+        study_wait=study_wait,
+        more=more,
+        retry=retry,
+        names=names,
+        maximize=maximize,
+        units=units,
+        log=log,
+        requirements=requirements,
+    )
 
     def tested(run: Run) -> TestTable:
-        return _tests_of(run, settings.keep, progress)
+        return _tests_of(run, needed, progress)
 
-    run, table = repeated_tests(tested, problem, n_points, settings)
+    run, table = repeated_tests(tested, problem, n_points, options)
     model = run.model
     if is_noisy:
         table = PieceTask(model, keep).needed(averaged_repeats(table))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -12,7 +13,7 @@ from pymoo_psi._output import WithTable
 from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._executor import executor_of
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
+from pymoo_psi.algorithms._options import ByName, Retry, RunOptions
 from pymoo_psi.algorithms._run import Run, table_of_run
 from pymoo_psi.algorithms._sources import PlannedPoints, Points
 from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
@@ -21,15 +22,11 @@ from pymoo_psi.problems import (
     WrappedProblem,
     columns_of_values,
     problem_name,
-    require_known_keywords,
     require_problem,
     untolerant,
     with_requirements,
 )
 from pymoo_psi.table import TestTable
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 
 class Recorded(WithTable, WrappedProblem):
@@ -59,8 +56,8 @@ class Recorded(WithTable, WrappedProblem):
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
         study: Name of the study file, which is created if it does not exist. One process at a time
             writes; others wait for the end of its batch and then use its tests.
-        **options: Options of the study; see :class:`PSI`. With ``retry``, a failed test is
-            evaluated again when an algorithm asks for its design.
+        study_key, ...: The options of a study, as for :class:`PSI`. With ``retry``, a failed test
+            is evaluated again when an algorithm asks for its design.
 
     Attributes:
         wrapped: The problem.
@@ -95,9 +92,27 @@ class Recorded(WithTable, WrappedProblem):
     same_front = True
     same_columns = True
 
-    @takes(StudyKeywords)
-    def __init__(self, problem: Any, study: FilePath, **options: Unpack[StudyKeywords]) -> None:
-        require_known_keywords("Recorded", object, options, more=StudyKeywords.__annotations__)
+    def __init__(
+        self,
+        problem: Any,
+        study: FilePath,
+        *,
+        study_key: str | None = None,
+        study_wait: float = 10.0,
+        retry: Retry | None = None,
+        names: ByName | None = None,
+        maximize: Collection[str] | None = None,
+        units: ByName | None = None,
+    ) -> None:
+        options = RunOptions(
+            study=study,
+            study_key=study_key,
+            study_wait=study_wait,
+            retry=retry,
+            names=names,
+            maximize=maximize,
+            units=units,
+        )
         require_problem(problem)
         self._tolerant = None
         evaluated = untolerant(problem)
@@ -110,11 +125,10 @@ class Recorded(WithTable, WrappedProblem):
         if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem):
             rule = "one whose values depend on the design alone"
             raise invalid("problem", rule, Received(problem_name(evaluated)))
-        run_options = RunOptions(study=study, **options)
-        self._model = Model(evaluated, run_options)
-        table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
-        self._store = StudyStore(table, run_options, self._model)
-        self._executor = executor_of(self._model, run_options)
+        self._model = Model(evaluated, options)
+        table = table_of_run(self._model, options, lambda: "an algorithm (Recorded)")
+        self._store = StudyStore(table, options, self._model)
+        self._executor = executor_of(self._model, options)
         self.returned: set[int] = set()
         self.n_evaluated = 0
 

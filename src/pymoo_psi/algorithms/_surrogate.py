@@ -8,19 +8,19 @@ not been interrupted.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from functools import cached_property
 from threading import Thread
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, integer
+from pymoo_psi._validation import Array, FilePath, integer
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import AlgorithmKeywords, RunOptions, run_options, takes
+from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
 from pymoo_psi.algorithms._outputs import Task
 from pymoo_psi.algorithms._proposals import best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
@@ -29,11 +29,7 @@ from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import renumbered
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
+from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
 # Lengths are fitted again when there are this many times as many tests as at the last fit, as a fit
 # takes as long as everything else in several rounds. Each fit is a function of the first tests
@@ -105,10 +101,11 @@ class SurrogatePSI(PointAlgorithm):
             with workers that may join and leave, such as those of an
             :class:`~pymoo_psi.ExecutorRunner`. A :class:`~pymoo_psi.JoblibRunner` evaluates a
             round at a time.
-        **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals follow the
-            objectives, limits and ranges of a ``formulation``, or those of the problem under
-            ``limits``. Computed columns are computed from surrogates. ``retry`` does not change
-            earlier proposals. Three rounds of four avoid designs near failed ones.
+        first, ...: As for :class:`PSI`. Proposals follow the objectives, limits and ranges of a
+            ``formulation``, or those of the problem under ``limits``. Computed columns are computed
+            from surrogates. ``retry`` does not change earlier proposals. Three rounds of four avoid
+            designs near failed ones.
+        **kwargs: The options of pymoo's algorithms.
 
     Raises:
         ArgumentValueError: As for :class:`PSI`.
@@ -123,7 +120,6 @@ class SurrogatePSI(PointAlgorithm):
         [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0]
     """
 
-    @takes(AlgorithmKeywords)
     def __init__(
         self,
         n_evaluations: int,
@@ -131,9 +127,40 @@ class SurrogatePSI(PointAlgorithm):
         n_points: int | None = None,
         batch: int | None = None,
         asynchronous: bool | None = None,
-        **options: Unpack[AlgorithmKeywords],
+        first: int = 1,
+        sampling: PointSequence | None = None,
+        seed: int | None = None,
+        limits: Limits | None = None,
+        formulation: Formulation | None = None,
+        study: FilePath | None = None,
+        study_key: str | None = None,
+        study_wait: float = 10.0,
+        more: bool = False,
+        retry: Retry | None = None,
+        names: ByName | None = None,
+        maximize: Collection[str] | None = None,
+        units: ByName | None = None,
+        log: Collection[str] | None = None,
+        requirements: Any = None,
+        **kwargs: Any,
     ) -> None:
-        run, keywords = run_options("SurrogatePSI", options, AlgorithmKeywords)
+        options = RunOptions(
+            first=first,
+            sampling=sampling,
+            seed=seed,
+            limits=limits,
+            formulation=formulation,
+            study=study,
+            study_key=study_key,
+            study_wait=study_wait,
+            more=more,
+            retry=retry,
+            names=names,
+            maximize=maximize,
+            units=units,
+            log=log,
+            requirements=requirements,
+        )
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:
             integer("batch", batch, minimum=1)
@@ -143,7 +170,7 @@ class SurrogatePSI(PointAlgorithm):
         self._batch = batch
         self._asynchronous = asynchronous
         self._n_sequence = integer("n_points", n_points, minimum=1)
-        super().__init__(n_evaluations, run, None, **keywords)
+        super().__init__(n_evaluations, options, **kwargs)
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
