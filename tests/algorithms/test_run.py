@@ -53,6 +53,11 @@ def test_a_run_that_is_stopped_keeps_what_is_tested(study_file, monkeypatch, n_b
         (PSI, {"repeat", "runner", "keep"}),
         (SurrogatePSI, {"repeat", "share", "block_size", "runner", "keep"}),
         (investigate, set()),
+        (
+            Recorded,
+            {"repeat", "share", "block_size", "runner", "keep", "first", "sampling", "seed"}
+            | {"limits", "formulation", "study", "more", "log", "requirements"},
+        ),
     ],
 )
 def test_options_are_in_the_signature_with_their_defaults(owner, missing):

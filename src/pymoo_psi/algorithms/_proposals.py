@@ -12,7 +12,7 @@ candidates; under a decision, a second search finds more near its best compromis
 takes the most promising ones, by rules that take turns.
 
 Points lie in the unit cube of the variables. ``Z`` stands for points as surrogates see them
-(:meth:`Task.encode`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
+(:meth:`Goal.encode`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from scipy.special import ndtr
 
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._outputs import Task
+from pymoo_psi.algorithms._outputs import Goal, Observations
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
@@ -81,12 +81,18 @@ _LEAST_DIVISOR = 1e-6  # instead of distances and deviations of 0
 
 
 def propose(
-    task: Task, learned: Learned | None, batch: int, round_number: int, random: Random
+    tests: Observations,
+    goal: Goal,
+    learned: Learned | None,
+    batch: int,
+    round_number: int,
+    random: Random,
 ) -> Array:
     """Return the ``(batch, d)`` points to test next.
 
     Args:
-        task: The task of the search.
+        tests: The tests so far.
+        goal: What the search seeks.
         learned: What is learned of the tests with outputs; ``None`` if there are too few.
         batch: Number of designs.
         round_number: Number of the round, from 0.
@@ -95,61 +101,60 @@ def propose(
     # glibc returns the memory of freed arrays to the system until a larger one has been freed.
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
-    seen = task.encode(np.vstack([task.points, task.pending]))
-    tested = seen[: len(task.points)]
-    failed = tested[task.failed]
+    seen = np.vstack([tests.Z, goal.encode(tests.pending)])
+    failed = tests.Z[tests.has_failed]
     # In some rounds nothing is avoided, as models get repaired, and a failure may have been random.
     if round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
         failed = failed[:0]
-    risk = partial(_failure_risk, known=tested[~task.unknown], failed=failed)
+    risk = partial(_failure_risk, known=tests.Z[tests.is_known], failed=failed)
     if learned is None:
-        return _distant_points(seen, risk, batch, task, random)
+        return _distant_points(seen, risk, batch, goal, random)
 
-    surrogates = _Surrogates(task, learned, risk)
-    recent = task.eligible[-_MISSES_BEFORE_CAUTION:]
-    if task.is_narrowed and task.eligible.any() and not recent.any():
+    surrogates = _Surrogates(tests, goal, learned, risk)
+    recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
+    if goal.is_narrowed and tests.is_eligible.any() and not recent.any():
         surrogates.caution = 1.0
-    order = _best_tests(surrogates.T, learned, task)[: _POPULATION_SIZE // 4]
-    best = np.clip(task.points[surrogates.rows][order], task.low, task.high)
+    order = _best_tests(surrogates.T, learned, goal)[: _POPULATION_SIZE // 4]
+    best = np.clip(tests.points[surrogates.rows][order], goal.low, goal.high)
     start_of_search = _start_anywhere
     if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
         start_of_search = _start_near
-    start = start_of_search(best, surrogates.predict, task, random)
-    points = _search(surrogates.predict, start, surrogates.contraction, task, random)
+    start = start_of_search(best, surrogates.predict, goal, random)
+    points = _search(surrogates.predict, start, surrogates.contraction, goal, random)
     candidates = surrogates.candidates(points)
-    pending = surrogates.candidates(task.pending)
-    F = np.vstack([task.Y[task.eligible, : task.n_obj], pending.F[pending.violation <= 0]])
+    pending = surrogates.candidates(tests.pending)
+    F = np.vstack([tests.Y[tests.is_eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
     F = F[nondominated(F)]
-    surrogates.ranges = _ranges(F, candidates, task)
+    surrogates.ranges = _ranges(F, candidates, goal)
     surrogates.front = _scaled(F, surrogates.ranges)
-    if task.is_directed and len(F) > 0:
+    if goal.is_directed and len(F) > 0:
         aim = surrogates.compromise
-        start = _Population.of(aim, points, task.low, task.high).best(_POPULATION_SIZE, 0.0)
-        compromises = _search(aim, start, 0.0, task, random)[:_N_COMPROMISES]
+        start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
+        compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
         candidates = surrogates.candidates(np.vstack([points, compromises]))
     proposals = candidates.points[_selected(candidates, surrogates, seen, batch)]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
-        seen = np.vstack([seen, task.encode(proposals)])
-        rest = _distant_points(seen, risk, n_missing, task, random)
+        seen = np.vstack([seen, goal.encode(proposals)])
+        rest = _distant_points(seen, risk, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
 
 
-def best_and_spread(Y: Array, learned: Learned, task: Task, size: int) -> Rows:
+def best_and_spread(Y: Array, learned: Learned, goal: Goal, size: int) -> Rows:
     """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
-    order = _best_tests(learned.to(bounded(Y)), learned, task)
+    order = _best_tests(learned.to(bounded(Y)), learned, goal)
     half = size // 2
     others = np.sort(order[half:])
     spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
     return np.sort(np.concatenate([order[:half], others[spread]]))
 
 
-def _best_tests(T: Array, learned: Learned, task: Task) -> Rows:
+def _best_tests(T: Array, learned: Learned, goal: Goal) -> Rows:
     """Return the rows of ``(n, q)`` outputs on their scales, those of the best tests first."""
-    excess = task.excess(T, learned, np.zeros_like(T))
-    contraction = _contraction(learned, task.n_obj)
-    return _survivors(T[:, : task.n_obj], excess, len(T), contraction)
+    excess = goal.excess(T, learned, np.zeros_like(T))
+    contraction = _contraction(learned, goal.n_obj)
+    return _survivors(T[:, : goal.n_obj], excess, len(T), contraction)
 
 
 class _Population(NamedTuple):
@@ -208,8 +213,9 @@ class _Surrogates:
     """The surrogates of all outputs, which predict the objectives and the excess of designs.
 
     Args:
-        task: The task of the search.
-        learned: What is learned of its tests.
+        tests: The tests so far.
+        goal: What the search seeks.
+        learned: What is learned of the tests.
         risk: By how much designs are near failures.
 
     Attributes:
@@ -222,42 +228,42 @@ class _Surrogates:
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
-    def __init__(self, task: Task, learned: Learned, risk: Risk) -> None:
-        self.rows = np.searchsorted(task.numbers, learned.numbers)
-        self.T = learned.to(bounded(task.Y[self.rows]))
+    def __init__(self, tests: Observations, goal: Goal, learned: Learned, risk: Risk) -> None:
+        self.rows = np.searchsorted(tests.numbers, learned.numbers)
+        self.T = learned.to(bounded(tests.Y[self.rows]))
         self.processes = learned.processes(self.T)
-        self.task = task
-        self.contraction = _contraction(learned, task.n_obj)
+        self.goal = goal
+        self.contraction = _contraction(learned, goal.n_obj)
         self._risk = risk
         self.caution = 0.0
-        self.ranges = np.zeros((2, task.n_obj))
-        self.front = np.zeros((0, task.n_obj))
+        self.ranges = np.zeros((2, goal.n_obj))
+        self.front = np.zeros((0, goal.n_obj))
         self._learned = learned
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what exceeds limits."""
-        task = self.task
-        Z = task.encode(points)
+        goal = self.goal
+        Z = goal.encode(points)
         T = np.column_stack([process(Z) for process in self.processes])
-        if task.is_computed:
-            T = self._learned.to(task.computed(points, self._learned.back(T)))
+        if goal.is_computed:
+            T = self._learned.to(goal.computed(points, self._learned.back(T)))
         margins = np.zeros_like(T)
         if self.caution > 0:
-            for j, _, _ in task.limits:
+            for j in goal.limits:
                 margins[:, j] = self.caution * self.processes[j].deviation(Z)
-        excess = task.excess(T, self._learned, margins)
-        columns = [excess, self._risk(Z), task.violations(points)]
-        return T[:, : task.n_obj], np.column_stack(columns)
+        excess = goal.excess(T, self._learned, margins)
+        columns = [excess, self._risk(Z), goal.violations(points)]
+        return T[:, : goal.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:
         """Return designs to choose from; see :class:`_Candidates`."""
         T, excess = self.predict(points)
-        Z = self.task.encode(points)
-        objectives = self.processes[: self.task.n_obj]
+        Z = self.goal.encode(points)
+        objectives = self.processes[: self.goal.n_obj]
         deviations = np.column_stack([process.deviation(Z) for process in objectives])
         F = self._learned.back(T - _OPTIMISM * deviations)
         worth = np.zeros(len(points))
-        if self.task.is_directed and len(self.front) > 0:
+        if self.goal.is_directed and len(self.front) > 0:
             worth = self._worth(T, deviations)
         return _Candidates(points, Z, F, _violation(excess), worth)
 
@@ -296,15 +302,15 @@ def _violation(excess: Array) -> Array:
     return np.asarray(np.maximum(excess, 0).sum(axis=1))
 
 
-def _meets_requirements(points: Array, task: Task) -> Mask:
+def _meets_requirements(points: Array, goal: Goal) -> Mask:
     """Return ``(n,)`` whether points meet all requirements."""
-    return np.asarray((task.violations(points) <= 0).all(axis=1))
+    return np.asarray((goal.violations(points) <= 0).all(axis=1))
 
 
-def _distant_points(seen: Array, risk: Risk, count: int, task: Task, random: Random) -> Array:
+def _distant_points(seen: Array, risk: Risk, count: int, goal: Goal, random: Random) -> Array:
     """Return points far from all tests and from each other, away from failures if possible."""
-    points = _random_points(count, task, random)
-    Z = task.encode(points)
+    points = _random_points(count, goal, random)
+    Z = goal.encode(points)
     distance = _nearest(Z, seen)
     distance[risk(Z) > 0] *= 0.1  # chosen only if little else is left
     chosen = []
@@ -315,13 +321,13 @@ def _distant_points(seen: Array, risk: Risk, count: int, task: Task, random: Ran
     return points[chosen]
 
 
-def _random_points(count: int, task: Task, random: Random) -> Array:
+def _random_points(count: int, goal: Goal, random: Random) -> Array:
     """Return at least ``count`` random points within the limits that meet the requirements."""
-    d = len(task.low)
+    d = len(goal.low)
     points = np.zeros((0, d))
     for _ in range(_MAX_DRAWS):
-        drawn = random.uniform(task.low, task.high, (_DESIGNS_PER_DRAW, d))
-        drawn = drawn[_meets_requirements(drawn, task)]
+        drawn = random.uniform(goal.low, goal.high, (_DESIGNS_PER_DRAW, d))
+        drawn = drawn[_meets_requirements(drawn, goal)]
         points = np.vstack([points, drawn])
         if len(points) >= count:
             return points
@@ -343,13 +349,13 @@ def _failure_risk(Z: Array, known: Array, failed: Array) -> Array:
     return np.asarray(np.minimum(excess, 1.0))
 
 
-def _start_near(best: Array, aim: Aim, task: Task, random: Random) -> _Population:
+def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
     """Return designs near the best tests; the search stays near these."""
     d = best.shape[1]
     centres = random.integers(min(_N_NEARBY_CENTRES, len(best)), size=_POPULATION_SIZE)
     centre = best[centres]
-    low = np.maximum(centre - _NEARBY_HALF_WIDTH, task.low)
-    high = np.minimum(centre + _NEARBY_HALF_WIDTH, task.high)
+    low = np.maximum(centre - _NEARBY_HALF_WIDTH, goal.low)
+    high = np.minimum(centre + _NEARBY_HALF_WIDTH, goal.high)
     # At least three variables are changed, or three in ten.
     changed = random.random((_POPULATION_SIZE, d)) < max(0.3, 3 / d)
     step = random.uniform(-_NEARBY_HALF_WIDTH, _NEARBY_HALF_WIDTH, (_POPULATION_SIZE, d))
@@ -357,7 +363,7 @@ def _start_near(best: Array, aim: Aim, task: Task, random: Random) -> _Populatio
     return _Population.of(aim, np.clip(points, low, high), low, high)
 
 
-def _start_anywhere(best: Array, aim: Aim, task: Task, random: Random) -> _Population:
+def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
     """Return the best tests, variations of them, and random designs; the search is not limited."""
     d = best.shape[1]
     quarter = _POPULATION_SIZE // 4
@@ -365,14 +371,14 @@ def _start_anywhere(best: Array, aim: Aim, task: Task, random: Random) -> _Popul
     origin = best[random.integers(len(best), size=quarter)]
     step = random.normal(0, 0.1, (quarter, d))
     varied = np.where(changed, origin + step, origin)
-    varied = np.clip(varied, task.low, task.high)
+    varied = np.clip(varied, goal.low, goal.high)
     n_random = _POPULATION_SIZE - len(best) - quarter
-    anywhere = random.uniform(task.low, task.high, (n_random, d))
+    anywhere = random.uniform(goal.low, goal.high, (n_random, d))
     points = np.vstack([best, varied, anywhere])
-    return _Population.of(aim, points, task.low, task.high)
+    return _Population.of(aim, points, goal.low, goal.high)
 
 
-def _search(aim: Aim, start: _Population, contraction: float, task: Task, random: Random) -> Array:
+def _search(aim: Aim, start: _Population, contraction: float, goal: Goal, random: Random) -> Array:
     """Return the ``(k, d)`` points at the end of an evolution that meet the requirements.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
@@ -391,7 +397,7 @@ def _search(aim: Aim, start: _Population, contraction: float, task: Task, random
     points = population.points
     if (population.excess > 0).any(axis=1).all():
         points = np.vstack([points, *(generation[::8] for generation in tried)])
-    return points[_meets_requirements(points, task)]
+    return points[_meets_requirements(points, goal)]
 
 
 def _children(parents: _Population, aim: Aim, random: Random) -> _Population:
@@ -494,13 +500,13 @@ def _directions(n_obj: int, contraction: float) -> Array:
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
-def _ranges(F: Array, candidates: _Candidates, task: Task) -> Array:
+def _ranges(F: Array, candidates: _Candidates, goal: Goal) -> Array:
     """Return the ``(2, m)`` ranges by which objectives are scaled, given a Pareto set.
 
     They include the promising candidates.
     """
-    if task.ranges is not None:
-        return task.ranges
+    if goal.ranges is not None:
+        return goal.ranges
     promising = candidates.F
     feasible = candidates.violation <= 0
     if feasible.any():
@@ -625,7 +631,7 @@ def _selected(
         batch: How many to select; there are fewer if fewer are not tested yet.
     """
     rules = _RULES
-    if surrogates.task.is_directed:
+    if surrogates.goal.is_directed:
         rules = _RULES_OF_DECISION
     selection = _Selection(candidates, surrogates, seen)
     for n_known in range(len(seen), len(seen) + batch):

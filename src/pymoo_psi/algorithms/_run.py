@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import Block, InPieces, OneByOne, executor_of
+from pymoo_psi.algorithms._executor import Block, Executor, InPieces, OneByOne, executor_of
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -52,6 +52,7 @@ SECONDS = 1.0
 COMPUTED = 20.0
 # Tests after which there is a commit in any case, so that their tables are joined only once.
 _MANY = 2**16
+SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
@@ -504,6 +505,7 @@ def run_of_sequence(
     method: str = "",
     n_first: int | None = None,
     repeat: int = 1,
+    source_of: SourceOf | None = None,
 ) -> Run:
     """Return a run that tests the points of a sequence, or a share of them.
 
@@ -511,10 +513,11 @@ def run_of_sequence(
         problem: A pymoo problem.
         n_points: How many points the run has, those of other shares too.
         options: The options of the run.
-        method: By what designs are proposed after these points, for the study; the caller changes
-            the source of the run.
+        method: By what designs are proposed after these points, for the study.
         n_first: How many of the points, at most, are of the sequence.
         repeat: Which of the tests of each design the run makes.
+        source_of: Returns the source of the run, by the points of the sequence, the number of all
+            points, the model, the executor and the store; by default its points are the sequence.
     """
     require_no_permutation(problem)
     model = Model(problem, options, repeat)
@@ -540,10 +543,14 @@ def run_of_sequence(
     if options.study is not None or repeats is not None:
         options = replace(options, keep="all")
     executor = executor_of(model, options, len(points))
-    continued = None
-    if sampling.extendable and options.share is None:
-        continued = partial(unit_points, options, n_dim=n_dim)
-    return Run(model, PlannedPoints(points, continued), executor, store, repeats, n_points)
+    source: Source
+    if source_of is not None:
+        source = source_of(points, n_points, model, executor, store)
+    elif sampling.extendable and options.share is None:
+        source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
+    else:
+        source = PlannedPoints(points)
+    return Run(model, source, executor, store, repeats, n_points)
 
 
 def repeated_tests(

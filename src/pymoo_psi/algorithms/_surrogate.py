@@ -8,7 +8,7 @@ not been interrupted.
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from functools import cached_property
@@ -19,14 +19,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, FilePath, integer
+from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
-from pymoo_psi.algorithms._outputs import Task
+from pymoo_psi.algorithms._outputs import Goal, Observations
 from pymoo_psi.algorithms._proposals import best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._store import renumbered
+from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
@@ -186,115 +187,76 @@ class SurrogatePSI(PointAlgorithm):
             options,
             method=method,
             n_first=self._n_sequence,
+            source_of=self._source,
         )
         self.n_points = run.n_points
-        executor = run.executor
+        return run
+
+    def _source(
+        self,
+        sequence: Points,
+        n_points: int,
+        model: Model,
+        executor: Executor,
+        store: Store,
+    ) -> SurrogateSource:
+        """Return the source of a run of ``n_points``."""
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
             is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
         if executor.in_rounds or (executor.n_workers == 0 and not executor.elastic):
             is_asynchronous = False
-        sequence = run.source.ask(run.n_left)
-        n_left_out = self._n_left_out(run, sequence)
-        sequence = sequence.at(slice(0, self._n_sequence - n_left_out))
-        n_proposed = max(0, self.n_points - self._n_sequence + n_left_out)
-        run.source = SurrogateSource(
-            run, sequence, n_proposed, self.seed, self._batch, is_asynchronous
+        n_sequence = self._n_sequence - self._n_left_out(sequence, model, store)
+        sequence = sequence.at(slice(0, n_sequence))
+        return SurrogateSource(
+            sequence,
+            max(len(sequence), n_points),
+            model,
+            executor,
+            store,
+            seed=self.seed or 0,
+            batch=self._batch,
+            is_asynchronous=is_asynchronous,
         )
-        return run
 
-    def _n_left_out(self, run: Run, sequence: Points) -> int:
+    def _n_left_out(self, sequence: Points, model: Model, store: Store) -> int:
         """Return how many points of the sequence are proposed instead, as other runs have tests."""
         if self._is_start_fixed:
             return 0
         n_left_out = 0
-        if len(run.store.known()) == 0:  # a run that was begun goes on as it was
-            others = run.store.others()
+        if len(store.known()) == 0:  # a run that was begun goes on as it was
+            others = store.others()
             n_left_out = min(self._n_sequence, len(others))
             first = sequence.at(slice(0, self._n_sequence - n_left_out))
-            tested = run.model.keys(others.X)
-            if set(run.model.keys(first.matrix(run.model.space))).issubset(tested):
+            tested = model.keys(others.X)
+            if set(model.keys(first.matrix(model.space))).issubset(tested):
                 n_left_out = self._n_sequence  # nothing new would be learned
-        return int(run.store.remember_once("points left out of the sequence", n_left_out))
+        return int(store.remember_once("points left out of the sequence", n_left_out))
 
 
-class _Direction:
-    """What proposals follow: a formulation, and surrogates fitted to the first tests of a run.
-
-    Args:
-        formulation: The formulation.
-        request: The number of the request for it; 0 without one.
-        most: From how many tests, at most, surrogates learn when lengths are fitted.
-    """
-
-    def __init__(self, formulation: Formulation, request: int, most: int) -> None:
-        self.formulation = formulation
-        self.request = request
-        self._most = most
-        self._n_fitted = 0  # to how many of the first tests lengths are fitted
-        self._learned: Learned | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
-        return self.__dict__ | {"_n_fitted": 0, "_learned": None}
-
-    def learned(self, task: Task, ends: Sequence[int]) -> Learned | None:
-        """Return what is learned of the tests of a task, or ``None`` if too few are known.
-
-        Tests after those to which lengths are fitted are appended round by round, also where a run
-        continues, as the last digits depend on it.
-
-        Args:
-            task: The task, whose first tests are those of the last call.
-            ends: How many tests there were at the start, and after each round.
-        """
-        n_fitted = _n_fitted(task, ends)
-        if self._n_fitted != n_fitted:
-            self._learned = _fitted(task, n_fitted, self._most)
-            self._n_fitted = n_fitted
-        if self._learned is not None:
-            Z = task.encode(task.points)
-            for end in (*ends, len(Z)):
-                if end >= n_fitted:
-                    rows = np.flatnonzero(~task.unknown[:end])
-                    self._learned.extend(task.numbers[rows], Z[rows])
-        return self._learned
-
-
-def _n_fitted(task: Task, ends: Sequence[int]) -> int:
-    """Return to how many of the first tests lengths are fitted."""
-    n_tests = len(task.points)
-    n_fitted = task.n_uniform
-    for end in ends:
-        if n_fitted * _GROWTH <= end <= n_tests:
-            n_fitted = end
-    if np.count_nonzero(~task.unknown[:n_fitted]) < _LEAST_LEARNED:
-        return n_tests
-    return n_fitted
-
-
-def _fitted(task: Task, n_fitted: int, most: int = sys.maxsize) -> Learned | None:
+def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learned | None:
     """Return surrogates of the first tests, fitted to them; further tests can be appended.
 
     Args:
-        task: The task, with the tests.
+        tests: The tests.
+        goal: What is sought among them.
         n_fitted: How many tests these are.
         most: From how many of them, at most, surrogates learn.
 
     Returns:
         The surrogates, or ``None`` if too few of these tests are known.
     """
-    rows = np.flatnonzero(~task.unknown[:n_fitted])
+    rows = np.flatnonzero(tests.is_known[:n_fitted])
     if len(rows) < _LEAST_LEARNED:
         return None
-    Z = task.encode(task.points[rows])
-    Y = bounded(task.Y[rows])
-    n_uniform = max(int(np.count_nonzero(rows < task.n_uniform)), _LEAST_LEARNED)
-    learned = Learned(Z, Y, n_uniform, task.n_obj)
+    Z = tests.Z[rows]
+    Y = bounded(tests.Y[rows])
+    n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), _LEAST_LEARNED)
+    learned = Learned(Z, Y, n_uniform, goal.n_obj)
     if len(rows) > most:
-        best = best_and_spread(Y, learned, task, most)
-        learned.left_out = task.numbers[np.delete(rows, best)]
-    learned.extend(task.numbers[rows], Z)
+        best = best_and_spread(Y, learned, goal, most)
+        learned.left_out = tests.numbers[np.delete(rows, best)]
+    learned.extend(tests.numbers[rows], Z)
     return learned
 
 
@@ -316,9 +278,11 @@ class SurrogateSource(Source):
     """Points of a sequence, then rounds of proposals from surrogates of all tests.
 
     Args:
-        run: The run; its store keeps proposals before they are tested.
         sequence: The points that come first, those of the sequence.
-        n_proposed: How many points are proposed.
+        n_points: How many points there are in all.
+        model: The model of the tests.
+        executor: What tests the points, and says how many workers are free.
+        store: Where proposals are kept before they are tested.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
             workers.
@@ -327,38 +291,45 @@ class SurrogateSource(Source):
 
     def __init__(
         self,
-        run: Run,
         sequence: Points,
-        n_proposed: int,
+        n_points: int,
+        model: Model,
+        executor: Executor,
+        store: Store,
+        *,
         seed: int,
         batch: int | None,
         is_asynchronous: bool,
     ) -> None:
-        self._model = run.model
-        self._executor = run.executor
+        self._model = model
+        self._executor = executor
+        self._store = store
         self._seed = seed
         self._batch = batch
         self._is_asynchronous = is_asynchronous
         self._sequence = replace(
             sequence, coordinates=sequence.cube_points, rounds=np.zeros(len(sequence))
         )
-        self._n_points = len(sequence) + n_proposed
+        self._n_points = n_points
         self._points = self._sequence.at(slice(0, 0))  # all that were returned
         # The points to return next: the sequence, or what is left of a round. A round may be longer
         # than the run, which may get more points later.
         self._ready = self._sequence
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
-        others = run.store.others()
-        self._others = others.take(run.model.space.has_options(others.X))
-        self._tests = run.store.empty
-        self._store = run.store
-        self.direct(run.model.formulation, 0)
+        others = store.others()
+        self._others = others.take(model.space.has_options(others.X))
+        self._tests = store.empty
         self._round: _Round | None = None  # while it is being made
         self._n_meanwhile = 0  # how many tests ended while the last round was made
+        # What proposals follow, and the number of the request for it; the next round follows the
+        # second one.
+        self._direction = self._next_direction = (model.formulation, 0)
+        self._learned: Learned | None = None
+        self._n_fitted = 0  # to how many of the first tests lengths are fitted
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies make a round anew, which gives the same."""
-        return self.__dict__ | {"_round": None}
+        """Copies make a round and learn anew, which gives the same: matrices would fill memory."""
+        return self.__dict__ | {"_round": None, "_learned": None, "_n_fitted": 0}
 
     @property
     def eager(self) -> bool:  # type: ignore[override]
@@ -380,8 +351,7 @@ class SurrogateSource(Source):
 
     def direct(self, formulation: Formulation, request: int) -> None:
         """Propose the next points for another formulation, that of a request."""
-        most = _MOST_LEARNED if self._is_asynchronous else sys.maxsize
-        self._next_direction = _Direction(formulation, request, most)
+        self._next_direction = formulation, request
 
     def extend(self, count: int) -> None:
         """Add ``count`` points, which are proposed."""
@@ -452,8 +422,9 @@ class SurrogateSource(Source):
         content: dict[str, Any] = {}
         if len(finished.pending):  # all tests before the round were known but these
             content["pending"] = finished.pending.numbers.tolist()
-        if self._direction.request:
-            content["request"] = self._direction.request
+        _, request = self._direction
+        if request:
+            content["request"] = request
         proposals = []
         for number, point in enumerate(finished.points.result().tolist(), first):
             entries = {"point": point} | content
@@ -462,7 +433,9 @@ class SurrogateSource(Source):
 
     def _started_round(self) -> _Round:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
-        self._direction = self._next_direction
+        if self._direction != self._next_direction:
+            self._direction = self._next_direction
+            self._n_fitted = 0
         pending = self._pending()
         table = self._table()
         size = self._size(int(table.eligible().sum()))
@@ -512,16 +485,41 @@ class SurrogateSource(Source):
             others = renumbered(self._others, np.arange(1, n_others + 1))
             own = renumbered(tests, n_others + tests.numbers)
             tests = others.extended(own)
-        return self._model.under(tests, self._direction.formulation)
+        formulation, _ = self._direction
+        return self._model.under(tests, formulation)
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        task = Task(table, self._model, n_uniform, pending.cube_points)
-        ends = [len(self._others) + end for end in self._ends]
-        learned = self._direction.learned(task, ends)
+        goal = Goal.of(table, self._model)
+        tests = Observations.of(table, goal, n_uniform, pending.cube_points)
+        self._learn(tests, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
-        return propose(task, learned, size, round_number, random)
+        return propose(tests, goal, self._learned, size, round_number, random)
+
+    def _learn(self, tests: Observations, goal: Goal) -> None:
+        """Learn from tests.
+
+        Tests after those to which lengths are fitted are appended round by round, also where a run
+        continues, as the last digits depend on it.
+        """
+        n_tests = len(tests.numbers)
+        ends = [len(self._others) + end for end in self._ends]
+        n_fitted = tests.n_uniform
+        for end in ends:
+            if n_fitted * _GROWTH <= end <= n_tests:
+                n_fitted = end
+        if np.count_nonzero(tests.is_known[:n_fitted]) < _LEAST_LEARNED:
+            n_fitted = n_tests
+        if self._n_fitted != n_fitted:
+            most = _MOST_LEARNED if self._is_asynchronous else sys.maxsize
+            self._learned = _fitted(tests, goal, n_fitted, most)
+            self._n_fitted = n_fitted
+        if self._learned is not None:
+            for end in (*ends, n_tests):
+                if end >= n_fitted:
+                    rows = np.flatnonzero(tests.is_known[:end])
+                    self._learned.extend(tests.numbers[rows], tests.Z[rows])
 
 
 def proposed_now(
@@ -541,7 +539,9 @@ def proposed_now(
     if PROPOSAL_ROUND in table.schema.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
-    task = Task(table, model, n_uniform, pending)
+    goal = Goal.of(table, model)
+    tests = Observations.of(table, goal, n_uniform, pending)
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        return propose(task, _fitted(task, len(table)), size, round_number, random)
+        learned = _fitted(tests, goal, len(table), sys.maxsize)
+        return propose(tests, goal, learned, size, round_number, random)
