@@ -10,6 +10,7 @@ FORMATS is the registry of formats; a FileFormat reads a file into columns and a
 Example:
     >>> import os, tempfile
     >>> from pymoo_psi import TestTable
+    >>> from pymoo_psi.files import read_table, write_table
     >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]]).under(limits={"f1": 2})
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = os.path.join(folder, "table.csv")
