@@ -525,97 +525,13 @@ def _scaled(F: Array, ranges: Array) -> Array:
     return np.asarray((F - low) / lengths)
 
 
-class _Selection:
-    """The candidates of a round, and those of them that are selected.
-
-    A selected candidate counts like a test from then on.
-
-    Args:
-        candidates: The candidates.
-        surrogates: The surrogates, with the Pareto set of the tests.
-        seen: ``(t, e)`` the tests, as surrogates see them.
-
-    Attributes:
-        rows: The indices of the selected candidates, in their order.
-        candidates: The candidates.
-        distance: ``(n,)`` the distance of each candidate from the nearest test.
-        gap: ``(n,)`` the distance between its objectives and the nearest ones of the Pareto set;
-            infinite while there is no Pareto set.
-        achievements: ``(n, w)`` its achievements in w directions.
-        best: ``(w,)`` the best achievements so far.
-        weights: ``(w,)`` the weights of gains in them.
-    """
-
-    def __init__(self, candidates: _Candidates, surrogates: _Surrogates, seen: Array) -> None:
-        front = surrogates.front
-        contraction = surrogates.contraction
-        self.rows: list[int] = []
-        self.candidates = candidates
-        self.distance = _nearest(candidates.Z, seen)
-        self._F = _scaled(candidates.F, surrogates.ranges)
-        self.gap = _nearest(self._F, front)
-        self.achievements = _achievements(self._F, contraction)
-        self.weights = _directions(front.shape[1], contraction).max(axis=1)
-        self.best = self.achievements.max(axis=0, initial=-np.inf)
-        if len(front) > 0:
-            self.best = _achievements(front, contraction).min(axis=0)
-
-    def add(self, row: int) -> None:
-        """Select a candidate."""
-        Z = self.candidates.Z
-        self.rows.append(row)
-        self.distance = np.minimum(self.distance, _nearest(Z, Z[[row]]))
-        self.gap = np.minimum(self.gap, _nearest(self._F, self._F[[row]]))
-        self.best = np.minimum(self.best, self.achievements[row])
-
-
-# Rules by which a candidate is selected: each returns the scores of (k,) rows, the highest of which
-# wins.
-
-
-def _distance_score(selection: _Selection, rows: Rows) -> Array:
-    """Return the distances from all known objectives; without any, from all tests."""
-    gap = selection.gap[rows]
-    return np.where(np.isinf(gap), selection.distance[rows], gap)
-
-
-def _gain_score(selection: _Selection, rows: Rows) -> Array:
-    """Return the gains; where nothing promises one, the scores by distance."""
-    gains = np.maximum(selection.best - selection.achievements[rows], 0) * selection.weights
-    gains = np.asarray(gains.sum(axis=1))
-    if gains.max() > 0:
-        return gains
-    return _distance_score(selection, rows)
-
-
-def _compromise_score(selection: _Selection, rows: Rows) -> Array:
-    """Return the worth for the best compromise; while no test is eligible, the gains."""
-    worth = selection.candidates.worth
-    if not worth.any():
-        return _gain_score(selection, rows)
-    return np.where(selection.distance[rows] > _MIN_DISTANCE_FROM_TEST, worth[rows], -np.inf)
-
-
-def _violation_score(selection: _Selection, rows: Rows, spacing: float) -> Array:
-    """Return the negative violations of candidates that have a distance from tests.
-
-    Args:
-        selection: The candidates.
-        rows: The rows to score.
-        spacing: This distance, in units of the cube's diagonal.
-    """
-    distance = selection.distance[rows]
-    # After a search near the best tests, no candidate may be that far away.
-    least = min(spacing * np.sqrt(selection.candidates.Z.shape[1]), distance.max() / 2)
-    return np.where(distance >= least, -selection.candidates.violation[rows], -np.inf)
-
-
-# The rules, which take turns. Where surrogates err, the largest gain is promised again and again,
-# whatever is tested near it; so most designs are selected by distance.
-_RULES = (_gain_score, _distance_score, _distance_score, _distance_score)
-_RULES_OF_DECISION = (_gain_score, _distance_score, _compromise_score, _distance_score)
+# By what a candidate is selected, in turn. Where surrogates err, the largest gain is promised again
+# and again, whatever is tested near it; so most designs are selected by distance.
+_RULES = ("gain", "distance", "distance", "distance")
+_RULES_OF_DECISION = ("gain", "distance", "compromise", "distance")
 # While surrogates see no design that keeps all limits, the next ones have these distances from
-# tests, in turn. Without distances, all of them would lie in the one place that looks best.
+# tests, in turn, in units of the cube's diagonal. Without distances, all of them would lie in the
+# one place that looks best.
 _INFEASIBLE_SPACINGS = (0.0, 0.03, 0.1, 0.01)
 
 
@@ -623,6 +539,8 @@ def _selected(
     candidates: _Candidates, surrogates: _Surrogates, seen: Array, batch: int
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
+
+    A selected candidate counts like a test from then on.
 
     Args:
         candidates: The candidates.
@@ -633,17 +551,41 @@ def _selected(
     rules = _RULES
     if surrogates.goal.is_directed:
         rules = _RULES_OF_DECISION
-    selection = _Selection(candidates, surrogates, seen)
+    Z = candidates.Z
+    front = surrogates.front
+    contraction = surrogates.contraction
+    F = _scaled(candidates.F, surrogates.ranges)
+    achievements = _achievements(F, contraction)
+    weights = _directions(front.shape[1], contraction).max(axis=1)
+    best = achievements.max(axis=0, initial=-np.inf)  # in each direction, so far
+    if len(front) > 0:
+        best = _achievements(front, contraction).min(axis=0)
+    distance = _nearest(Z, seen)
+    gap = _nearest(F, front)  # from the nearest known objectives
+    selected: list[int] = []
     for n_known in range(len(seen), len(seen) + batch):
-        untested = np.flatnonzero(selection.distance > _SAME_DESIGN_DISTANCE)
-        if len(untested) == 0:
-            break
         turn = n_known % len(rules)
-        rows = untested[candidates.violation[untested] <= 0]
-        if len(rows) > 0:
-            scores = rules[turn](selection, rows)
-        else:
-            rows = untested
-            scores = _violation_score(selection, rows, _INFEASIBLE_SPACINGS[turn])
-        selection.add(rows[scores.argmax()])
-    return selection.rows
+        rows = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
+        if len(rows) == 0:
+            break
+        kept = rows[candidates.violation[rows] <= 0]
+        gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
+        if len(kept) == 0:
+            spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
+            # After a search near the best tests, no candidate may be that far away.
+            is_distant = distance >= min(spacing, distance[rows].max() / 2)
+            scores = np.where(is_distant, -candidates.violation, -np.inf)
+            kept = rows
+        elif rules[turn] == "compromise" and candidates.worth.any():
+            is_distant = distance > _MIN_DISTANCE_FROM_TEST
+            scores = np.where(is_distant, candidates.worth, -np.inf)
+        elif rules[turn] != "distance" and gains[kept].max() > 0:
+            scores = gains
+        else:  # without known objectives, the distance from all tests
+            scores = np.where(np.isinf(gap), distance, gap)
+        row = int(kept[scores[kept].argmax()])
+        selected.append(row)
+        distance = np.minimum(distance, _nearest(Z, Z[[row]]))
+        gap = np.minimum(gap, _nearest(F, F[[row]]))
+        best = np.minimum(best, achievements[row])
+    return selected
