@@ -193,7 +193,7 @@ class Model:
         return np.column_stack([*amounts, tests.G])
 
     def values(self, tests: TestTable) -> list[Values]:
-        """Return the values of each test as its evaluation returned them."""
+        """Return the values of each test as its evaluation returned them; they may be changed."""
         names = ("F", "G", "H", *tests.schema.outputs, "failure")
         constraints = self.constraints(tests)
         has_run = np.isfinite(tests.F).all(axis=1)
@@ -204,7 +204,7 @@ class Model:
                 "an output with a limit is not known; retry='incomplete' tests it again"
             )
         failures = [reasons.get(number, "") for number in tests.numbers.tolist()]
-        arrays = tests.F, constraints, tests.H
+        arrays = tests.F.copy(), constraints, tests.H.copy()
         outputs = [tests.column(name).tolist() for name in tests.schema.outputs]
         rows = zip(*arrays, *outputs, failures, strict=True)
         return [dict(zip(names, row, strict=True)) for row in rows]

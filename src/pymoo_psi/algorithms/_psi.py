@@ -254,28 +254,22 @@ class PointAlgorithm(WithTable, Algorithm):
     def _individuals(self, tests: TestTable) -> Population:
         """Return individuals with the values of tests; pymoo then does not evaluate them."""
         model = self._run.model
-        names = tests.schema.outputs
         config = Individual.default_config()  # one for all, which takes less time
-        # Copies, as individuals may be changed; one of each array, as a row takes a while.
-        arrays = tests.F.copy(), model.constraints(tests), tests.H.copy()
         designs = model.space.designs(tests.X.copy())
         violation = model.total_violation(tests)[:, None]
-        numbers = tests.numbers.tolist()
+        rows = zip(tests.numbers.tolist(), designs, violation, model.values(tests), strict=True)
         individuals = []
-        columns = [tests.column(name) for name in names]
-        values_of_outputs = np.column_stack([np.zeros((len(tests), 0)), *columns]).tolist()
-        rows = zip(numbers, designs, *arrays, violation, values_of_outputs, strict=True)
-        for number, x, f, g, h, cv, outputs in rows:  # `set` takes twice as long
+        for number, x, cv, values in rows:  # `set` takes twice as long
             individual = Individual(config)
             individual.X = x
-            individual.F = f
-            individual.G = g
-            individual.H = h
+            individual.F = values.pop("F")
+            individual.G = values.pop("G")
+            individual.H = values.pop("H")
             individual.CV = cv
-            individual.data = dict(zip(names, outputs, strict=True))
-            individual.data["test_point"] = number
-            individual.data["failure"] = tests.reasons.get(number, "")
-            individual.data["outputs"] = names
+            individual.data = values
+            values["test_point"] = number
+            values["failure"] = tests.reasons.get(number, "")
+            values["outputs"] = tests.schema.outputs
             individual.evaluated.update("FGH")
             individuals.append(individual)
         return Population.create(*individuals)

@@ -307,14 +307,12 @@ class SurrogateSource(Source):
         self._seed = seed
         self._batch = batch
         self._is_asynchronous = is_asynchronous
-        self._sequence = replace(
-            sequence, coordinates=sequence.cube_points, rounds=np.zeros(len(sequence))
-        )
         self._n_points = n_points
-        self._points = self._sequence.at(slice(0, 0))  # all that were returned
         # The points to return next: the sequence, or what is left of a round. A round may be longer
         # than the run, which may get more points later.
-        self._ready = self._sequence
+        rounds = np.zeros(len(sequence))
+        self._ready = replace(sequence, coordinates=sequence.cube_points, rounds=rounds)
+        self._points = self._ready.at(slice(0, 0))  # all that were returned
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         others = store.others()
         self._others = others.take(model.space.has_options(others.X))
@@ -439,7 +437,7 @@ class SurrogateSource(Source):
         pending = self._pending()
         table = self._table()
         size = self._size(int(table.eligible().sum()))
-        is_first = np.isin(self._tests.numbers, self._sequence.numbers)
+        is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
         n_uniform = len(self._others) + int(np.count_nonzero(is_first))
         points: Future[Array] = Future()
 
