@@ -1,16 +1,15 @@
-"""Random tables in a former package and in this one: no answer may differ, none be slower.
+"""Random tables in another version of this package and in this one: no answer may differ.
 
-    python -m benchmarks.tables [OLD_CHECKOUT [TABLES]]
+    python -m benchmarks.tables [OTHER_CHECKOUT [TABLES]]
 
-This takes ten minutes, one without a former checkout.
+This takes ten minutes, one without another checkout.
 
 Random tables, and pairs and triples of runs that are joined, are asked the same questions, each
-package in a process of its own. Answers are texts with types and all digits. Where they differ, it
-has to be by a named defect of the former package, see :data:`DEFECTS`; all others are listed. Then
-both packages make tables of 16 to 2^20 tests, formulate, search and rank them, in turns, and rank a
-file of five cars.
+version in a process of its own. Answers are texts with types and all digits; those that differ are
+listed. Then both make tables of 16 to 2^20 tests, formulate, search and rank them, in turns, and
+rank a file of five cars.
 
-Without a former checkout, status and Pareto set are compared with loops over all tests.
+Without another checkout, status and Pareto set are compared with loops over all tests.
 """
 
 from __future__ import annotations
@@ -32,20 +31,18 @@ import time
 import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import pymoo_psi.table
 from benchmarks.machine import describe_machine, sized
 from benchmarks.table_descriptions import Model, Plain, description, part
 from pymoo_psi import TestTable, investigate
 from pymoo_psi.cli import main as run_command
+from pymoo_psi.table import Schema
 
-IS_FORMER = "Layout" in pymoo_psi.table.__all__
 HERE = Path(__file__).resolve().parents[1]
 TABLES = sized(3000, 60)
 RUNS = sized(300, 6)
@@ -53,23 +50,6 @@ SIZES = sized((16, 4096, 2**20), (16, 256))
 ROUNDS = sized(5, 1)
 ASKED_NAMES = ("A", "B", "C", "7", "12", "#3", "A #2", "", None, 7, 2.5, "é", "3", "1", 0, 2)
 CARS = "car,price,range\nTown,20,200\nLane,24,310\nCountry,30,400\nCoast,45,470\nTour,60,500\n"
-
-DEFECTS = {
-    "refusals": "the same refusal in words of this package, or of another of several mistakes",
-    "units": "a unit of no column stayed unnoticed until a test had run",
-    "remarks": "a part of a table had the remarks on limits of the whole",
-    "texts": "a part of a table was refused where none of its rows has a text of a limit",
-    "equals": "equals overlooked limits and ranges where two tables share the layout",
-    "reason": "of two tests with one number, a reason that only the later one has was lost",
-    "dtype": "options that are numbers became a matrix of numbers under a formulation",
-}
-"""What the former package did otherwise, beside names of things: by name, and why.
-
-Two defects are mended before its answers are written, see :func:`mend_former` and
-:func:`declared`, as they change most other answers: where all variables were objectives, a repeated
-design counted twice; and kinds that nobody declares followed the values of each part of a table.
-"Test point 5" is "test 5" now, and the index and column ``test_point`` is ``test``.
-"""
 
 # Tables
 
@@ -108,42 +88,9 @@ def made(plain: Plain) -> TestTable:
     groups = [plain[group] for group in ("variables", "objectives", "inequalities", "equalities")]
     notes = dict(zip(plain["notes"], plain["cells"], strict=True))
     given = {**arrays, "outputs": outputs, "reasons": reasons}
-    if IS_FORMER:
-        layout = replace(pymoo_psi.table.Layout.of(*groups, **options), label=plain["label"])
-        return TestTable.of(plain["numbers"], X, **given, layout=layout, extra=notes)
-    schema = pymoo_psi.table.Schema.of(*groups, **options)
+    schema = Schema.of(*groups, **options)
     given |= {"notes": notes, "label": plain["label"]}
     return TestTable.of(plain["numbers"], X, **given, schema=schema)
-
-
-def declared(table: TestTable) -> TestTable:
-    """Return a table with the kinds that its values show, which the former one does not keep."""
-    if not IS_FORMER or table.layout.kinds or not len(table):
-        return table
-    return replace(table, layout=replace(table.layout, kinds=table.kinds))
-
-
-def joinable(tables: list[TestTable]) -> list[TestTable]:
-    """Return tables to be joined: former ones all have the kinds of the first one with tests."""
-    if not IS_FORMER or all(table.layout.kinds for table in tables):
-        return tables
-    first = next((table for table in tables if table.layout.kinds or len(table)), None)
-    changed = []
-    for table in tables:
-        kinds = table.kinds if table is first else ()
-        changed.append(replace(table, layout=replace(table.layout, kinds=kinds)))
-    return changed
-
-
-def mend_former() -> None:
-    """Let the former package compare whole designs where variables are objectives."""
-    from pymoo_psi.table._layout import NUMBERS, first_rows
-
-    def repeated(table: Any, rows: Any) -> Any:
-        texts = [cells[rows] for name, cells in table.extra.items() if name not in NUMBERS]
-        return first_rows(table.tested.X[rows], table.F[rows], texts) < np.arange(len(rows))
-
-    TestTable._repeated = repeated
 
 
 # Answers
@@ -171,59 +118,20 @@ def answer(question: Callable[..., Any], *arguments: Any) -> str:
     return text.encode("utf-8", "backslashreplace").decode()
 
 
-def limits_of(table: TestTable) -> list[str]:
-    """Return the limits of a table as they are written."""
-    if IS_FORMER:
-        return [pymoo_psi.table.limit_text(name, limit) for name, limit in table.limits.items()]
-    return [limit.written(name) for name, limit in table.limits.items()]
-
-
 def schema_facts(table: TestTable) -> str:
     """Return the columns of a table, and what they are."""
-    schema = table.layout if IS_FORMER else table.schema
+    schema = table.schema
     names = ("variables", "objectives", "constraints", "outputs", "maximize", "units", "label")
-    kinds = table.kinds if IS_FORMER else schema.kinds
     facts = [getattr(schema, name) for name in names]
     facts[5] = sorted(schema.units.items())
-    if len(table) == 0:
-        kinds = ()  # which the former package forgets
     bounds = (
         schema.lower.tolist(),
         schema.upper.tolist(),
         schema.eq_tolerance,
         schema.sign.tolist(),
     )
-    return f"{facts} {notes_of(table)} {[kind.value for kind in kinds]} {bounds} {schema.words}"
-
-
-def notes_of(table: TestTable) -> list[str]:
-    """Return the names of columns of texts."""
-    return [*table.extra] if IS_FORMER else [*table.schema.notes]
-
-
-def known(table: TestTable, cells: Any) -> str:
-    """Return cells as a text, without values of failed tests that are not finite.
-
-    The former package has 0, infinity or NaN there as soon as a table is formulated.
-    """
-    cells = np.array(cells)
-    if cells.dtype.kind == "f":
-        failed = table.failed().reshape(-1, *[1] * (cells.ndim - 1))
-        cells[failed & (~np.isfinite(cells) | (cells == 0))] = np.nan
-    return str(cells.tolist())
-
-
-def cells_of(table: TestTable, name: str) -> str:
-    """Return the cells of a column as a text."""
-    schema = table.layout if IS_FORMER else table.schema
-    if name in schema.variables:
-        return str(table[name].tolist())
-    return known(table, table[name])
-
-
-def designs(X: Any) -> Any:
-    """Return designs; the shape is enough where there are no values."""
-    return X if X.size else X.shape
+    kinds = [kind.value for kind in schema.kinds]
+    return f"{facts} {schema.notes} {kinds} {bounds} {schema.words}"
 
 
 def ranking_facts(ranking: Any) -> str:
@@ -245,38 +153,33 @@ def names_facts(table: TestTable) -> str:
 QUESTIONS: dict[str, Callable[[TestTable], Any]] = {
     "columns": schema_facts,
     "numbers": lambda table: table.numbers,
-    "X": lambda table: designs(table.X),
-    "F": lambda table: known(table, table.F + 0.0),
-    "G": lambda table: known(table, table.G),
-    "H": lambda table: known(table, table.H),
-    "cells": lambda table: [f"{name}: {cells_of(table, name)}" for name in sorted(table)],
+    "X": lambda table: table.X,
+    "F": lambda table: table.F,
+    "G": lambda table: table.G,
+    "H": lambda table: table.H,
+    "cells": lambda table: [f"{name}: {table[name].tolist()}" for name in sorted(table)],
     "status": lambda table: table.status,
     "counts": lambda table: table.status_counts(),
     "reasons": lambda table: sorted(table.reasons.items()),
     "violations": lambda table: table.violations(),
     "feasible": lambda table: (table.feasible(), table.eligible(), table.failed()),
     "pareto": lambda table: table.pareto(),
-    "repeats": lambda table: table.repeats & np.isfinite(table.F).all(axis=1),
+    "repeats": lambda table: table.repeats,
     "names": names_facts,
-    "limits": limits_of,
+    "limits": lambda table: [limit.written(name) for name, limit in table.limits.items()],
     "remarks": lambda table: table.remarks,
     "formulation": lambda table: table.formulation.without_columns(),
     "ranking": lambda table: ranking_facts(table.ranking()),
     "feasible ranking": lambda table: ranking_facts(table.feasible_ranking()),
-    "best": lambda table: (table.best().names, designs(table.best().X)),
+    "best": lambda table: (table.best().names, table.best().X),
     "bounds": lambda table: table.refined_bounds(),
     "sorted": lambda table: [
-        table.sorted_by(name).numbers.tolist() for name in objectives_of(table)
+        table.sorted_by(name).numbers.tolist() for name in table.schema.objectives
     ],
     "frame": lambda table: table.to_frame().drop(columns=[*table]),
     "order": lambda table: [*table.to_frame()],
     "repr": repr,
 }
-
-
-def objectives_of(table: TestTable) -> tuple[str, ...]:
-    """Return the names of the objectives."""
-    return table.layout.objectives if IS_FORMER else table.schema.objectives
 
 
 def taken(table: TestTable, selection: Any) -> Any:
@@ -292,7 +195,7 @@ def equal_ones(table: TestTable, tables: dict[str, TestTable]) -> list[str]:
 def tables_of(plain: Plain) -> Iterator[tuple[str, TestTable | Exception]]:
     """Return the table of a description, those made of it, and refusals, by name."""
     try:
-        table = declared(made(plain))
+        table = made(plain)
     except (ValueError, TypeError) as error:
         yield "of", error
         return
@@ -326,7 +229,7 @@ def tables_of(plain: Plain) -> Iterator[tuple[str, TestTable | Exception]]:
     }
     for name, descriptions in parts.items():
         try:
-            joined = joinable([made(one) for one in descriptions])
+            joined = [made(one) for one in descriptions]
             if name in ("merge turned: ", "three: "):
                 joined = [one.under(**plain["asked"][0]) for one in joined]
             if name.startswith("merge"):
@@ -405,8 +308,6 @@ def _raise(error: Exception) -> None:
 
 def write_answers(n: int, n_runs: int) -> None:
     """Write the answers on tables and runs, a line of JSON for each."""
-    if IS_FORMER:
-        mend_former()
     for seed in range(n):
         plain = json.loads(json.dumps(description(seed)))
         print(json.dumps(dict(answers(tables_of(plain), plain))))
@@ -418,89 +319,34 @@ def write_answers(n: int, n_runs: int) -> None:
 
 UNCOMPARED = ("remarks",)
 """Questions that do not say whether tables are equal."""
-_CHANGED_WORDS = (
-    (r"test[_ ]point(?=s?\b)", "test"),
-    ("the same for each test,", "the same for each number,"),
-    (r"(, )?ranges=\{\}", ""),  # of the Pareto set, stated or not
-)
 
 
-def differences(
-    plain: Plain, former: dict[str, str], latter: dict[str, str]
-) -> Iterator[tuple[str, str]]:
-    """Return what the answers differ in: the name of a defect of the former ones, and a question.
+def differences(other: dict[str, str], answers: dict[str, str]) -> Iterator[tuple[str, str, str]]:
+    """Return the questions on which two versions differ, with both answers.
 
-    The name is empty if there is none for it.
+    Two tables are equal if all answers on them are: what ``equals`` says of them is asked, too.
     """
-    if plain.get("mistake") == "units" and "of" in latter and "of" not in former:
-        yield "units", "of"
-        return  # there is no table of which more could be asked
-    for question in dict.fromkeys((*former, *latter)):
-        one = _without_words(former.get(question, ""))
-        two = _without_words(latter.get(question, ""))
+    for question in dict.fromkeys((*other, *answers)):
+        one = other.get(question, "")
+        two = answers.get(question, "")
         if one != two:
-            yield _defect(question, one, two), question
-    for question in latter:
-        if question.endswith("equals"):
-            yield from _unequal(question, latter)
+            yield question, one, two
+        if question in answers and question.endswith("equals"):
+            same = str(_same(question, answers))
+            is_known = "'failed'" not in answers[question.replace("equals", "status")]
+            if is_known and two != same:  # values of failed tests may be unknown
+                yield question, same, two
 
 
-def _defect(question: str, one: str, two: str) -> str:
-    """Return the name of the defect by which a former answer differs, or ""."""
-    *_, asked = question.split(": ")
-    is_part = "take " in question
-    if _refusal(one) and _refusal(two):
-        return "refusals"
-    if asked == "remarks" and is_part:
-        return "remarks"
-    if asked in ("violations", "frame", "order") and is_part and _refusal(one):
-        return "texts"
-    if asked in ("reasons", "frame") and "merge" in question and _is_failed(two):
-        return "reason"
-    if asked == "equals":
-        return "equals"
-    if asked in ("X", "best") and _without_dtype(one) == _without_dtype(two):
-        return "dtype"
-    return ""
-
-
-def _unequal(question: str, answers: dict[str, str]) -> Iterator[tuple[str, str]]:
-    """Return whether equals says of a table and others what all their answers say."""
-    table = question.removesuffix("equals")
-    names = [name.removesuffix("equals") for name in answers if name.endswith("equals")]
+def _same(question: str, answers: dict[str, str]) -> list[str]:
+    """Return the tables on which all answers are those on one."""
     facts = {}
-    for name in names:
-        texts = [answers[f"{name}{asked}"] for asked in QUESTIONS if asked not in UNCOMPARED]
-        facts[name] = [re.sub(r"-0\.0\b", "0.0", text) for text in texts]  # which are equal
-    same = [name for name in names if facts[name] == facts[table]]
-    is_known = "'failed'" not in answers[f"{table}status"]  # else values are left out
-    if is_known and answers[question] != str(same):
-        yield "", f"{question}: {answers[question]}, but the answers say {same}"
-
-
-def _without_words(text: str) -> str:
-    """Return an answer without the words that have changed."""
-    for former, latter in _CHANGED_WORDS:
-        text = re.sub(former, latter, text)
-    if text.startswith("Formulation("):  # pairs of limits are lists
-        text = text.replace("(", "[").replace(")", "]")
-    return text
-
-
-def _is_failed(text: str) -> bool:
-    """Whether an answer has the reason of a failed evaluation."""
-    return any(why in text for why in ("it broke", "no mesh", "no reason given", "f␀g", "ud800"))
-
-
-def _without_dtype(text: str) -> str:
-    """Return an answer without the types of matrices; those of its cells are in the digits."""
-    return re.sub(r"\b(object|float64|int64|bool) \(", "(", text)
-
-
-def _refusal(text: str) -> str:
-    """Return the type of the error in an answer, or ""."""
-    match = re.match(r"(\w+Error): ", text)
-    return match[1] if match else ""
+    for name in answers:
+        if name.endswith("equals"):
+            table = name.removesuffix("equals")
+            texts = [answers[f"{table}{asked}"] for asked in QUESTIONS if asked not in UNCOMPARED]
+            facts[table] = [re.sub(r"-0\.0\b", "0.0", text) for text in texts]  # which are equal
+    return [name for name in facts if facts[name] == facts[question.removesuffix("equals")]]
 
 
 def started(checkout: Path, *arguments: object) -> subprocess.Popen[str]:
@@ -521,25 +367,20 @@ def all_answers(checkout: Path, n: int) -> Iterator[dict[str, str]]:
         raise SystemExit(f"no answers from {checkout}")
 
 
-def compare(former: Path, n: int) -> int:
-    """Print the differences between the answers on n tables, and return how many have no name."""
-    count: Counter[str] = Counter()
+def compare(checkout: Path, n: int) -> int:
+    """Print the differences between the answers on n tables, and return how many there are."""
     n_answers = 0
-    pairs = zip(all_answers(former, n), all_answers(HERE, n), strict=True)
+    n_differing = 0
+    pairs = zip(all_answers(checkout, n), all_answers(HERE, n), strict=True)
     for seed, (one, two) in enumerate(pairs):
         n_answers += len(two)
-        plain = description(seed) if seed < n else {}
-        for name, question in differences(plain, one, two):
-            count[name] += 1
-            if not name:
-                print(f"table {seed}, {question}" if plain else f"runs {seed - n}, {question}")
-                print(f"    former: {one.get(question, '')[:300]}")
-                print(f"    this:   {two.get(question, '')[:300]}")
-    n_unnamed = count.pop("", 0)
-    print(f"{n} tables, {RUNS} runs, {n_answers} answers, {n_unnamed} differences without a name")
-    for name, times in count.most_common():
-        print(f"{times:8} {DEFECTS[name]}")
-    return n_unnamed
+        for question, other, answer in differences(one, two):
+            n_differing += 1
+            print(f"table {seed}, {question}" if seed < n else f"runs {seed - n}, {question}")
+            print(f"    other: {other[:300]}")
+            print(f"    this:  {answer[:300]}")
+    print(f"{n} tables, {RUNS} runs, {n_answers} answers, {n_differing} differ")
+    return n_differing
 
 
 # Oracles
@@ -675,7 +516,7 @@ def compare_costs(checkouts: list[Path]) -> None:
 
 
 def main() -> None:
-    """Compare the package of a former checkout with this one."""
+    """Compare another checkout of the package with this one."""
     option, *sizes = *sys.argv[1:], ""
     if option == "--answers":
         write_answers(*map(int, sizes[:2]))
@@ -686,13 +527,13 @@ def main() -> None:
     else:
         print(describe_machine())
         checkouts = [HERE]
-        n_unnamed = 0
+        n_differing = 0
         print(f"{require_oracles(min(TABLES, 300))} tables agree with loops over their tests")
         if option:
             checkouts.insert(0, Path(option).resolve())
-            n_unnamed = compare(checkouts[0], int(sizes[0] or TABLES))
+            n_differing = compare(checkouts[0], int(sizes[0] or TABLES))
         compare_costs(checkouts)
-        sys.exit(n_unnamed > 0)
+        sys.exit(n_differing > 0)
 
 
 if __name__ == "__main__":
