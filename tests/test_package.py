@@ -6,22 +6,31 @@ import sys
 from importlib import import_module
 from importlib.metadata import metadata, requires
 
+import pytest
+
 HEAVY = ("click", "matplotlib", "pymoo", "numpy", "pandas")
 
 
-def loaded(code, modules):
-    """Which of the modules a bare interpreter with warnings as errors has after the code."""
+@pytest.mark.parametrize(
+    ("code", "modules", "loaded"),
+    [
+        (
+            "import pymoo_psi\nfor name in pymoo_psi.__all__: getattr(pymoo_psi, name)",
+            ("matplotlib.pyplot", "click"),
+            "[]",
+        ),
+        ("from pymoo_psi.cli import main\nassert main(['--help']) == 0", HEAVY, "['click']"),
+    ],
+    ids=["no public name brings a face", "help loads nothing heavy"],
+)
+def test_what_is_loaded(code, modules, loaded):
+    """In a bare interpreter with warnings as errors."""
     ask = f"import sys; print([m for m in {modules!r} if m in sys.modules], file=sys.stderr)"
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", f"{code}\n{ask}"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    return done.stderr.strip()
-
-
-def test_no_public_name_brings_a_face():
-    code = "import pymoo_psi\nfor name in pymoo_psi.__all__: getattr(pymoo_psi, name)"
-    assert loaded(code, ("matplotlib.pyplot", "click")) == "[]"
+    assert done.stderr.strip() == loaded
 
 
 def mypy_report(folder, text):
@@ -74,11 +83,6 @@ def test_type_checkers_know_the_words_of_arguments(tmp_path):
     for k in range(len(wrong)):
         assert f"names.py:{len(lines + right) + k + 1}: error: Argument" in report
     assert f"Found {len(wrong)} errors" in report
-
-
-def test_help_loads_nothing_heavy():
-    code = "from pymoo_psi.cli import main\nassert main(['--help']) == 0"
-    assert loaded(code, HEAVY) == "['click']"
 
 
 def test_every_dependency_has_a_floor():

@@ -90,7 +90,7 @@ class History:
             self.pending[test] = (a, b)
 
     def tell(self):
-        """Some designs are tested, fail, are tested at other values, or have no values yet."""
+        """Some designs are tested, fail, are tested at other values, or lack a value yet."""
         if not self.pending:
             return
         frame = ask_tests(self.problem, 0, self.options)
@@ -100,6 +100,7 @@ class History:
             a, b = self.pending[test]
             chance = self.rng.random()
             if chance < 0.3:
+                frame.loc[row, "g"] = 1.0
                 continue
             del self.pending[test]
             if chance < 0.5 and (a, b) not in self.results:

@@ -27,7 +27,6 @@ from pymoo_psi import (
     Recorded,
     Restricted,
     SurrogatePSI,
-    VectorizedSphereChute,
     investigate,
     nsga3,
 )
@@ -36,23 +35,6 @@ from pymoo_psi.problems import seed_ties
 from tests.refusals import refused
 
 BNH = get_problem("bnh")
-
-
-class Counted(VectorizedSphereChute):
-    """Counts evaluations itself."""
-
-    count = 0
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        self.count += len(x)
-        super()._evaluate(x, out, *args, **kwargs)
-
-
-@pytest.mark.parametrize("budget", [1, 5, 100, 333])
-def test_the_budget_is_used_exactly(budget):
-    problem = Counted(0.4, model="rolling")
-    result = nsga3(problem, budget, seed=1)
-    assert problem.count == budget == result.algorithm.evaluator.n_eval
 
 
 CONSTRAINED = """
@@ -198,12 +180,13 @@ def test_permutations_are_no_independent_integers(problem):
     refused(message, minimize, problem, NSGA2(8, sampling=LPTauSampling()), ("n_gen", 1))
 
 
-@pytest.mark.parametrize(("n", "high"), [(4, 3), (8, 6), (8, 20)])
-def test_integers_with_other_bounds_are_no_permutations(n, high):
+@pytest.mark.parametrize(("n", "high", "budget"), [(4, 3, 1), (8, 6, 5), (8, 20, 333)])
+def test_integers_with_other_bounds_are_no_permutations(n, high, budget):
+    """And a budget is used exactly, also one below the size of a population."""
     problem = FunctionalProblem(n, [np.sum, np.prod], xl=np.zeros(n), xu=np.full(n, high))
     problem.vtype = int
     assert len(investigate(problem, 8)) == 8
-    assert nsga3(problem, 8, seed=1).algorithm.evaluator.n_eval == 8
+    assert nsga3(problem, budget, seed=1).algorithm.evaluator.n_eval == budget
 
 
 def test_integers_that_may_be_equal_can_say_so():

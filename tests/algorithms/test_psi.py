@@ -14,38 +14,11 @@ from pymoo_psi import (
     SphereChute,
     VectorizedSphereChute,
     investigate,
-    lp_tau,
 )
 from pymoo_psi.files import read_table
 from tests.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
-
-
-PROBLEMS = "zdt1 zdt2 zdt3 zdt6 dtlz2 dtlz5 dtlz7 bnh osy tnk welded_beam truss2d mw1 mw7 mw14"
-
-
-@pytest.mark.parametrize("name", PROBLEMS.split())
-@pytest.mark.parametrize("block_size", [None, 7])
-def test_pareto_set_of_pymoos_problems(name, block_size):
-    problem = get_problem(name)
-    n = 200
-    with np.errstate(all="ignore"):  # the first point lies in a corner where truss2d divides by 0
-        result = minimize(problem, PSI(n, block_size=block_size))
-    lower, upper = problem.bounds()
-    np.testing.assert_array_equal(
-        result.algorithm.table.X, lower + (upper - lower) * lp_tau(n, problem.n_var)
-    )
-    assert result.algorithm.evaluator.n_eval == n == len(result.pop)
-    table = result.algorithm.table
-    if result.F is None:
-        assert not table.feasible().any()
-        return
-    front = table.take(table.pareto())
-    assert front.numbers.tolist() == result.opt.get("test_point").tolist()
-    assert result.opt.get("feas").all()
-    np.testing.assert_array_equal(front.X, result.X)
-    np.testing.assert_array_equal(front.F, result.F)
 
 
 def test_individuals_are_those_of_pymoos_own_loop():

@@ -83,11 +83,21 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ("rank set.csv --skip-rows 99", "error: --skip-rows must be"),
         ("rank set.csv --decimal ;", "error: --decimal must be"),
         ("rank set.csv --average-by c9", "error: --average-by must be one of"),
+        ("rank set.csv --maximize f9", "error: set.csv: --maximize must be one of"),
+        ("page set.csv --average-by q", "--average-by must be one of"),
+        ("solve bnh --log x9", "error: --log must be one of"),
+        ("solve bnh --study box.csv", "--study must be a database with a name such as"),
+        (
+            "rank set.csv --variables x --average-by variables",
+            "row 3 (line 4) holds no number in the column 'x'",
+        ),
+        ("solve bnh --study s.db --from set.csv", "row 3, x1 must be one real number, got nan"),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(words, message, said, tmp_path):
     (tmp_path / "pyproject.toml").write_text("[project]\n")
-    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    text = "x,x1,x2,g1,g2,f1,f2\n1,1,1,0,0,1,5\n2,2,2,0,0,2,4\n,,3,0,0,3,3\n"
+    (tmp_path / "set.csv").write_text(text)
     err = said(*words.split(), code=2)
     assert message in err
     assert err.startswith("pymoo-psi: error: ")

@@ -167,18 +167,7 @@ def test_a_row_that_cannot_be_meant_is_refused_and_nothing_is_taken(alloy, colum
     assert stored() == ({}, 0)
 
 
-def test_failures_and_incomplete_rows(alloy, told):
-    frame = filled(asked("next.csv"), [1])
-    frame.loc[0, "failure"] = "cracked"
-    frame.loc[2, "where"] = 0.1
-    assert "2 tests without all results: 3, 4. Fill in strength, where, or failure" in told(frame)
-    table = read_table("lab.db")
-    assert table.reasons == {1: "cracked"}
-    assert table.status.tolist() == ["failed", "ok"]
-
-
-def test_such_a_problem_is_not_evaluated(alloy, said):
-    assert "pymoo-psi ask" in said("solve", "alloy.toml", "--study", "lab.db", code=2)
+def test_such_a_problem_is_not_evaluated(alloy):
     algorithm = PSI(4)
     algorithm.setup(ProgramProblem.from_toml("alloy.toml"))
     refused("people make the tests", algorithm.run)

@@ -77,9 +77,3 @@ def test_what_is_wrong_is_said_by_try(beam, said):
     assert "Wrong: output load: the program left no file load.txt\n" in printed
     assert "Wrong: output tip: stdout.txt has no match of 'Tip = (\\S+)'\n" in printed
     said("solve", "bnh", "--try", code=2)
-
-
-def test_a_mistake_in_the_file_is_one_line(beam, said):
-    Path("beam.toml").write_text(FILE.replace("[2, 4]", "[4, 2]"))
-    err = said("solve", "beam.toml", "--try", code=2)
-    assert err.startswith("pymoo-psi: error: beam.toml: variables: width: bounds must be")

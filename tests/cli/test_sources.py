@@ -294,22 +294,3 @@ def test_a_ranking_needs_a_feasible_design_and_a_report_says_what_stands_in_the_
     words = ["set.csv", "--limits", "price<=1"]
     assert "set.csv: no feasible design. Infeasible: 3 of 3" in said("rank", *words, code=2)
     said("report", *words, code=1)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("rank set.csv --maximize f9", "set.csv: --maximize must be one of"),
-        ("rank set.csv --skip-rows 9", "--skip-rows must be numbers of lines"),
-        ("page set.csv --average-by q", "--average-by must be one of"),
-        ("solve bnh --log x9", "--log must be one of"),
-        ("solve bnh --study box.csv", "--study must be a database with a name such as"),
-        ("rank set.csv --variables x --average-by variables",
-         "row 3 .line 4. holds no number in the column 'x'"),
-        ("solve bnh --study s.db --from set.csv", "row 3, x1 must be one real number, got nan"),
-    ],
-)  # fmt: skip
-def test_errors_of_the_command_name_options(said, tmp_path, words, message):
-    text = "x,x1,x2,g1,g2,f1,f2\n1,1,1,0,0,1,5\n2,2,2,0,0,2,4\n,,3,0,0,3,3\n"
-    (tmp_path / "set.csv").write_text(text)
-    assert re.search(message, said(*words.split(), code=2))

@@ -169,8 +169,7 @@ def page_file(tmp_path_factory):
 def opened(browser, page_file):
     reader = Reader(browser)
     reader.open(page_file.as_uri())
-    yield reader
-    reader.context.close()
+    return reader
 
 
 @pytest.fixture
@@ -200,9 +199,7 @@ def laid_open(reader):
 
 @pytest.fixture(scope="module")
 def window(browser):
-    reader = Reader(browser)
-    yield reader
-    reader.context.close()
+    return Reader(browser)
 
 
 @pytest.fixture
@@ -635,7 +632,7 @@ def test_ticks_are_told_apart_and_say_their_values(opened):
 
 
 def test_export_gives_exactly_what_is_shown(reader, tmp_path):
-    """That it comes back with directions and units is tested in test_page_logic.py."""
+    """Its cells, and that it comes back with directions, are tested in test_page_logic.py."""
     shown = reader.shown
     assert 4 < len(shown) < 400
     text = reader.export(tmp_path / "export.csv")
@@ -644,11 +641,6 @@ def test_export_gives_exactly_what_is_shown(reader, tmp_path):
     names = ["place", "number", "mass [kg]", *OBJECTIVES[1:], "width [mm]", "material"]
     assert list(exported.columns) == [*names, "mu1", "mu2", "mu3", "mark"]
     assert exported["number"].tolist() == shown
-    ranking = rank_of_efficiency(minimised(beams()))
-    places = dict(zip(beams()["number"], ranking.place, strict=True))
-    of_prototype, *others = exported["place"]
-    assert [int(cell) for cell in others] == [places[label] for label in shown[1:]]
-    assert of_prototype == ""
 
 
 def test_the_table_sorts_and_holds_only_rows_in_view(reader):
@@ -811,8 +803,7 @@ def attacked(browser, tmp_path_factory):
     page.save(path)
     reader = Reader(browser)
     reader.open(path.as_uri())
-    yield reader
-    reader.context.close()
+    return reader
 
 
 def test_names_are_text(attacked):
@@ -935,17 +926,12 @@ def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
     assert "0,75 points (50 %)" in reader.text(".lead")
 
 
-def test_steps_of_a_slider_draw_what_a_new_page_draws(show):
+def test_steps_of_a_slider_draw_what_a_new_page_draws(reader):
     """Nothing of a former step stays."""
-    rng = np.random.default_rng(5)
-    F = np.abs(rng.normal(size=(300, 3)))
-    F = 1 - F / np.linalg.norm(F, axis=1)[:, None]
-    frame = pd.DataFrame(np.hstack([F, rng.random((300, 1))]), columns=["a", "b", "c", "x"])
-    reader = show(decision_page(read_table(frame, Formulation(["a", "b", "c"]), variables=["x"])))
     pixels = (
         "[...document.querySelectorAll('#parallel canvas')].map((canvas) => canvas.toDataURL())"
     )
-    limits = ({"x": [0.2, 0.9]}, {"a": [0.1, 0.8]}, {"x": [0.4, 0.8]})
+    limits = ({"width": [4, 18]}, {"mass": [0.2, 0.8]}, {"width": [8, 16]})
     seen = set()
     for limit in limits:
         reader.set(limits=limit)

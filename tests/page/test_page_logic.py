@@ -550,3 +550,5 @@ def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_pat
         expected = case.frame.iloc[order][case.names].to_numpy()
         np.testing.assert_array_equal(table.F * schema.sign, expected)
         assert sorted(order) == rows.tolist()
+        places = pd.read_csv(path)["place"].fillna(0)
+        assert places.tolist() == [found["place"][row] for row in found["order"]]

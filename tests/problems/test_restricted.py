@@ -14,7 +14,6 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import (
-    PSI,
     FailureTolerant,
     LPTauSampling,
     ProcessRunner,
@@ -104,17 +103,13 @@ def test_a_table_has_the_whole_problems_columns_and_values(make, box):
             assert set(column) == set(kept if isinstance(kept, list) else [kept])
 
 
-def test_every_way_of_testing_gives_one_table(study_file):
-    """minimize and investigate, processes, a study continued, tolerance of failures."""
+def test_processes_give_the_same_table():
     box = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
     table = investigate(Restricted(Beam(), box), 48)
     assert (table.status == "failed").any()
     part = Restricted(Beam(), box)
     part.elementwise_runner = ProcessRunner(2)
     assert investigate(part, 48).equals(table)
-    result = minimize(Restricted(Beam(), box), PSI(48, study=study_file))
-    assert result.algorithm.table.equals(table)
-    assert investigate(FailureTolerant(Restricted(Beam(), box)), 48).equals(table)
     refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), box)
 
 

@@ -124,12 +124,17 @@ def test_the_next_function(make, algorithm):
     assert len(algorithm.result().pop) == N
 
 
-def test_asking_and_telling(make, algorithm):
-    algorithm.setup(BNH, seed=1)
+def by_asking(algorithm, problem):
+    algorithm.setup(problem, termination=("n_gen", ITERATIONS), seed=1)
     while algorithm.has_next():
         population = algorithm.ask()
-        algorithm.evaluator.eval(BNH, population)
+        algorithm.evaluator.eval(problem, population)
         algorithm.tell(infills=population)
+    return algorithm.result()
+
+
+def test_asking_and_telling(make, algorithm):
+    by_asking(algorithm, BNH)
     assert algorithm.ask() is None
     assert algorithm.table.equals(table_of(make))
 

@@ -20,7 +20,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
-from tests.recipes.test_algorithms import Mixed
+from tests.recipes.test_algorithms import Mixed, by_asking
 
 PROBLEM = get_problem("bnh")
 VOLUME = Hypervolume(ref_point=np.array([140.0, 50.0]))
@@ -65,15 +65,6 @@ WRAPPED = {
     "Restricted": lambda problem, path: Restricted(problem, {"x1": (0.2, 1.0)}),
     "Robust": lambda problem, path: Robust(problem, tolerances={"x1": 0.01}, n_scenarios=4),
 }
-
-
-def by_asking(algorithm, problem):
-    algorithm.setup(problem, termination=("n_gen", 3), seed=1)
-    while algorithm.has_next():
-        population = algorithm.ask()
-        algorithm.evaluator.eval(problem, population)
-        algorithm.tell(infills=population)
-    return algorithm.result()
 
 
 def from_a_checkpoint(algorithm, problem):

@@ -221,15 +221,6 @@ def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, messa
 # Formulations as values and files
 
 
-@given(formulations=formulations())
-def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
-    asked, _ = formulations
-    path = tmp_path_factory.getbasetemp() / "asked.json"
-    Decision(asked).to_json(path)
-    assert Decision.read_json(path).formulation == asked
-    json.loads(path.read_text("utf-8"))
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -191,6 +191,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: TestTable.of([1], [["a"]], [[1.0]], schema=Schema.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
         (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, "X, x1, must be finite, got nan"),
+        (lambda: Schema.of(1, 1, units={"f1": "kg", "mas": "kg"}), ValueError, "units must be one of .*, got 'mas'"),
         (lambda: Schema.of(["a", "a"], 1), ValueError, "names of a table must be distinct, .* got 'a'"),
         (lambda: Schema.of(1, 1, lower=[1.0], upper=[0.0]), ValueError, "the bounds of 'x1' must be in increasing order, got 1 and 0"),
     ],
@@ -213,11 +214,6 @@ def test_designs_are_called_by_their_label():
     assert joined["id"].tolist() == ["old", 7, None]
     assert joined.remarks == ("from a file",)
     assert not joined.equals(table)
-
-
-def test_a_unit_of_no_column_is_refused():
-    units = {"f1": "kg", "mas": "kg"}
-    refused("units must be one of .*, got 'mas'", Schema.of, 1, 1, units=units)
 
 
 def test_a_design_that_recurs_with_other_objectives_is_no_repetition():

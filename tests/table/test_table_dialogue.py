@@ -1,14 +1,12 @@
 """Histograms and refined boxes."""
 
 import numpy as np
-import pandas as pd
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import Formulation, TestTable, explain, lp_tau
+from pymoo_psi import TestTable, lp_tau
 from pymoo_psi.analysis import histogram
-from pymoo_psi.files import read_table
 from pymoo_psi.table import Schema
 from tests.refusals import refused
 
@@ -130,11 +128,3 @@ def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
     assert (frame.index.name, frame.index[0]) == ("test", 5)
     assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
     assert "the best is test 5)" in repr(ranking)
-
-
-def test_a_ranking_of_labelled_designs_names_them():
-    frame = pd.DataFrame({"cost": [9, 3, 1], "mass": [9, 1, 3]}, ["Alpha", "Beta", "Gamma"])
-    ranking = read_table(frame, Formulation(["cost", "mass"])).ranking()
-    assert ranking.to_frame().index.tolist() == ["Beta", "Gamma"]
-    assert "the best is Beta)" in repr(ranking)
-    assert explain(ranking, "Gamma").sentences[0].startswith("Gamma is a Salukvadze optimum")
