@@ -388,7 +388,7 @@ def test_switching_values_are_those_of_python(rankings):
             one = told[row.column, int(row.end == "upper"), row.direction == "looser"]
             design = case.payload["names"][one["row"]] if one["row"] >= 0 else None
             value = None if np.isnan(row.value) else row.value
-            assert (one["value"], design, one["exact"]) == (value, row.design, row.exact)
+            assert (one["value"], design, one["exact"]) == (value, row.design, True)
             changed += row.design is not None
         compared += len(limits)
         assert found["switches"]["text"].lower() == "".join(switching(table)).lower()
