@@ -31,7 +31,7 @@ from pymoo_psi._validation import Array, Head, Mask, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
-_Readings: TypeAlias = dict[str, list[float | None]]
+_Readings: TypeAlias = dict[str, Array | list[float | None]]
 Cells: TypeAlias = Any
 """A data frame of objects: texts, or the values of a source whose cells have types. Its index has
 the numbers of the rows and, where a file has lines, those on which they end."""
@@ -57,6 +57,10 @@ _NUMBER = re.compile(
     re.IGNORECASE,
 )
 _EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
+# Signs of plain numbers with a decimal point, one on each line, and one whose point can be nothing
+# else: behind a point that divides thousands there are three digits.
+_PLAIN = re.compile(r"[0-9.e+\-\n]*", re.IGNORECASE)
+_DECIMAL_POINT = re.compile(r"^(?![+-]?[1-9][0-9]{0,2}\.[0-9]{3}$).*\.", re.MULTILINE)
 _LONGEST = 100  # the most characters in which a number is searched
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
@@ -307,12 +311,13 @@ def read_columns(
     percents = set()
     for name in cells:
         plain = list(map(_plain, cells[name]))
-        if all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
-            plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
-            percents.add(name)
-        readings[name] = {}
-        for mark in decimal or ".,":
-            readings[name][mark] = [_number(cell, mark) for cell in plain]
+        readings[name] = _readings_at_once(plain, decimal or ".,")
+        if not readings[name]:
+            if all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
+                plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
+                percents.add(name)
+            for mark in decimal or ".,":
+                readings[name][mark] = [_number(cell, mark) for cell in plain]
         marks = _possible_marks(readings[name])
         if len(marks) == 1 and name not in labels:
             certain |= {*marks}
@@ -323,6 +328,38 @@ def read_columns(
             column = column._replace(unit="%")
         columns[name] = column
     return columns
+
+
+def _readings_at_once(cells: list[Any], marks: str) -> _Readings:
+    """Return the numbers in a column without a doubt; nothing if it has other cells or may have.
+
+    NumPy parses it, in a tenth of the time in which cells are read one by one.
+
+    Args:
+        cells: The cells, without spaces around them.
+        marks: The decimal marks that it may have.
+    """
+    types = {*map(type, cells)}
+    if types == {float}:
+        return dict.fromkeys(marks, np.array(cells))
+    if types != {str} or max(map(len, cells)) > _LONGEST:
+        return {}
+    for mark in marks:
+        text = "\n".join(cells)
+        if mark == ",":
+            text = text.translate(_SWAPPED)
+        has_mark = "." in text
+        if _PLAIN.fullmatch(text) and (not has_mark or _DECIMAL_POINT.search(text)):
+            try:
+                numbers = np.array(text.split("\n"), dtype=np.float64)
+            except ValueError:  # such as the exponents of Fortran, or a blank cell
+                return {}
+            if len(numbers) > len(cells):  # a cell of several lines
+                return {}
+            if has_mark:
+                return {mark: numbers}
+            return dict.fromkeys(marks, numbers)
+    return {}
 
 
 def _number(cell: Any, mark: str) -> float | None:
@@ -377,7 +414,7 @@ def _column(
 
 def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
-    numbers = min(readings.values(), key=lambda numbers: numbers.count(None))
+    numbers = min(map(list, readings.values()), key=lambda numbers: numbers.count(None))
     has_numbers = not np.isnan(np.array(numbers, dtype=np.float64)).all()  # None is NaN there
     texts = {}
     for row, number in enumerate(numbers):

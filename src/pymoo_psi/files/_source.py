@@ -375,10 +375,10 @@ def _label(columns: Mapping[str, TextColumn]) -> str | None:
     others = [column for name, column in columns.items() if name.strip().lower() not in _LABELS]
     if best not in _NAMING and others:
         column = others[0]
-        texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
-        is_of_texts = column.numbers is None and not column.problem
-        if is_of_texts and len(texts) == len(column.cells):
-            return column.name
+        if column.numbers is None and not column.problem:
+            texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
+            if len(texts) == len(column.cells):
+                return column.name
     return labels.get(best)
 
 
