@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +42,7 @@ from pymoo_psi.pareto import (
     unit_lengths,
     without_rounding,
 )
-from pymoo_psi.table import Limit, Schema, TestTable
+from pymoo_psi.table import Limit, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,18 +103,14 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
             is_set = np.isfinite(value)
             present = value if is_set else np.nan
             directions = {}
-            if is_set or _is_worse(schema, name, end):
+            is_worse = name in schema.objectives and schema[name].maximize == (end == "lower")
+            if is_set or is_worse:
                 directions["tighter"] = table
             if is_set:
                 directions["looser"] = table.under(limits={**table.limits, name: free})
             for direction, tests in directions.items():
                 change = _change(table, tests, name, end, direction, present)
                 yield (name, end, direction, present, *change)
-
-
-def _is_worse(schema: Schema, name: str, end: str) -> bool:
-    """Say whether an end of a column is the worse one of an objective."""
-    return name in schema.objectives and schema[name].maximize == (end == "lower")
 
 
 def _change(
@@ -135,52 +132,33 @@ def _change(
     if end == "lower":
         sign = -1.0  # the greatest values are those that it rejects first
     values = sign * table.column(name).astype(np.float64)
-    candidates = tests.eligible()
-    if _is_worse(table.schema, name, end):  # it rejects no design without those that it dominates
-        candidates = tests.pareto()
-    rows = np.flatnonzero(candidates & np.isfinite(values))
+    rows = np.flatnonzero(tests.eligible() & np.isfinite(values))
     rows = rows[np.argsort(values[rows], kind="stable")]
     steps, places = np.unique(values[rows], return_inverse=True)
     F = without_rounding(np.vstack([table.F[rows], table.F[best]]))
     F, b = F[:-1], F[-1]
-    # The limit lets in the designs up to a place; these places are tried one after the other.
+    # The limit lets in the designs up to a place. These places are tried in order; at the last one
+    # the best design is left out or dominated.
     if direction == "tighter":
-        certain = int(np.searchsorted(steps, values[best])) - 1
-        tried = range(len(steps) - 2, certain, -1)
+        last = int(np.searchsorted(steps, values[best])) - 1
+        tried = range(len(steps) - 2, last, -1)
+        edge = 1  # it stays recommended at the value before
     else:
-        certain = _dominated_from(b, F, places, len(steps))
-        tried = range(int(np.searchsorted(steps, sign * present, side="right")), certain)
-    changed = certain
-    recommended: Rows = rows[:0]
-    for place in _doubtful(F, places, tests.pareto()[rows], b, ranking.frame, tried):
-        recommended = _recommended(table, rows[places <= place])
-        if best not in recommended:
-            changed = place
+        dominates = (b >= F).all(axis=1) & (b > F).any(axis=1)
+        last = int(places[dominates].min(initial=len(steps)))
+        tried = range(int(np.searchsorted(steps, sign * present, side="right")), last)
+        edge = 0
+    doubtful = _doubtful(F, places, tests.pareto()[rows], b, ranking.frame, tried)
+    for place in chain(doubtful, [last]):
+        if place == len(steps):  # none dominates it
             break
-    if changed == len(steps):
-        return np.nan, None
-    if changed == certain:
-        recommended = _recommended(table, rows[places <= changed])
-    design = None
-    for row in recommended[:1]:
-        design = str(table.names[row])
-    if direction == "tighter":
-        changed += 1  # it stays recommended at this value
-    return sign * steps[changed], design
-
-
-def _recommended(table: TestTable, rows: Rows) -> Rows:
-    """Return the Salukvadze optimum of some rows of a table, in the order of the table."""
-    if len(rows) == 0:
-        return rows
-    rows = np.sort(rows)
-    return np.asarray(rows[nearest_to_ideal(table.F[rows], table.feasible_ranking().frame)])
-
-
-def _dominated_from(b: Array, F: Array, places: Rows, n: int) -> int:
-    """Return the first of n places at which a design dominates b, n if none does."""
-    dominates = (b >= F).all(axis=1) & (b > F).any(axis=1)
-    return int(places[dominates].min(initial=n))
+        inside = np.sort(rows[places <= place])
+        if len(inside) == 0:
+            return sign * steps[place + edge], None
+        recommended = inside[nearest_to_ideal(table.F[inside], ranking.frame)]
+        if best not in recommended:
+            return sign * steps[place + edge], str(table.names[recommended[0]])
+    return np.nan, None
 
 
 def _doubtful(
@@ -196,95 +174,78 @@ def _doubtful(
         frame: Whether distances are normalised, and fixed points.
         tried: The places.
     """
-    if len(tried) == 0:
-        return
-    n_places = places[-1] + 1
     if not lasting.all():  # leave out those that are dominated as soon as they come in
         kept = nondominated(np.column_stack([F, places]))
         F, places, lasting = F[kept], places[kept], lasting[kept]
-    U, N = frame.ideal, frame.nadir
+    shape = (len(tried), len(b))
+    U, N = np.resize(frame.ideal, shape), np.resize(frame.nadir, shape)
     if not frame.is_fixed:
-        U, N = _ends(F, places, lasting, n_places)
-        U, N = U[tried], N[tried]
-    U, N = np.broadcast_arrays(U, N, np.empty((len(tried), 1)))[:2]
+        last = np.searchsorted(places, tried, side="right") - 1
+        U, N = np.minimum.accumulate(F)[last], _nadirs(F, lasting)[last]
     lengths = unit_lengths(U, N)
-    inverse = np.ones_like(U)
+    inverse = np.ones(shape)
     if frame.normalize:
         inverse = 1 / lengths
     # As in rankings: b is as near as p if the distances differ by no more than their noise.
     sizes = np.where(np.isfinite(lengths), np.maximum(np.abs(U), np.abs(N)), 0.0) * inverse
     noise = LAST_PLACES * np.linalg.norm(sizes, axis=1) * np.linalg.norm((b - U) * inverse, axis=1)
+    quantities = np.column_stack([U, inverse, noise])
     waiting = [(0, len(tried), np.arange(len(F)))]
     while waiting:
         start, stop, rows = waiting.pop()
-        if stop - start == 1:
-            yield tried[start]
+        if stop - start < 2:
+            yield from tried[start:stop]
             continue
-        n_parts = min(max(_CELLS // max(F[rows].size, 1), 2), stop - start)
+        n_parts = min(max(_CELLS // F[rows].size, 2), stop - start)
         cuts = start + np.arange(n_parts + 1) * (stop - start) // n_parts
-        bounds = []
-        for array in (U, inverse):
-            for end in (np.minimum, np.maximum):
-                bounds.append(end.reduceat(array[:stop], cuts[:-1])[:, None])
-        least = _least_difference(F[rows], b, *bounds)
-        may_change = ~(least >= -np.minimum.reduceat(noise[:stop], cuts[:-1])[:, None])
+        low = np.minimum.reduceat(quantities[:stop], cuts[:-1])[:, None]
+        high = np.maximum.reduceat(quantities[:stop], cuts[:-1])[:, None]
+        may_change = ~(_least_difference(F[rows], b, low, high) >= -low[:, :, -1])
         for k in reversed(range(n_parts)):
-            last = max(tried[cuts[k]], tried[cuts[k + 1] - 1])
-            nearer = rows[may_change[k] & (places[rows] <= last)]
+            last_place = max(tried[cuts[k]], tried[cuts[k + 1] - 1])
+            nearer = rows[may_change[k] & (places[rows] <= last_place)]
             if len(nearer):
                 waiting.append((cuts[k], cuts[k + 1], nearer))
 
 
-def _ends(F: Array, places: Rows, lasting: Mask, k: int) -> tuple[Array, Array]:
-    """Return ``(k, m)`` ideal and nadir points of the designs up to each of k places.
+def _nadirs(F: Array, lasting: Mask) -> Array:
+    """Return ``(n, m)`` nadir points of the designs up to each of n.
 
     Args:
-        F: ``(n, m)`` objectives by increasing place.
-        places: ``(n,)`` the places.
+        F: ``(n, m)`` objectives.
         lasting: ``(n,)`` which designs are known to be dominated by none.
-        k: The number of places.
     """
-    counts = np.searchsorted(places, np.arange(k), side="right")
-    U = np.minimum.accumulate(F)[counts - 1]
-    N = np.maximum.accumulate(np.where(lasting[:, None], F, -np.inf))[counts - 1]
-    raises_nadir: Mask = np.any(N[places] < F, axis=1)
-    if not raises_nadir.any():
-        return U, N
+    N = np.maximum.accumulate(np.where(lasting[:, None], F, -np.inf))
+    raises: Mask = np.any(N < F, axis=1)
     columns = np.ascontiguousarray(F.T)
     optimal = np.empty(0, dtype=np.intp)  # of those that raise it
-    for row, place in enumerate(places):
-        stays = (columns[:, optimal] < columns[:, [row]]).any(axis=0)
-        for other in optimal[~stays]:
-            while_optimal = slice(places[other], place)
-            N[while_optimal] = np.maximum(N[while_optimal], F[other])
-        optimal = optimal[stays]
-        if raises_nadir[row]:
+    if not raises.any():
+        return N
+    for row in range(len(F)):
+        optimal = optimal[(columns[:, optimal] < columns[:, [row]]).any(axis=0)]
+        if raises[row]:
             optimal = np.append(optimal, row)
-    for other in optimal:
-        N[places[other] :] = np.maximum(N[places[other] :], F[other])
-    return U, N
+        N[row] = np.maximum(N[row], columns[:, optimal].max(axis=1, initial=-np.inf))
+    return N
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _least_difference(
-    F: Array, b: Array, U_low: Array, U_high: Array, inverse_low: Array, inverse_high: Array
-) -> Array:
+def _least_difference(F: Array, b: Array, low: Array, high: Array) -> Array:
     """Bound the differences of the squared distances of ``(n, m)`` designs and that of b.
 
     Args:
         F: The objectives of the designs.
         b: ``(m,)`` those of the best design.
-        U_low: ``(k, 1, m)`` least ideal points of k parts.
-        U_high: As ``U_low``, the greatest.
-        inverse_low: As ``U_low``, least reciprocal lengths.
-        inverse_high: As ``U_low``, the greatest.
+        low: ``(k, 1, 2m + 1)`` least ideal points, and behind them reciprocal lengths, of k parts.
+        high: The greatest.
 
     Returns:
         ``(k, n)`` lower bounds.
     """
+    m = len(b)
     difference = F - b
-    offset = F + b - 2 * np.where(difference > 0, U_high, U_low)
-    inverse = np.where((difference > 0) == (offset > 0), inverse_low, inverse_high)
+    offset = F + b - 2 * np.where(difference > 0, high[..., :m], low[..., :m])
+    inverse = np.where((difference > 0) == (offset > 0), low[..., m:-1], high[..., m:-1])
     return np.asarray(np.sum((difference * inverse) * (offset * inverse), axis=2))
 
 

@@ -810,7 +810,9 @@ class TestTable(Shown):
     def _feasible_ranking(self) -> EfficiencyRanking:
         rows = np.flatnonzero(self.view.has_status("ok"))
         rows = rows[~self.view.repeated(rows)]
-        return self._ranking_of(rows, self.view.pareto[rows], [self._names[row] for row in rows.tolist()])
+        return self._ranking_of(
+            rows, self.view.pareto[rows], [self._names[row] for row in rows.tolist()]
+        )
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
