@@ -96,43 +96,42 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
     for name in dict.fromkeys([*schema.objectives, *schema.values]):
         limit = table.limits.get(name, Limit())  # infinite at both ends if it is one on texts
         sides = (
-            ("lower", limit.low, Limit(high=limit.high)),
-            ("upper", limit.high, Limit(low=limit.low)),
+            ("lower", -1.0, limit.low, Limit(high=limit.high)),
+            ("upper", 1.0, limit.high, Limit(low=limit.low)),
         )
-        for end, value, free in sides:
+        for end, sign, value, free in sides:
             is_set = np.isfinite(value)
             present = value if is_set else np.nan
-            directions = {}
             is_worse = name in schema.objectives and schema[name].maximize == (end == "lower")
+            directions = {}
             if is_set or is_worse:
                 directions["tighter"] = table
             if is_set:
                 directions["looser"] = table.under(limits={**table.limits, name: free})
             for direction, tests in directions.items():
-                change = _change(table, tests, name, end, direction, present)
-                yield (name, end, direction, present, *change)
+                candidates = tests.eligible()
+                if is_worse:  # it rejects no design without those that it dominates
+                    candidates = tests.pareto()
+                values = np.where(candidates, sign * table.column(name).astype(np.float64), np.nan)
+                change, design = _change(table, tests, values, direction, sign * present)
+                yield (name, end, direction, present, sign * change, design)
 
 
 def _change(
-    table: TestTable, tests: TestTable, name: str, end: str, direction: str, present: float
+    table: TestTable, tests: TestTable, values: Array, direction: str, present: float
 ) -> tuple[float, str | None]:
-    """Return at which value of a limit another design is recommended, and which one.
+    """Return at which value of an upper limit another design is recommended, and which one.
 
     Args:
         table: The tests.
         tests: The tests under all limits that hold while this one moves.
-        name: The column.
-        end: "lower" or "upper".
+        values: ``(n,)`` the values that it limits; NaN of designs that do not count.
         direction: "tighter" or "looser".
         present: The present limit.
     """
     ranking = table.feasible_ranking()
     best = ranking.rows[ranking.salukvadze[0]]
-    sign = 1.0
-    if end == "lower":
-        sign = -1.0  # the greatest values are those that it rejects first
-    values = sign * table.column(name).astype(np.float64)
-    rows = np.flatnonzero(tests.eligible() & np.isfinite(values))
+    rows = np.flatnonzero(np.isfinite(values))
     rows = rows[np.argsort(values[rows], kind="stable")]
     steps, places = np.unique(values[rows], return_inverse=True)
     F = without_rounding(np.vstack([table.F[rows], table.F[best]]))
@@ -146,7 +145,7 @@ def _change(
     else:
         dominates = (b >= F).all(axis=1) & (b > F).any(axis=1)
         last = int(places[dominates].min(initial=len(steps)))
-        tried = range(int(np.searchsorted(steps, sign * present, side="right")), last)
+        tried = range(int(np.searchsorted(steps, present, side="right")), last)
         edge = 0
     doubtful = _doubtful(F, places, tests.pareto()[rows], b, ranking.frame, tried)
     for place in chain(doubtful, [last]):
@@ -154,10 +153,10 @@ def _change(
             break
         inside = np.sort(rows[places <= place])
         if len(inside) == 0:
-            return sign * steps[place + edge], None
+            return steps[place + edge], None
         recommended = inside[nearest_to_ideal(table.F[inside], ranking.frame)]
         if best not in recommended:
-            return sign * steps[place + edge], str(table.names[recommended[0]])
+            return steps[place + edge], str(table.names[recommended[0]])
     return np.nan, None
 
 
