@@ -232,7 +232,7 @@ def _rows(lines: Names, separator: str, *, skipinitialspace: bool = True) -> Row
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=skipinitialspace, strict=True)
     try:
         for row in reader:
-            if any(cell.strip() for cell in row):
+            if any(map(str.strip, row)):
                 rows[reader.line_num] = row
     except csv.Error as error:
         # Some programs align cells by blanks behind their quotation marks.
