@@ -35,9 +35,9 @@ class _Output(NamedTuple):
 
     least: float
     greatest: float
-    sign: float = 1.0
-    is_tested: bool = True
-    is_limited: bool = False
+    sign: float
+    is_tested: bool
+    is_limited: bool
 
     def known_or_beyond(self, values: Array) -> Array:
         """Return ``(n,)`` values of the output; beyond its limits where a design has none."""
@@ -96,7 +96,12 @@ class Goal:
                 limits[name] = limit
             elif name in variables:
                 texts[variables.index(name)] = limit.texts
-        outputs = _outputs(table, limits, model)
+        # Requirements are not learned.
+        inequalities = table.evaluated.of_role("inequality")[: model.n_ieq_constr]
+        allowed = {name: Limit(high=0.0) for name in inequalities if name in schema.constraints}
+        allowed |= dict.fromkeys(schema.of_role("equality"), Limit(0.0, 0.0))
+        allowed |= limits
+        outputs = _outputs(table, allowed, model)
         names = [*outputs]
         expressions = {
             **_expressions_of_problem(model),
@@ -113,7 +118,7 @@ class Goal:
             outputs,
             _operands(table.evaluated, outputs, expressions),
             expressions,
-            [names.index(name) for name in (*schema.constraints, *limits) if name in names],
+            [names.index(name) for name in allowed if name in names],
             texts,
             low,
             high,
@@ -264,35 +269,31 @@ class Observations:
         )
 
 
-def _outputs(table: TestTable, limits: Mapping[str, Limit], model: Model) -> dict[str, _Output]:
+def _outputs(table: TestTable, allowed: Mapping[str, Limit], model: Model) -> dict[str, _Output]:
     """Return the outputs that surrogates learn, without operands.
 
     Args:
         table: All tests, under the formulation.
-        limits: The limits that are numbers, by column.
+        allowed: What constraints allow, and limits that are numbers, by column.
         model: The model of the tests.
     """
     tested = table.evaluated
     schema = table.schema
     outputs = {}
-    for name, sign in zip(schema.objectives, schema.sign.tolist(), strict=True):
-        # An equality that is an objective counts by its absolute value.
-        is_tested = name in tested.names and name not in tested.of_role("equality")
-        limit = limits.get(name, Limit())
+    for name in dict.fromkeys((*schema.objectives, *allowed)):
+        is_objective = name in schema.objectives
+        if name in schema.variables and not model.space.equalities:
+            continue  # its limits are sides of the unit cube
+        sign = 1.0
+        if name in schema.maximize:
+            sign = -1.0
+        limit = allowed.get(name, Limit())
         least, greatest = sorted((sign * limit.low, sign * limit.high))
-        outputs[name] = _Output(least, greatest, sign, is_tested)
-    # Requirements are not learned.
-    inequalities = tested.of_role("inequality")[: model.n_ieq_constr]
-    for name in schema.of_role("inequality"):
-        if name in inequalities:
-            outputs[name] = _Output(-np.inf, 0.0)
-    for name in schema.of_role("equality"):
-        outputs[name] = _Output(0.0, 0.0)
-    for name, limit in limits.items():
-        # Under equalities, limits on variables are no sides of the unit cube.
-        if name in schema.outputs or (model.space.equalities and name in schema.variables):
-            is_tested = name in tested.names
-            outputs[name] = _Output(limit.low, limit.high, 1.0, is_tested, is_limited=True)
+        # An equality that is an objective counts by its absolute value.
+        is_absolute = is_objective and name in tested.of_role("equality")
+        is_tested = name in tested.names and not is_absolute
+        is_limited = not is_objective and name not in schema.constraints
+        outputs[name] = _Output(least, greatest, sign, is_tested, is_limited)
     return outputs
 
 

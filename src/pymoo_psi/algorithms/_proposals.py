@@ -18,7 +18,8 @@ Points lie in the unit cube of the variables. ``Z`` stands for points as surroga
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -33,8 +34,6 @@ from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
-# A risk maps (k, e) designs to (k,) values, above 0 for those to avoid.
-Risk = Callable[[Array], Array]
 # An aim maps (n, d) points to the (n, m) values that a search minimises, and to their (n, c) excess
 # of each limit.
 Aim = Callable[[Array], tuple[Array, Array]]
@@ -102,15 +101,13 @@ def propose(
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
     seen = np.vstack([tests.Z, goal.encode(tests.pending)])
-    failed = tests.Z[tests.has_failed]
     # In some rounds nothing is avoided, as models get repaired, and a failure may have been random.
     if round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
-        failed = failed[:0]
-    risk = partial(_failure_risk, known=tests.Z[tests.is_known], failed=failed)
+        tests = replace(tests, has_failed=np.zeros_like(tests.has_failed))
     if learned is None:
-        return _distant_points(seen, risk, batch, goal, random)
+        return _distant_points(seen, tests, batch, goal, random)
 
-    surrogates = _Surrogates(tests, goal, learned, risk)
+    surrogates = _Surrogates(tests, goal, learned)
     recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
     if goal.is_narrowed and tests.is_eligible.any() and not recent.any():
         surrogates.caution = 1.0
@@ -136,7 +133,7 @@ def propose(
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, goal.encode(proposals)])
-        rest = _distant_points(seen, risk, n_missing, goal, random)
+        rest = _distant_points(seen, tests, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
 
@@ -216,7 +213,6 @@ class _Surrogates:
         tests: The tests so far.
         goal: What the search seeks.
         learned: What is learned of the tests.
-        risk: By how much designs are near failures.
 
     Attributes:
         rows: ``(n,)`` the rows of the tests that are learned.
@@ -228,13 +224,13 @@ class _Surrogates:
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
-    def __init__(self, tests: Observations, goal: Goal, learned: Learned, risk: Risk) -> None:
+    def __init__(self, tests: Observations, goal: Goal, learned: Learned) -> None:
         self.rows = np.searchsorted(tests.numbers, learned.numbers)
         self.T = learned.to(bounded(tests.Y[self.rows]))
         self.processes = learned.processes(self.T)
         self.goal = goal
         self.contraction = _contraction(learned, goal.n_obj)
-        self._risk = risk
+        self._tests = tests
         self.caution = 0.0
         self.ranges = np.zeros((2, goal.n_obj))
         self.front = np.zeros((0, goal.n_obj))
@@ -252,7 +248,7 @@ class _Surrogates:
             for j in goal.limits:
                 margins[:, j] = self.caution * self.processes[j].deviation(Z)
         excess = goal.excess(T, self._learned, margins)
-        columns = [excess, self._risk(Z), goal.violations(points)]
+        columns = [excess, _failure_risk(Z, self._tests), goal.violations(points)]
         return T[:, : goal.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:
@@ -307,12 +303,14 @@ def _meets_requirements(points: Array, goal: Goal) -> Mask:
     return np.asarray((goal.violations(points) <= 0).all(axis=1))
 
 
-def _distant_points(seen: Array, risk: Risk, count: int, goal: Goal, random: Random) -> Array:
+def _distant_points(
+    seen: Array, tests: Observations, count: int, goal: Goal, random: Random
+) -> Array:
     """Return points far from all tests and from each other, away from failures if possible."""
     points = _random_points(count, goal, random)
     Z = goal.encode(points)
     distance = _nearest(Z, seen)
-    distance[risk(Z) > 0] *= 0.1  # chosen only if little else is left
+    distance[_failure_risk(Z, tests) > 0] *= 0.1  # chosen only if little else is left
     chosen = []
     for _ in range(count):
         row = distance.argmax()
@@ -341,11 +339,12 @@ def _nearest(A: Array, B: Array) -> Array:
     return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
 
 
-def _failure_risk(Z: Array, known: Array, failed: Array) -> Array:
+def _failure_risk(Z: Array, tests: Observations) -> Array:
     """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones."""
-    if len(failed) == 0:
+    if not tests.has_failed.any():
         return np.zeros(len(Z))
-    excess = _nearest(Z, known) - _SAFE_DISTANCE_RATIO * _nearest(Z, failed)
+    distance = _nearest(Z, tests.Z[tests.is_known])
+    excess = distance - _SAFE_DISTANCE_RATIO * _nearest(Z, tests.Z[tests.has_failed])
     return np.asarray(np.minimum(excess, 1.0))
 
 

@@ -153,7 +153,7 @@ class PointAlgorithm(WithTable, Algorithm):
         self._may_end_early = termination is not None
         is_budget = isinstance(termination, MaximumFunctionCallTermination)
         if is_budget and self.options.study is None:  # points of a study may need no evaluation
-            budget = termination.n_max_evals * self.options.part.of // self.options.repeat
+            budget = termination.n_max_evals * self.options.part.of
             self.n_points = min(self.n_points, max(1, budget))
         # instead of pymoo's default, which would stop a run before all points are tested
         ends = [_PointsTested()]
