@@ -28,8 +28,8 @@ from scipy.spatial.distance import cdist
 from scipy.special import ndtr
 
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
+from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._outputs import Goal, Observations
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 

@@ -73,7 +73,7 @@ class PointAlgorithm(WithTable, Algorithm):
     is_initialized: bool
     seed: int | None
 
-    def __init__(self, n_points: int, options: RunOptions, **kwargs: Any) -> None:
+    def __init__(self, n_points: int, options: RunOptions, /, **kwargs: Any) -> None:
         require_known_keywords(type(self).__name__, type(self), kwargs, taken=("options",))
         self.n_points = n_points
         self.options = options

@@ -20,9 +20,9 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, FilePath, integer
 from pymoo_psi.algorithms._executor import Executor
+from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
-from pymoo_psi.algorithms._outputs import Goal, Observations
 from pymoo_psi.algorithms._proposals import best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
@@ -206,11 +206,10 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
         if executor.in_rounds or (executor.n_workers == 0 and not executor.elastic):
             is_asynchronous = False
-        n_sequence = self._n_sequence - self._n_left_out(sequence, model, store)
-        sequence = sequence.at(slice(0, n_sequence))
+        n_first = self._n_sequence - self._n_left_out(sequence, model, store)
         return SurrogateSource(
-            sequence,
-            max(len(sequence), n_points),
+            sequence.at(slice(0, n_first)),
+            n_points,
             model,
             executor,
             store,
@@ -319,9 +318,9 @@ class SurrogateSource(Source):
         self._tests = store.empty
         self._round: _Round | None = None  # while it is being made
         self._n_meanwhile = 0  # how many tests ended while the last round was made
-        # What proposals follow, and the number of the request for it; the next round follows the
-        # second one.
-        self._direction = self._next_direction = (model.formulation, 0)
+        # What the last and the next round follow, and the number of the request for it.
+        self._direction = (model.formulation, 0)
+        self._next_direction = self._direction
         self._learned: Learned | None = None
         self._n_fitted = 0  # to how many of the first tests lengths are fitted
 
@@ -357,7 +356,8 @@ class SurrogateSource(Source):
 
     def ask(self, count: int) -> Points:
         """Return the points that are ready: first the sequence, then each round when it is due."""
-        if self.n_left == 0 or not self._is_due():
+        is_due = self._round is not None or self.eager or len(self._pending()) == 0
+        if self.n_left == 0 or not is_due:
             return Points.none()
         if len(self._ready) == 0:
             self._ready = self._next_round()
@@ -376,10 +376,6 @@ class SurrogateSource(Source):
     def _pending(self) -> Points:
         """Return the points that are being tested."""
         return self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
-
-    def _is_due(self) -> bool:
-        """Return whether the next points are due, or being made."""
-        return self._round is not None or self.eager or len(self._pending()) == 0
 
     def _next_round(self) -> Points:
         """Return the points of the next round, which are stored; none while they are being made."""

@@ -190,10 +190,9 @@ class Goal:
         columns: dict[str, AnyArray] = {}
         for expression in self.expressions.values():  # no test may have one of its operands
             columns |= dict.fromkeys(expression.columns, np.full(len(Y), np.nan))
-        columns |= zip([*self.outputs, *self.operands], Y.T, strict=True)
-        for name, output in self.outputs.items():
-            if output.is_tested:
-                columns[name] = output.sign * columns[name]
+        for (name, output), y in zip(self.outputs.items(), Y.T, strict=False):
+            columns[name] = output.sign * y
+        columns |= zip(self.operands, Y.T[len(self.outputs) :], strict=True)
         variables = self.model.schema.variables
         columns |= zip(variables, self.model.space.matrix(points).T, strict=True)
         for name, expression in self.expressions.items():
