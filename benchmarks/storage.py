@@ -1,5 +1,7 @@
 """The cost of a study: 10^6 tests of a vectorised model are stored, read and recalled.
 
+Then single designs are evaluated by ``Recorded``, and read again.
+
     python -m benchmarks.storage [TESTS]
     python -m benchmarks.storage --kills 30
 
@@ -28,11 +30,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine, sized
-from pymoo_psi import PSI, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, Recorded, VectorizedSphereChute, investigate
 from pymoo_psi.files import read_table
 
 T = TypeVar("T")
@@ -61,6 +64,20 @@ def plain_copy(study: str, path: str) -> None:
             db.commit()
 
         timed("plain executemany of the same rows", len(rows), insert)
+
+
+def single_designs(study: str) -> None:
+    """Print the median times of a new and of a known design by ``Recorded``."""
+    problem = Recorded(VectorizedSphereChute(0.4), study=study)
+    points = np.random.default_rng(1).random((200, problem.n_var))
+    designs = problem.xl + points * (problem.xu - problem.xl)
+    for label in ("new", "known"):
+        times = []
+        for design in designs:
+            began = time.perf_counter()
+            problem.evaluate(design)
+            times.append(time.perf_counter() - began)
+        print(f"a {label} design by Recorded: {1000 * np.median(times):.2f} ms", flush=True)
 
 
 SHARES = 8
@@ -190,6 +207,7 @@ def main(tests: int) -> None:
         assert stored.equals(table), "the study does not return what was tested"
         timed("the finished run again", tests, lambda: investigate(problem, tests, study=study))
         plain_copy(study, os.path.join(folder, "plain.db"))
+        single_designs(study)
         small = os.path.join(folder, "small.db")
         for name in ("the first time", "again"):
             run = PSI(4096, study=small)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import TEST, TestTable
 
 
 class Recorded(WithTable, WrappedProblem):
@@ -127,7 +127,8 @@ class Recorded(WithTable, WrappedProblem):
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)
         table = table_of_run(self._model, options, lambda: "an algorithm (Recorded)")
-        self._store = StudyStore(table, options, self._model)
+        self._store = _DesignStore(table, options, self._model)
+        self._store.study.stays_open = True
         self._executor = executor_of(self._model, options)
         self.returned: set[int] = set()
         self.n_evaluated = 0
@@ -171,17 +172,19 @@ class Recorded(WithTable, WrappedProblem):
             ArgumentValueError: What is asked for is not kept.
         """
         designs = self._model.space.to_matrix(X)
-        numbers, tests = self._lookup(designs)
+        keys = self._model.keys(designs)
+        numbers, tests = self._lookup(keys)
         if not numbers.all():
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
                 # what another process stored before this one got the lock
-                numbers, tests = self._lookup(designs)
-                if not numbers.all():
-                    self._evaluate(designs[numbers == 0])
-                    numbers, tests = self._store.lookup(designs)
+                numbers, tests = self._lookup(keys)
+                new = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
+                if new:
+                    self._evaluate(designs[[*new.values()]])
+                    numbers, tests = self._lookup(keys, may_retry=False)
         values = dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
-        rows = [values[number] | {"test_point": number} for number in np.abs(numbers).tolist()]
+        rows = [values[number] | {"test_point": number} for number in numbers.tolist()]
         out = columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
@@ -198,21 +201,39 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
-    def _lookup(self, designs: Designs) -> tuple[Numbers, TestTable]:
-        """Return the tests of designs and their numbers, 0 where one has to be evaluated."""
-        numbers, tests = self._store.lookup(designs)
-        is_retried = (numbers < 0) & ~np.isin(-numbers, [*self.returned])
-        return np.where(is_retried, 0, numbers), tests
+    def _lookup(self, keys: Sequence[str], *, may_retry: bool = True) -> tuple[Numbers, TestTable]:
+        """Return the numbers of the tests of n designs by their keys, ``(n,)``, and these tests.
+
+        A number is 0 where there is no test, or where it may be retried and is to be.
+        """
+        store = self._store
+        with store.study.reading() as database:
+            self._last_point = database.last_point(store.run)
+            numbers = database.find(keys)
+            if not numbers.any():
+                return numbers, store.empty
+            columns = database.tests_with(numbers)
+        tests = store.table(columns, TEST)
+        if may_retry:
+            for number in tests.numbers[store.are_retried(tests, columns)].tolist():
+                if number not in self.returned:
+                    numbers[numbers == number] = 0
+        return numbers, tests
 
     def _evaluate(self, designs: Designs) -> None:
         """Evaluate designs; what arrives is stored within a second or so."""
-        _, rows = np.unique(self._model.keys(designs), return_index=True)
-        designs = designs[np.sort(rows)]
-        with self._store.study.reading() as database:
-            first = database.last_point(self._store.run) + 1
+        first = self._last_point + 1
         points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         block = run.block(len(points))
         self.n_evaluated += block.n_called
         if len(block.tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")
+
+
+class _DesignStore(StudyStore):
+    """A store in which tests are found by their designs, whatever their points."""
+
+    def recall(self, points: Points) -> TestTable:
+        """Return no tests, as only designs without one become points."""
+        return self.empty

@@ -86,7 +86,8 @@ class _Progress:
     @property
     def is_complete(self) -> bool:
         """Whether the tests of all awaited points are ready."""
-        return bool(self._are_ready()[: self.n_awaited].all())
+        n_ready = sum(len(block.numbers) for block in self.ready)
+        return n_ready >= self.n_awaited and bool(self._are_ready()[: self.n_awaited].all())
 
     def _are_ready(self) -> Mask:
         """``(n,)`` for which of n points the tests are ready."""
@@ -429,23 +430,18 @@ class _Session:
         self._store = store
         self._lock = ExitStack()
         self._is_locked = False
-        self._stored = np.zeros(0, dtype=np.int64)  # test points with tests, as of the last look
         self.last_commit = time.monotonic()
         self.computed = 0.0
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points; lock the run if one is missing."""
-        numbers = points.numbers
-        if not self._is_locked and not np.isin(numbers, self._stored).all():
-            self._stored = self._store.test_points(int(numbers[0]))
-            if not np.isin(numbers, self._stored).all():
-                self._lock.enter_context(self._store.writing())
-                self._is_locked = True
-                # another process may have stored some meanwhile
-                self._stored = self._store.test_points(int(numbers[0]))
-        if self._store.has_other_runs or np.isin(numbers, self._stored).any():
-            return self._store.recall(points)
-        return self._store.empty
+        stored = self._store.recall(points)
+        if len(stored) < len(points) and not self._is_locked:
+            self._lock.enter_context(self._store.writing())
+            self._is_locked = True
+            # another process may have stored some meanwhile
+            stored = self._store.recall(points)
+        return stored
 
     def close(self) -> None:
         """Release the lock."""
@@ -612,7 +608,9 @@ def by_number(tables: Sequence[TestTable]) -> TestTable:
     """Return tables that have no test in common as one, by number."""
     # Blocks of workers come in any order; rows that are sorted then need no second copy.
     first, *others = sorted(tables, key=lambda table: table.numbers.max(initial=0))
-    table = first.extended(*others)
+    table = first
+    if others:
+        table = first.extended(*others)
     if (np.diff(table.numbers) < 0).any():
         table = table.take(np.argsort(table.numbers, kind="stable"))  # faster for a few runs
     return table

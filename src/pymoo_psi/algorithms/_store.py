@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, option_text
-from pymoo_psi._validation import Columns, Designs, Head, Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
-from pymoo_psi.files import lacking, stored_tests, table_of, without_rejected
+from pymoo_psi.files import lacking, stored_tests, table_with, without_rejected
 from pymoo_psi.problems import layers, requirement_texts
 from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
@@ -32,10 +32,8 @@ from pymoo_psi.table import (
     Decision,
     TestTable,
     columns_of,
-    columns_of_designs,
     head_of,
     kinds_of_columns,
-    schema_head,
 )
 
 _OVER = "; over when the run began"
@@ -68,10 +66,6 @@ class Store:
     def writing(self) -> AbstractContextManager[None]:
         """Keep other processes from adding to the run during the body of a ``with`` statement."""
         return nullcontext()
-
-    def test_points(self, first: int) -> Numbers:
-        """Return the test points of the run that have a test, increasing, from ``first`` on."""
-        return np.zeros(0, dtype=np.int64)
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
@@ -173,55 +167,30 @@ class StudyStore(Store):
         """Keep other processes from adding to the run during the body of a ``with`` statement."""
         return self.study.writing(self.run)
 
-    def test_points(self, first: int) -> Numbers:
-        """Return the test points of the run that have a test, increasing, from ``first`` on."""
-        with self.study.reading() as database:
-            return database.test_points(self.run, first)
-
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
         if self.has_other_runs:  # they may have tested the same designs
-            designs = self._designs(points.matrix(self._model.space), numbers)
             model = self._model
+            keys = model.keys(points.matrix(model.space))
             with self.study.changes() as database:
-                database.adopt(self.run, designs, model.repeat, noisy=model.noisy)
-        tests, is_retried = self.stored(int(numbers[0]), int(numbers[-1]))
+                database.adopt(self.run, numbers, keys, model.repeat, noisy=model.noisy)
+        tests = self._stored(int(numbers[0]), int(numbers[-1]))
         # The file of a share may hold points of other shares.
-        return tests.take(np.isin(tests.numbers, numbers) & ~is_retried)
-
-    def _designs(self, X: Designs, points: Numbers) -> Columns:
-        """Return the columns of ``(n, n_var)`` designs of points."""
-        schema = self.empty.schema
-        return {POINT: points} | columns_of_designs(schema.variables, schema.kinds, X)
-
-    def lookup(self, X: Designs) -> tuple[Numbers, TestTable]:
-        """Return the numbers of the tests of ``(n, n_var)`` designs, ``(n,)``, and these tests.
-
-        A number is 0 where there is no test, and negative where it is to be retried.
-        """
-        with self.study.reading() as database:
-            numbers = database.find(self._designs(X, np.arange(len(X))))
-            if not numbers.any():
-                return numbers, self.empty
-            columns = database.tests_with(numbers)
-        tests = self.table(columns, TEST)
-        retried = tests.numbers[self._is_retried(tests, columns)]
-        return np.where(np.isin(numbers, retried), -numbers, numbers), tests
+        return tests.take(np.isin(tests.numbers, numbers))
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
-        tests, is_retried = self.stored()
-        return tests.take(~is_retried)
+        return self._stored(1, LAST)
 
-    def stored(self, first: int = 1, last: int = LAST) -> tuple[TestTable, Mask]:
-        """Return the tests of test points ``first`` to ``last``, and which are retried."""
+    def _stored(self, first: int, last: int) -> TestTable:
+        """Return the tests of test points ``first`` to ``last`` without those to be retried."""
         with self.study.reading() as database:
             columns = database.tests_of_run(self.run, first, last)
         tests = self.table(columns, POINT)
-        return tests, self._is_retried(tests, columns)
+        return tests.take(~self.are_retried(tests, columns))
 
-    def _is_retried(self, tests: TestTable, columns: Columns) -> Mask:
+    def are_retried(self, tests: TestTable, columns: Columns) -> Mask:
         """``(n,)`` which of the tests of stored columns are to be evaluated once more.
 
         Tests that lack an objective, as they are older, count as failed in their table only.
@@ -247,10 +216,12 @@ class StudyStore(Store):
         columns = self.study.contents()[1]
         tests = self.table(columns, TEST)
         is_of_other = columns["run"] != self.run
-        return tests.take(is_of_other & ~self._is_retried(tests, columns))
+        return tests.take(is_of_other & ~self.are_retried(tests, columns))
 
     def table(self, columns: Columns, number: str) -> TestTable:
         """Return the table of columns of the study; ``number`` is the column that numbers them."""
+        if len(columns["test"]) == 0:
+            return self.empty
         schema = self.empty.schema
         unknown = np.full(len(columns["test"]), np.nan)
         columns = dict.fromkeys((*self._model.default_limits, *schema.outputs), unknown) | columns
@@ -264,7 +235,7 @@ class StudyStore(Store):
                 outputs.append(name)
         schema = schema.with_columns(*(Column(name, OUTPUT) for name in outputs))
         needed = (*schema.objectives, *self._model.formulation.allowed)
-        tests = without_rejected(table_of(schema_head(schema), columns), columns["status"])
+        tests = without_rejected(table_with(schema, columns), columns["status"])
         return replace(tests, facts=lacking(columns, needed))
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
@@ -321,8 +292,9 @@ class StudyStore(Store):
         first = self._options.first
         with self.study.reading() as database:
             last = max([last for _, last in self._planned], default=database.last_point(self.run))
+            tested = database.test_points(self.run, first)
         n_planned = max(last - first + 1, 0)
-        if np.isin(self._options.part.numbers(first, last), self.test_points(first)).all():
+        if np.isin(self._options.part.numbers(first, last), tested).all():
             return n_planned + n_more
         return n_planned
 

@@ -20,4 +20,5 @@ from ._study import stored_tests as stored_tests
 from ._study import without_rejected as without_rejected
 from ._tests import designs_head as designs_head
 from ._tests import table_of as table_of
+from ._tests import table_with as table_with
 from ._texts import cells_of_text as cells_of_text

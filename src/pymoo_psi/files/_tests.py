@@ -36,6 +36,7 @@ from pymoo_psi.table import (
     TEST,
     Data,
     Decision,
+    Schema,
     TestTable,
     cells_of_kind,
     checked_numbers,
@@ -67,7 +68,18 @@ def table_of(head: Head, columns: Columns) -> TestTable:
         ArgumentValueError: They do not fit one another.
         ArgumentTypeError: As for ``ArgumentValueError``.
     """
-    schema = schema_of(head)
+    table = table_with(schema_of(head), columns)
+    return replace(
+        table,
+        decision=decision_of_head(head),
+        problem=head.get("problem"),
+        decimal=head.get("decimal", "."),
+        separator=head.get("separator", ","),
+    )
+
+
+def table_with(schema: Schema, columns: Columns) -> TestTable:
+    """Return the table of a schema and columns, as :func:`table_of` does."""
     data: Columns = {}
     for column in schema.columns:
         cells = columns[column.name]
@@ -80,20 +92,13 @@ def table_of(head: Head, columns: Columns) -> TestTable:
     numbers = checked_numbers(columns[TEST])
     has_failed = columns[results["status"]] == "failed"
     reasons = columns[results["reason"]][has_failed]
-    table = TestTable(
-        schema,
-        Data(data),
-        numbers,
-        problem=head.get("problem"),
-        decimal=head.get("decimal", "."),
-        separator=head.get("separator", ","),
-    )
+    table = TestTable(schema, Data(data), numbers)
     failures = {}
     for number, reason in zip(numbers[has_failed].tolist(), reasons.tolist(), strict=True):
         # What follows from the values, without a limit, is no failure of the evaluation.
         if table.reasons.get(number) != reason:
             failures[number] = reason
-    return replace(table, failures=failures, decision=decision_of_head(head))
+    return replace(table, failures=failures)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ import secrets
 import sqlite3
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import closing, contextmanager
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,9 +44,11 @@ LAST = 2**63 - 1  # the largest number of a test
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 
 # The table of a block: the point of each test, the number that it gets if it is new, its cells.
-_NEW_BLOCK = (
-    "CREATE TEMP TABLE block AS SELECT 0 AS block_point, 0 AS block_number, * FROM tests LIMIT 0"
-)
+_NEW_BLOCK = """
+CREATE TEMP TABLE IF NOT EXISTS block AS
+SELECT 0 AS block_point, 0 AS block_number, * FROM tests LIMIT 0
+"""
+_NO_BLOCK = "DROP TABLE IF EXISTS temp.block"  # its columns may be others
 # How a block becomes part of a study. Its column ``test`` is NULL where no test is known.
 _PLANNED = "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)"
 _SHARED = """
@@ -78,6 +81,7 @@ _PLAN = """
 INSERT INTO plan (run, point, test) SELECT ?, block_point, test FROM block WHERE test NOT NULL
 ON CONFLICT (run, point) DO UPDATE SET test = excluded.test WHERE test IS NOT excluded.test
 """
+_PROCESS = "UPDATE meta SET value = :value WHERE key = 'process' AND value <> :value"
 # What a block does to tests. Rows of values differ only where both have a value.
 _DIFFER = "(tests.status = 'failed', {old}) <> (block.status = 'failed', {new})"
 # CROSS JOIN: in this order, which SQLite does not know to be the fast one.
@@ -102,6 +106,10 @@ _OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? 
 _POINTS = f"""
 SELECT test, run, point, max((run - 1) * {ROOM} + point = test) FROM tests JOIN plan USING (test)
 WHERE test BETWEEN ? AND ? AND status NOT NULL GROUP BY test ORDER BY test
+"""
+_FIRST_TESTS = """
+SELECT coalesce((SELECT test FROM tests WHERE design = value AND repeat = 1), 0)
+FROM json_each(?) ORDER BY key
 """
 _JOINED = ("block_point", "block_number", "point", "proposal")  # columns of blocks and plan
 _OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
@@ -144,10 +152,13 @@ class Database:
     Args:
         db: The connection.
         path: The file, for messages.
+        version: The version of the file, which changes when other connections change it.
     """
 
-    def __init__(self, db: sqlite3.Connection, path: str) -> None:
+    def __init__(self, db: sqlite3.Connection, path: str, version: int = -1) -> None:
         self.db = db
+        self.version = version
+        db.execute(_NO_BLOCK)
         self._path = path
 
     # Facts
@@ -168,7 +179,7 @@ class Database:
         (text,) = self.db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
         return json.loads(text)
 
-    @property
+    @cached_property
     def head(self) -> Values:
         """The columns and the formulation of the last run, without bounds."""
         head: Values = self.get("head")
@@ -324,7 +335,10 @@ class Database:
         """Store a head; the table of tests gets the columns that are not present."""
         require_other_names(head)
         self._set("head", {**head, **{side: None for side in ("lower", "upper") if side in head}})
-        for name, (sql, kind) in _columns_of_values(head).items():
+        for name in ("head", "_columns"):
+            vars(self).pop(name, None)
+        self.db.execute(_NO_BLOCK)
+        for name, (sql, kind) in self._columns.items():
             if name not in present:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
@@ -341,24 +355,27 @@ class Database:
         """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
         self.widen(columns)
         self._fill(run, columns, self._keys(columns), repeat, noisy=noisy)
-        n_changed = self._change(run)
+        n_changed = 0
+        if self.count("block WHERE test NOT NULL"):
+            n_changed = self._change(run)
         n_written = n_changed + self._insert()
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
         self.db.execute(_PLAN, (run,))
         if n_written:
-            self._set("process", [platform.node(), os.getpid()])
+            self.db.execute(_PROCESS, {"value": _text([platform.node(), os.getpid()])})
         return n_written
 
-    def adopt(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> None:
-        """Plan the tests that there are for the points of a run with the same designs."""
-        self._fill(run, columns, self._keys(columns), repeat, noisy=noisy)
+    def adopt(
+        self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
+    ) -> None:
+        """Plan the tests that there are for points of a run with the same designs."""
+        self._fill(run, {"test_point": points}, keys, repeat, noisy=noisy)
         self.db.execute(_PLAN, (run,))
 
-    def find(self, columns: Columns) -> Integers:
-        """Return the tests of n designs, 0 where there is none."""
-        self._fill(0, columns, self._keys(columns))
-        return self._integers("SELECT coalesce(test, 0) FROM block ORDER BY rowid")
+    def find(self, keys: Sequence[str]) -> Integers:
+        """Return the first tests of n designs by their keys, 0 where there is none."""
+        return self._integers(_FIRST_TESTS, json.dumps(keys))
 
     def _keys(self, columns: Columns) -> Sequence[str | None]:
         head = self.head
@@ -381,8 +398,8 @@ class Database:
         numbers = columns.get("test", (run - 1) * ROOM + points)
         cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
         cells |= self._cells(columns) | {"repeat": [repeat] * len(points)}
-        self.db.execute("DROP TABLE IF EXISTS temp.block")
         self.db.execute(_NEW_BLOCK)
+        self.db.execute("DELETE FROM block")
         marks = ", ".join("?" * len(cells))
         rows = zip(*cells.values(), strict=True)
         self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
@@ -401,14 +418,31 @@ class Database:
                 cells[name] = columns[name].tolist()
         if "reason" in columns:
             cells["reason"] = [reason or None for reason in columns["reason"].tolist()]
-        for name, (sql, kind) in _columns_of_values(self.head).items():
+        for name, (sql, kind) in self._columns.items():
             if name in columns:
                 cells[sql] = columns[name].astype(DTYPES[kind]).tolist()
         return cells
 
+    @cached_property
+    def _columns(self) -> dict[str, tuple[str, Kind]]:
+        """The columns of values by name: their quoted names in SQL, and their kinds."""
+        head = self.head
+        kinds = dict.fromkeys(head.get("notes", ()), Kind.CHOICE)
+        kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
+        columns = {}
+        taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE}
+        for name in columns_of_head(head):
+            column = name
+            while column.lower() in taken:  # SQL takes "a" and "A" for one name
+                column += "_"
+            taken.add(column.lower())
+            quoted = column.replace('"', '""')
+            columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
+        return columns
+
     def _names(self) -> list[str]:
         """Return the columns of values in SQL."""
-        return [sql for sql, _ in _columns_of_values(self.head).values()]
+        return [sql for sql, _ in self._columns.values()]
 
     def _change(self, run: int) -> int:
         """Change stored tests by those of the block; return how many are other than before.
@@ -477,7 +511,7 @@ class Database:
         """Return tests of a source in SQL; ``point`` is an expression for their points."""
         expressions = ["test", "1", point]
         kinds: list[tuple[str, Any]] = [(name, np.int64) for name in NUMBERS]
-        for name, (sql, kind) in _columns_of_values(self.head).items():
+        for name, (sql, kind) in self._columns.items():
             # With the table: SQLite takes a quoted name that is no column for a text.
             expressions.append(f"tests.{sql}")
             kinds.append((name, DTYPES[kind]))
@@ -507,22 +541,6 @@ class Database:
     def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
         return np.fromiter((row[0] for row in self.db.execute(query, arguments)), np.int64)
-
-
-def _columns_of_values(head: Head) -> dict[str, tuple[str, Kind]]:
-    """Return the columns of a head by name: their quoted names in SQL, and their kinds."""
-    kinds = dict.fromkeys(head.get("notes", ()), Kind.CHOICE)
-    kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-    columns = {}
-    taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE}
-    for name in columns_of_head(head):
-        column = name
-        while column.lower() in taken:  # SQL takes "a" and "A" for one name
-            column += "_"
-        taken.add(column.lower())
-        quoted = column.replace('"', '""')
-        columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
-    return columns
 
 
 def _text(value: Any) -> str:
