@@ -17,8 +17,13 @@ FRONT = "a,b\n1,2\n2,1\n3,0\n"
 
 
 @pytest.fixture
-def folder(run, tmp_path, undrawn, said):
+def front(tmp_path):
+    """A file of three designs."""
     (tmp_path / "set.csv").write_text(FRONT)
+
+
+@pytest.fixture
+def folder(run, tmp_path, undrawn, said, front):
     said("solve", "bnh", "--points", "32", "--study", "s.db")
     return tmp_path
 
@@ -134,8 +139,7 @@ def test_a_narrow_reader_is_shown_every_number(said, tmp_path, monkeypatch):
         ("| true", "rank set.csv --out out.csv", 0),
     ],
 )
-def test_streams_that_are_closed_or_full(tmp_path, stream, words, code):
-    (tmp_path / "set.csv").write_text(FRONT)
+def test_streams_that_are_closed_or_full(tmp_path, stream, words, code, front):
     done = subprocess.run(
         ["sh", "-c", f"{sys.executable} -m pymoo_psi {words} {stream}"],
         cwd=tmp_path, capture_output=True,
@@ -157,17 +161,15 @@ def test_streams_that_are_closed_or_full(tmp_path, stream, words, code):
         "export set.csv --out /proc/o.csv",
     ],
 )
-def test_a_folder_that_cannot_be_written_is_found_before_the_run(said, tmp_path, words):
-    (tmp_path / "set.csv").write_text(FRONT)
+def test_a_folder_that_cannot_be_written_is_found_before_the_run(said, tmp_path, words, front):
     err = said(*words.split(), code=2)
     assert "/proc" in err
     assert not (tmp_path / "was").exists()
 
 
-def test_the_home_folder_is_found_behind_an_equals_sign(said, monkeypatch, tmp_path):
+def test_the_home_folder_is_found_behind_an_equals_sign(said, monkeypatch, tmp_path, front):
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("USERPROFILE", str(tmp_path))
-    (tmp_path / "set.csv").write_text(FRONT)
     said("rank", "~/set.csv", "--out=~/out.csv")
     assert (tmp_path / "out.csv").exists()
 

@@ -38,6 +38,9 @@ tip = "<= 4"
 """
 
 
+SOLVE = ("solve", "beam.toml", "--study", "beam.db")
+
+
 @pytest.fixture
 def log(tmp_path, in_folder):
     Path("model").mkdir()
@@ -60,36 +63,35 @@ def n_runs(log):
 
 
 def test_stages_share_one_study_and_no_design_runs_twice(log, said):
-    solve = ("solve", "beam.toml", "--study", "beam.db")
-    said(*solve, "--points", "12")
-    said(*solve, "--points", "6", "--box", "height=4:9")
-    text = said(*solve, "--points", "6", "--box", "height=5:9")
+    said(*SOLVE, "--points", "12")
+    said(*SOLVE, "--points", "6", "--box", "height=4:9")
+    text = said(*SOLVE, "--points", "6", "--box", "height=5:9")
     assert "of 24 tests in beam.db" in text
     assert n_runs(log) == 24
-    said(*solve, "--points", "12")
+    said(*SOLVE, "--points", "12")
     assert n_runs(log) == 24
     # a limit, an expression and a unit are edited: nothing runs
     edit("<= 4", "<= 2.5")
     edit("2*width*height", "3*width*height")
-    text = said(*solve, "--points", "12")
+    text = said(*SOLVE, "--points", "12")
     assert "tip<=2.5" in text
     table = read_table("beam.db")
     assert table.limits == {"tip": Limit(high=2.5)}
     assert table["mass"].tolist() == (3 * table["width"] * table["height"]).tolist()
-    text = said(*solve, "--points", "12", "--limits", "tip<=3")
+    text = said(*SOLVE, "--points", "12", "--limits", "tip<=3")
     assert "tip<=3" in text
     # an output more: it is read from the folders that are kept
     edit(
         "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
     )
     edit('"mass", "tip"', '"mass", "stress"')
-    said(*solve, "--points", "12")
+    said(*SOLVE, "--points", "12")
     table = read_table("beam.db")
     assert table.schema.objectives == ("mass", "stress")
     assert table["stress"].tolist() == pytest.approx(
         (900 / (table["width"] * table["height"] ** 2)).tolist()
     )
-    said(*solve, "--points", "+4")
+    said(*SOLVE, "--points", "+4")
     assert n_runs(log) == len(table) + 4 == 28
     with closing(sqlite3.connect("beam.db")) as db:
         assert db.execute("SELECT count(*) FROM tests").fetchone() == (28,)
@@ -97,40 +99,37 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
 
 
 def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
-    solve = ("solve", "beam.toml", "--study", "beam.db", "--points", "6")
     edit('"all"', '"none"')
-    said(*solve)
+    said(*SOLVE, "--points", "6")
     edit(
         "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
     )
     edit('"mass", "tip"', '"mass", "stress"')
-    text = said(*solve, code=1)
+    text = said(*SOLVE, "--points", "6", code=1)
     assert "--retry incomplete runs these tests again" in text
     assert n_runs(log) == 6
     mass = read_table("beam.db")["mass"]
     edit("mass = ", "weight = ")  # an output that is lost
     edit('"mass", "stress"', '"tip", "stress"')
-    said(*solve, "--retry", "incomplete")
+    said(*SOLVE, "--points", "6", "--retry", "incomplete")
     assert len(log.read_text().splitlines()) == 12
     np.testing.assert_array_equal(read_table("beam.db")["mass"], mass)
     assert (read_table("beam.db")["stress"] > 0).all()
-    said(*solve, "--retry", "incomplete")
+    said(*SOLVE, "--points", "6", "--retry", "incomplete")
     assert len(log.read_text().splitlines()) == 12
 
 
 def test_an_output_that_is_read_in_another_way_is_refused(log, said):
-    solve = ("solve", "beam.toml", "--study", "beam.db", "--points", "4")
-    said(*solve)
+    said(*SOLVE, "--points", "4")
     edit("'tip = (\\S+)'", "'stress = (\\S+)'")
-    text = said(*solve, code=2)
+    text = said(*SOLVE, "--points", "4", code=2)
     assert "problem.parameters.outputs.tip.pattern" in text
 
 
 def test_results_that_one_has_begin_a_study(log, said):
     Path("old.csv").write_text("width;height;tip;mass\n2,5;8,5;0,8;42,5\n3;7;1,0;42\n2,2;;;\n")
     text = said(
-        *("solve", "beam.toml", "--study", "beam.db", "--points", "4", "--algorithm", "surrogate"),
-        *("--from", "old.csv"),
+        *(*SOLVE, "--points", "4", "--algorithm", "surrogate", "--from", "old.csv"),
     )
     assert "old.csv: 2 of 3 tests taken, 0 known already." in text
     assert n_runs(log) == 4

@@ -87,6 +87,13 @@ def begun(folder, *words):
         )
 
 
+@pytest.fixture
+def tested(study_file):
+    """A study of eight tests."""
+    investigate(get_problem("bnh"), 8, study=study_file)
+    return study_file
+
+
 @posix
 def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_path, study_file):  # noqa: F811
     (tmp_path / "model.py").write_text(MODEL)
@@ -185,17 +192,16 @@ STRANGE = [
 ]
 
 
-def test_requests_of_others_are_refused_and_everything_is_bounded(study_file):
-    investigate(get_problem("bnh"), 8, study=study_file)
-    before = study_file.read_bytes()
-    with live(study_file, steer=True) as view:
+def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
+    before = tested.read_bytes()
+    with live(tested, steer=True) as view:
         home = urlsplit(view.address).path
         own = f"http://{urlsplit(view.address).netloc}"
         for status, target, method, body, headers in STRANGE:
             headers = {name: value.replace("OWN", own) for name, value in headers.items()}
             target = target.replace("HOME", home)
             assert answers(view.address, target, method, body, **headers) == status, target
-        assert study_file.read_bytes() == before
+        assert tested.read_bytes() == before
         statuses = [posted(view, STOP) for _ in range(30)]
         assert statuses == [200] * 20 + [400] * 10
         # Readers that never read: they hold up neither others nor each other.
@@ -206,10 +212,10 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(study_file):
                 connection.request("GET", f"{home}events?from=x-0")
             assert {answers(view.address, "/wrong/") for _ in range(200)} == {404}
             assert answers(view.address, home) == 200
-    assert stat.S_IMODE(os.stat(f"{study_file}-live").st_mode) == 0o600
-    with live(study_file) as view:  # without steer
+    assert stat.S_IMODE(os.stat(f"{tested}-live").st_mode) == 0o600
+    with live(tested) as view:  # without steer
         assert posted(view, STOP) == 400
-        refused("cannot start", live, study_file, port=urlsplit(view.address).port)
+        refused("cannot start", live, tested, port=urlsplit(view.address).port)
 
 
 def place_of(view):
@@ -256,11 +262,10 @@ def test_a_run_that_adopts_tests_is_done(study_file):
     assert ends(study_file) == ["20 of 20 tests", "All planned tests are done."]
 
 
-def test_a_run_without_a_plan_is_not_over(study_file):
-    investigate(get_problem("bnh"), 8, study=study_file)
-    recorded = Recorded(get_problem("bnh"), study=study_file)
+def test_a_run_without_a_plan_is_not_over(tested):
+    recorded = Recorded(get_problem("bnh"), study=tested)
     minimize(recorded, NSGA2(10), ("n_gen", 2), seed=1)
-    with live(study_file) as view:  # as long as its process is there
+    with live(tested) as view:  # as long as its process is there
         said = progress(view)
     assert said["is_running"]
     assert said["lines"][0] == "28 of 28 tests"
@@ -290,9 +295,8 @@ def test_more_tests_than_a_run_can_have_are_refused(study_file):
     assert "refused: count" in Study(study_file).facts().steering[0]["answer"]
 
 
-def test_idle_connections_keep_nobody_off(study_file):
-    investigate(get_problem("bnh"), 8, study=study_file)
-    with live(study_file) as view, ExitStack() as strangers:
+def test_idle_connections_keep_nobody_off(tested):
+    with live(tested) as view, ExitStack() as strangers:
         address = urlsplit(view.address)
         for k in range(200):
             connection = socket.create_connection((address.hostname, address.port))
@@ -302,12 +306,11 @@ def test_idle_connections_keep_nobody_off(study_file):
             assert answers(view.address, address.path) == 200
 
 
-def test_a_page_has_values_that_stored_tests_get_later(study_file):
-    investigate(get_problem("bnh"), 8, study=study_file)
-    study = Study(study_file)
+def test_a_page_has_values_that_stored_tests_get_later(tested):
+    study = Study(tested)
     columns = study.contents()[1]
     study.append(columns | {"gain": np.r_[np.full(7, 1.0), np.nan]})
-    with live(study_file) as view:
+    with live(tested) as view:
         before = place_of(view)
         study.append(columns | {"gain": np.full(8, 1.0)})
         assert until(lambda: place_of(view) != before)
@@ -342,17 +345,16 @@ def test_a_page_that_grows_has_each_design_once(study_file, tmp_path):
     ]
 
 
-def test_a_run_answers_in_the_study(study_file):
-    investigate(get_problem("bnh"), 8, study=study_file)
+def test_a_run_answers_in_the_study(tested):
     for action in ("search", "pause", "more"):
-        with Study(study_file).changes() as study:
+        with Study(tested).changes() as study:
             study.steer({"name": "Bo", "action": action, "count": 8, "formulation": {}})
-    table = investigate(get_problem("bnh"), 9, study=study_file)
-    search, *others = [request["answer"] for request in Study(study_file).facts().steering]
+    table = investigate(get_problem("bnh"), 9, study=tested)
+    search, *others = [request["answer"] for request in Study(tested).facts().steering]
     assert re.search("refused.*surrogates", search)
     assert others == ["waits for the run; over when the run began", "17 tests in all"]
     # The same call goes on as before.
-    assert len(table) == len(investigate(get_problem("bnh"), 9, study=study_file)) == 17
+    assert len(table) == len(investigate(get_problem("bnh"), 9, study=tested)) == 17
 
 
 class Steered(ElementwiseProblem):

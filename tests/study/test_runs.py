@@ -47,16 +47,11 @@ def model():
     return Counted()
 
 
-@pytest.fixture
-def study(tmp_path):
-    return tmp_path / "study.db"
-
-
-def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model, study):
-    first = investigate(model, 8, study=study)
+def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model, study_file):
+    first = investigate(model, 8, study=study_file)
     part = Restricted(model, {"x1": (0.5, 1)})
-    assert investigate(part, 8, study=study).numbers.tolist() == [*range(1_000_001, 1_000_009)]
-    longer = investigate(model, 16, study=study)
+    assert investigate(part, 8, study=study_file).numbers.tolist() == [*range(1_000_001, 1_000_009)]
+    longer = investigate(model, 16, study=study_file)
     assert longer.numbers[:8].tolist() == first.numbers.tolist() == list(range(1, 9))
     numbers, X = longer.numbers, longer.X
     is_own = numbers < 1_000_000  # the others are designs that the other run has tested
@@ -64,43 +59,43 @@ def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model
     np.testing.assert_array_equal(
         X[np.argsort(longer["test_point"].astype(int))], investigate(model, 16).X
     )
-    last = investigate(model, 1, study=study, first=1_000_000)
+    last = investigate(model, 1, study=study_file, first=1_000_000)
     assert last.numbers.tolist() == [1_000_000]
     # point 1 of the second run has the number of this one, which gets the next above all
-    beyond = investigate(model, 1, study=study, first=1_000_001)
+    beyond = investigate(model, 1, study=study_file, first=1_000_001)
     assert beyond.numbers.tolist() == [1_000_009]
 
 
-def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, study):
-    assert len(investigate(model, 8, study=study, more=True)) == 8
-    assert len(investigate(model, 8, study=study, more=True)) == 16
-    algorithm = PSI(32, study=study, block_size=8)
+def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, study_file):
+    assert len(investigate(model, 8, study=study_file, more=True)) == 8
+    assert len(investigate(model, 8, study=study_file, more=True)) == 16
+    algorithm = PSI(32, study=study_file, block_size=8)
     algorithm.setup(model)
     for _ in range(3):  # of 32 points, 16 are known; then the run ends
         algorithm.next()
-    assert len(investigate(model, 8, study=study, more=True)) == 32
-    assert len(investigate(model, 8, study=study, more=True)) == 40
+    assert len(investigate(model, 8, study=study_file, more=True)) == 32
+    assert len(investigate(model, 8, study=study_file, more=True)) == 40
     refused("more must be used with a study", PSI, 8, more=True)
 
 
-def test_surrogates_learn_from_all_tests_those_beyond_the_bounds_too(study):
+def test_surrogates_learn_from_all_tests_those_beyond_the_bounds_too(study_file):
     problem = get_problem("bnh")
-    minimize(problem, PSI(40, study=study))
+    minimize(problem, PSI(40, study=study_file))
     part = Restricted(problem, {"x1": (0, 2.5), "x2": (0, 1.5)})
-    table = minimize(part, SurrogatePSI(8, study=study), seed=1).algorithm.table
+    table = minimize(part, SurrogatePSI(8, study=study_file), seed=1).algorithm.table
     assert (table["proposal_round"] > 0).all()  # no point of a sequence is needed
     alone = minimize(part, SurrogatePSI(8), seed=1).algorithm.table
     assert (alone["proposal_round"] == 0).all()
 
 
-def test_more_proposals_after_few_points_are_all_new(model, study):
-    investigate(model, 12, study=study)
-    minimize(model, SurrogatePSI(16, more=True, study=study), seed=1)
+def test_more_proposals_after_few_points_are_all_new(model, study_file):
+    investigate(model, 12, study=study_file)
+    minimize(model, SurrogatePSI(16, more=True, study=study_file), seed=1)
     assert len(model.evaluated) == 12 + 16
 
 
-def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study):
-    options = RunOptions(study=study, units={"f1": "kg"}, log=["x2"])
+def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study_file):
+    options = RunOptions(study=study_file, units={"f1": "kg"}, log=["x2"])
     part = Restricted(model, {"x2": (0.1, 1)})
     schema = Schema.of(["x1", "x2"], ["f1", "f2"], units={"f1": "g"})
     grams = TestTable.of([1], [[0.25, 0.5]], [[1000.0, 3.0]], schema=schema)
@@ -109,22 +104,22 @@ def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study)
     refused("x2 must be above 0", import_tests, part, negative, options)
 
 
-def test_analysis_says_which_tests_are_an_even_sample(model, study):
-    investigate(Restricted(model, {"x1": (0, 0.1)}), 16, study=study)
-    investigate(model, 64, study=study)
-    minimize(Recorded(model, study), NSGA2(8), ("n_gen", 12), seed=1)
-    part, sentences = even_part(read_table(study))
+def test_analysis_says_which_tests_are_an_even_sample(model, study_file):
+    investigate(Restricted(model, {"x1": (0, 0.1)}), 16, study=study_file)
+    investigate(model, 64, study=study_file)
+    minimize(Recorded(model, study_file), NSGA2(8), ("n_gen", 12), seed=1)
+    part, sentences = even_part(read_table(study_file))
     # The lower corner is a test of the first run.
     assert sentences[0] == "By 63 tests of run 2 alone."
     assert sorted(map(tuple, part.X)) == sorted(map(tuple, investigate(model, 64).X))[1:]
-    shares = sensitivities(read_table(study), ["heat"])["first_order"]
+    shares = sensitivities(read_table(study_file), ["heat"])["first_order"]
     np.testing.assert_allclose(shares, 0.5, atol=0.1)
 
 
-def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, study, tmp_path):
-    investigate(model, 8, study=study)
-    investigate(Restricted(model, {"x1": (0, 0.5)}), 8, study=study)
-    table = read_table(study)
+def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, study_file, tmp_path):
+    investigate(model, 8, study=study_file)
+    investigate(Restricted(model, {"x1": (0, 0.5)}), 8, study=study_file)
+    table = read_table(study_file)
     for name in ("copy.db", "copy.csv", "copy.xlsx"):
         write_table(table, tmp_path / name)
         assert read_table(tmp_path / name).equals(table), name
@@ -134,24 +129,24 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
     refused("runs and test points .* different ones", write_table, twice, tmp_path / "twice.db")
 
 
-def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study):
-    investigate(model, 4, study=study)
-    record = Study(study).facts().runs[0].record
+def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study_file):
+    investigate(model, 4, study=study_file)
+    record = Study(study_file).facts().runs[0].record
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
 
 
 @pytest.mark.parametrize("name", ["run", "origin", "seconds"])
-def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study, model):
+def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study_file, model):
     """Such an objective is refused; a further output is left out, which is said."""
     refused(
         f"a column of a study.*'{name}'",
         investigate,
         model,
         4,
-        study=study,
+        study=study_file,
         names={"f1": name},
     )
-    assert not study.exists()
+    assert not study_file.exists()
 
     def heat(x):
         return x[0] - x[1]
@@ -162,8 +157,8 @@ def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study, mode
             out[name] = out.pop("heat")
 
     with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
-        table = investigate(Named(), 4, study=study)
+        table = investigate(Named(), 4, study=study_file)
     np.testing.assert_array_equal(table[name], [heat(x) for x in table.X])
-    stored = read_table(study)
+    stored = read_table(study_file)
     assert name not in stored.schema.names
     np.testing.assert_array_equal(stored.F, table.F)
