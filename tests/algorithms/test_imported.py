@@ -10,18 +10,8 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
+from tests.algorithms.test_noisy import Queue
 from tests.refusals import refused
-
-
-class Noisy(ElementwiseProblem):
-    noisy = True
-
-    def __init__(self):
-        super().__init__(n_var=1, n_obj=2, xl=0.0, xu=1.0)
-
-    def _evaluate(self, x, out, *args, seed=None, **kwargs):
-        noise = np.random.default_rng(seed).normal(size=2)
-        out["F"] = [x[0] + noise[0], 1 - x[0] + noise[1]]
 
 
 @pytest.fixture
@@ -87,7 +77,7 @@ def exported(study, path):
 @pytest.mark.parametrize("form", ["study", "csv", "table", "frame"])
 def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     first, second = tmp_path / "a.db", tmp_path / "b.db"
-    investigate(Noisy(), 8, repeat=9, study=first)
+    investigate(Queue(), 8, repeat=9, study=first)
     tests = read_table(first, repeats=False)
     source = {
         "study": first,
@@ -96,13 +86,13 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
         "frame": pd.DataFrame({name: tests[name] for name in tests.schema.names}),
     }[form]
     options = RunOptions(study=second)
-    assert import_tests(Noisy(), source, options).remarks[0].startswith("72 of 72 tests taken")
-    assert import_tests(Noisy(), source, options).remarks[0].startswith("0 of 72 tests taken, 72")
+    assert import_tests(Queue(), source, options).remarks[0].startswith("72 of 72 tests taken")
+    assert import_tests(Queue(), source, options).remarks[0].startswith("0 of 72 tests taken, 72")
     means = read_table(second)
     np.testing.assert_array_equal(np.sort(means.F, axis=0), np.sort(read_table(first).F, axis=0))
     assert (means["tests"] == 9).all()
     # The study has three tests of each design already, of the same seeds.
-    investigate(Noisy(), 8, repeat=3, study=second)
+    investigate(Queue(), 8, repeat=3, study=second)
     assert len(read_table(second, repeats=False)) == 72
 
 
@@ -120,13 +110,13 @@ def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
 
 
 def test_means_of_tests_are_no_tests(tmp_path):
-    means = investigate(Noisy(), 8, repeat=3)
+    means = investigate(Queue(), 8, repeat=3)
     means.to_csv(tmp_path / "means.csv")
     for source in (means, means.to_frame(), tmp_path / "means.csv"):
         refused(
             "single ones, got means with 'f1 standard error'; give the study",
             import_tests,
-            Noisy(),
+            Queue(),
             source,
             RunOptions(study=tmp_path / "b.db"),
         )
@@ -184,5 +174,5 @@ def test_a_value_that_no_variable_has_is_refused(value, options):
 
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):
     options = RunOptions(study=tmp_path / "shares", share=(1, 2))
-    refused("share must be left out .* 'pymoo-psi export'", import_tests, Noisy(), RESULTS, options)
+    refused("share must be left out .* 'pymoo-psi export'", import_tests, Queue(), RESULTS, options)
     assert not (tmp_path / "shares").exists()

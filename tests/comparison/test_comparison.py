@@ -8,8 +8,7 @@ from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.spea2 import SPEA2
-from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Choice, Integer, Real
+from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 
@@ -19,6 +18,7 @@ from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.processes import until
+from tests.recipes.test_algorithms import Mixed
 from tests.refusals import interrupted, refused
 
 compare = partial(pymoo_psi.compare, progress=False)
@@ -137,27 +137,12 @@ def test_a_known_front_joins_the_reference():
 
 
 def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
-    class Beam(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(
-                vars={
-                    "length": Real(bounds=(1.0, 2.0)),
-                    "ribs": Integer(bounds=(0, 3)),
-                    "metal": Choice(options=["steel", "brass"]),
-                },
-                n_obj=2,
-            )
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            weight = {"steel": 1.0, "brass": 1.3}[x["metal"]] * (x["length"] + 0.1 * x["ribs"])
-            out["F"] = [weight, 1 / (x["length"] * (1 + x["ribs"]))]
-
     algorithms = ["psi", "psi-scrambled", "surrogate"]
     arguments = {"n_evaluations": [32], "seeds": 2, "folder": tmp_path, "algorithms": algorithms}
-    result, again = compare(Beam(), **arguments), compare(Beam(), **arguments)
+    result, again = compare(Mixed(), **arguments), compare(Mixed(), **arguments)
     for run, stored in zip(result.runs, again.runs, strict=True):
         assert stored.X.tolist() == run.X.tolist()
-        assert [*map(type, stored.X[0])] == [float, int, str]
+        assert [*map(type, stored.X[0])] == [bool, str, int, float]
     assert (result.to_frame()["hypervolume"] > 0).all()
 
 

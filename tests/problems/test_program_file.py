@@ -20,7 +20,7 @@ FILE = {
         "n": {"bounds": [1, 5], "kind": "integer"},
         "steel": {"choices": ["S235", "S355"]},
     },
-    "program": {"command": "PYTHON {width} {height} {n} {steel}", "timeout": 5, "keep": "failed"},
+    "program": {"command": "PYTHON {width} {height} {n} {steel}", "timeout": 5, "keep": "failed", "marks": "{name}"},
     "outputs": {
         "stress": {"file": "stdout.txt", "pattern": "stress = (.+)", "row": -1, "unit": "MPa"},
         "tip": {"file": "out.json", "key": "tip.u.0"},
