@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from pymoo_psi._validation import (
     FilePath,
@@ -26,7 +26,8 @@ from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import ALL, Share
 from pymoo_psi.table import Formulation, Limits
 
-PointSequence = UniformSampling | SequenceName
+# Declared, as type checkers that skip pymoo would take it for Any.
+PointSequence: TypeAlias = UniformSampling | SequenceName
 ByName = Mapping[str, str]  # texts by the name of a column
 Retry = Literal["failed", "incomplete"]
 Keep = Literal["all", "feasible", "pareto"]
