@@ -19,6 +19,7 @@ from pymoo_psi.pareto._dominance import nondominated, unit_lengths
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
     front_of,
+    nearest_of_front,
     rank_of_efficiency,
 )
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
@@ -373,14 +374,17 @@ class _Checks:
             rows: The other rows that may be Pareto optimal without them.
         """
         F = self.ranking.objectives.minimized[rows]
-        others = self.again(F)
-        optima = others.salukvadze
+        if not self.ranking.pareto[rows].all():
+            optimal = nondominated(F)
+            rows, F = rows[optimal], F[optimal]
+        optima, frame = nearest_of_front(F, self.ranking.frame)
+        lengths = unit_lengths(frame.ideal, frame.nadir)
         # The least way from an optimum before to one after.
-        steps = np.abs(F[optima, None] - self.values[self.optima]) / others.lengths
+        steps = np.abs(F[optima, None] - self.values[self.optima]) / lengths
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
         way = ways[after, before]
-        times = np.ptp(self.values, axis=0) / others.lengths
+        times = np.ptp(self.values, axis=0) / lengths
         most = times.max()
         kind = "unstable"
         if most >= OUTLIER:

@@ -705,11 +705,22 @@ def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:
         frame: That of a ranking of such values: whether they are normalised, and fixed points.
     """
     front = np.flatnonzero(nondominated(F))
-    optimal = without_rounding(F[front])
+    nearest, _ = nearest_of_front(F[front], frame)
+    return np.asarray(front[nearest])
+
+
+def nearest_of_front(F: Array, frame: UtopianFrame) -> tuple[Rows, UtopianFrame]:
+    """Return the Salukvadze optimum of a Pareto set, and the frame in which it is measured.
+
+    Args:
+        F: ``(k, m)`` objective values, minimised, none of which dominates another.
+        frame: As for :func:`nearest_to_ideal`.
+    """
+    optimal = without_rounding(F)
     frame = frame.around(optimal)
     measured, units = frame.measured(optimal)
     noise = frame.noise(optimal, units)
-    return np.asarray(front[levels(measured[:, 0], noise[0]) == 0])
+    return np.flatnonzero(levels(measured[:, 0], noise[0]) == 0), frame
 
 
 @np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
