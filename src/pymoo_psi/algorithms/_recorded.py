@@ -173,18 +173,23 @@ class Recorded(WithTable, WrappedProblem):
         """
         designs = self._model.space.to_matrix(X)
         keys = self._model.keys(designs)
-        numbers, tests = self._lookup(keys)
+        numbers, values = self._lookup(keys)
         if not numbers.all():
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
                 # what another process stored before this one got the lock
-                numbers, tests = self._lookup(keys)
-                new = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
+                numbers, values = self._lookup(keys)
+                rows_by_key = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
+                new = [*rows_by_key.values()]
                 if new:
-                    self._evaluate(designs[[*new.values()]])
-                    numbers, tests = self._lookup(keys, may_retry=False)
-        values = dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
-        rows = [values[number] | {"test_point": number} for number in numbers.tolist()]
+                    tests = self._evaluate(designs[new])
+                    with self._store.study.reading() as database:
+                        self._head = database.head
+                        numbers = database.find(keys)
+                    new_numbers = numbers[new].tolist()
+                    values |= zip(new_numbers, self._model.values(tests), strict=True)
+        unknown = dict.fromkeys(self._head.get("outputs", ()), np.nan)
+        rows = [unknown | values[number] | {"test_point": number} for number in numbers.tolist()]
         out = columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
@@ -201,27 +206,27 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
-    def _lookup(self, keys: Sequence[str], *, may_retry: bool = True) -> tuple[Numbers, TestTable]:
-        """Return the numbers of the tests of n designs by their keys, ``(n,)``, and these tests.
+    def _lookup(self, keys: Sequence[str]) -> tuple[Numbers, dict[int, Values]]:
+        """Return the numbers of the tests of n designs by their keys, ``(n,)``, and their values.
 
-        A number is 0 where there is no test, or where it may be retried and is to be.
+        A number is 0 where there is no test, or where it is to be retried.
         """
         store = self._store
         with store.study.reading() as database:
             self._last_point = database.last_point(store.run)
+            self._head = database.head  # with the outputs of all tests
             numbers = database.find(keys)
             if not numbers.any():
-                return numbers, store.empty
+                return numbers, {}
             columns = database.tests_with(numbers)
         tests = store.table(columns, TEST)
-        if may_retry:
-            for number in tests.numbers[store.are_retried(tests, columns)].tolist():
-                if number not in self.returned:
-                    numbers[numbers == number] = 0
-        return numbers, tests
+        for number in tests.numbers[store.are_retried(tests, columns)].tolist():
+            if number not in self.returned:
+                numbers[numbers == number] = 0
+        return numbers, dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
 
-    def _evaluate(self, designs: Designs) -> None:
-        """Evaluate designs; what arrives is stored within a second or so."""
+    def _evaluate(self, designs: Designs) -> TestTable:
+        """Return the tests of designs; what arrives is stored within a second or so."""
         first = self._last_point + 1
         points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
@@ -229,6 +234,7 @@ class Recorded(WithTable, WrappedProblem):
         self.n_evaluated += block.n_called
         if len(block.tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")
+        return block.tests
 
 
 class _DesignStore(StudyStore):
