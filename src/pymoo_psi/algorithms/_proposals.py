@@ -108,9 +108,6 @@ def propose(
         return _distant_points(seen, tests, batch, goal, random)
 
     surrogates = _Surrogates(tests, goal, learned)
-    recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
-    if goal.is_narrowed and tests.is_eligible.any() and not recent.any():
-        surrogates.caution = 1.0
     order = _best_tests(surrogates.T, learned, goal)[: _POPULATION_SIZE // 4]
     best = np.clip(tests.points[surrogates.rows][order], goal.low, goal.high)
     start_of_search = _start_anywhere
@@ -219,7 +216,6 @@ class _Surrogates:
         T: ``(n, q)`` their outputs on their scales.
         processes: The surrogate of each output.
         contraction: As :func:`_contraction` returns it.
-        caution: How many standard deviations a mean has to keep away from its limits.
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
@@ -231,7 +227,9 @@ class _Surrogates:
         self.goal = goal
         self.contraction = _contraction(learned, goal.n_obj)
         self._tests = tests
-        self.caution = 0.0
+        recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
+        is_missing = tests.is_eligible.any() and not recent.any()
+        self._is_cautious = goal.is_narrowed and is_missing
         self.ranges = np.zeros((2, goal.n_obj))
         self.front = np.zeros((0, goal.n_obj))
         self._learned = learned
@@ -244,9 +242,9 @@ class _Surrogates:
         if goal.is_computed:
             T = self._learned.to(goal.computed(points, self._learned.back(T)))
         margins = np.zeros_like(T)
-        if self.caution > 0:
+        if self._is_cautious:
             for j in goal.limits:
-                margins[:, j] = self.caution * self.processes[j].deviation(Z)
+                margins[:, j] = self.processes[j].deviation(Z)
         excess = goal.excess(T, self._learned, margins)
         columns = [excess, _failure_risk(Z, self._tests), goal.violations(points)]
         return T[:, : goal.n_obj], np.column_stack(columns)
