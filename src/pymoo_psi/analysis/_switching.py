@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _CELLS = 2**18  # values that are compared at once: they fit into a cache
-_MOST_DESIGNS = 500  # ranking more Pareto-optimal designs again and again takes too long
+_MOST_DESIGNS = 500  # of more Pareto-optimal ones, a sentence is not worth its time
 
 
 def switching_values(table: TestTable) -> pd.DataFrame:
@@ -182,7 +182,7 @@ def _doubtful(
         last = np.searchsorted(places, tried, side="right") - 1
         U, N = np.minimum.accumulate(F)[last], _nadirs(F, lasting)[last]
     lengths = unit_lengths(U, N)
-    inverse = np.ones(shape)
+    inverse = np.full(shape, 1 / (np.abs(F - b).max() or 1.0))  # so that no square overflows
     if frame.normalize:
         inverse = 1 / lengths
     # As in rankings: b is as near as p if the distances differ by no more than their noise.
