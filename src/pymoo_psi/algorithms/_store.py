@@ -53,10 +53,8 @@ class Store:
         empty: This table.
         origin: Where the designs come from, for the readers of the study.
         advice: What is kept when a run is interrupted, and how it goes on.
-        has_other_runs: Whether the study has other runs, which may have tested the same designs.
     """
 
-    has_other_runs = False
     advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
 
     def __init__(self, table: TestTable) -> None:
@@ -158,7 +156,7 @@ class StudyStore(Store):
         facts, run = self.study.begin(head, identity, share, model.completed)
         self.run = run.number
         self._planned = run.planned
-        self.has_other_runs = len(facts.runs) > 1
+        self._has_other_runs = len(facts.runs) > 1
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
             self.remember_once("command", command)
@@ -170,7 +168,7 @@ class StudyStore(Store):
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
-        if self.has_other_runs:  # they may have tested the same designs
+        if self._has_other_runs:  # they may have tested the same designs
             model = self._model
             keys = model.keys(points.matrix(model.space))
             with self.study.changes() as database:
@@ -211,7 +209,7 @@ class StudyStore(Store):
 
     def others(self) -> TestTable:
         """Return the tests of other runs of the same model, without those to be retried."""
-        if not self.has_other_runs:
+        if not self._has_other_runs:
             return self.empty
         columns = self.study.contents()[1]
         tests = self.table(columns, TEST)

@@ -530,9 +530,9 @@ class Database:
         """Return the tests of the points of a run."""
         return dict(self.db.execute("SELECT point, test FROM plan WHERE run = ?", (run,)))
 
-    def test_points(self, run: int, first: int, last: int = LAST) -> Integers:
-        """Return the test points of a run from ``first`` to ``last`` with a test, increasing."""
-        return self._integers(f"SELECT point FROM {_OF_RUN} ORDER BY point", run, first, last)
+    def test_points(self, run: int, first: int) -> Integers:
+        """Return the test points of a run with a test, from ``first`` on, increasing."""
+        return self._integers(f"SELECT point FROM {_OF_RUN} ORDER BY point", run, first, LAST)
 
     def count(self, rows: str) -> int:
         """Return how many rows there are in SQL."""
