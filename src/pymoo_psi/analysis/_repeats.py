@@ -161,8 +161,13 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
 
 def _first_tests(table: TestTable) -> Rows:
     """Return ``(n,)`` the row of the first test of the same design."""
+    first = np.arange(len(table))
     if not table.evaluated.variables:  # no design equals another
-        return np.arange(len(table))
+        return first
+    # A design whose first variable has a value of its own occurs once.
+    cells = table.data[table.evaluated.variables[0]]
+    if cells.dtype != object and len(np.unique(cells)) == len(cells):
+        return first
     return first_of(table.evaluated.keys(table.data))
 
 
