@@ -162,7 +162,7 @@ QUESTIONS: dict[str, Callable[[TestTable], Any]] = {
     "counts": lambda table: table.status_counts(),
     "reasons": lambda table: sorted(table.reasons.items()),
     "violations": lambda table: table.violations(),
-    "feasible": lambda table: (table.feasible(), table.eligible(), table.failed()),
+    "feasible": lambda table: (table.feasible(), table.failed()),
     "pareto": lambda table: table.pareto(),
     "repeats": lambda table: table.repeats,
     "names": names_facts,

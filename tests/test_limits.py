@@ -119,7 +119,7 @@ class Example:
             table = fixed(table)
         self.limited = table.under(limits=self.limits)
         self.left = table.take(kept_by_hand(n, tests.column, self.limits))
-        self.is_empty = not self.left.eligible().any()
+        self.is_empty = not self.left.feasible().any()
 
     def drawn(self, rng, tests):
         """Return limits on columns of any kind, such that some rows are left, as a rule."""
@@ -136,11 +136,11 @@ class Example:
 
 def fixed(table):
     """Return a table under fixed ranges, in which not all designs are."""
-    if not table.eligible().any():
+    if not table.feasible().any():
         return table
     ranges = {}
     for name in table.schema.objectives:
-        values = table.column(name)[table.eligible()]
+        values = table.column(name)[table.feasible()]
         low, high = values.min(), values.max()
         middle = (low + high) / 2
         ranges[name] = (low, middle)
@@ -163,7 +163,7 @@ def assert_equal_rankings(one, other):
 def test_limits_leave_what_removed_rows_leave(seed):
     example = Example(seed)
     limited, left = example.limited, example.left
-    assert limited.numbers[limited.eligible()].tolist() == left.numbers[left.eligible()].tolist()
+    assert limited.numbers[limited.feasible()].tolist() == left.numbers[left.feasible()].tolist()
     if example.is_empty:
         return
     assert limited.best().names == left.best().names

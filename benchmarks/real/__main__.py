@@ -105,7 +105,7 @@ def main() -> None:
     for (what, table), F in zip(steps.items(), fronts, strict=True):
         failed, eligible = (
             int((table.status == "failed").sum()),
-            table.under(limits=limits).eligible().sum(),
+            table.under(limits=limits).feasible().sum(),
         )
         volume = indicator((F - low) / (high - low)) / 1.1 ** F.shape[1] if len(F) else 0.0
         print(

@@ -67,7 +67,7 @@ def test_a_constraint_may_be_the_amount_of_a_violation():
 
     table = minimize(Amounts(get_problem("osy")), SurrogatePSI(52), seed=1).algorithm.table
     # none of the first designs is feasible
-    assert (table.F[table.eligible()].min(axis=0) < (-150, 20)).all()
+    assert (table.F[table.feasible()].min(axis=0) < (-150, 20)).all()
 
 
 def test_a_decision_leads_to_its_best_compromise():

@@ -31,7 +31,7 @@ def offers(seed, n=40):
 def first(table, **limits):
     """Return the names of the optima under other limits; none where nothing is left."""
     table = table.under(limits={**table.limits, **limits})
-    if not table.eligible().any():
+    if not table.feasible().any():
         return []
     ranking = table.feasible_ranking()
     return [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
@@ -50,7 +50,7 @@ def test_limits_between_which_the_recommendation_stays(seed):
         pair = [*asked.limits.get(row.column, (None, None))][:2]
         pair[end] = None
         free = table.under(limits={**asked.limits, row.column: tuple(pair)})
-        values = np.unique(sign * frame[row.column][free.eligible()])
+        values = np.unique(sign * frame[row.column][free.feasible()])
         present = np.nan_to_num(sign * row.present, nan=np.inf)
         steps = values[values <= present][::-1]
         if row.direction == "looser":

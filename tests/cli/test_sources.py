@@ -86,7 +86,7 @@ def test_every_command_gives_the_librarys_answer(sources, said, case, tmp_path):
     assert f"Salukvadze optimum: {best}\n" in printed
     ranked = pd.read_csv("ranked.csv", **EXACT)
     number = "test" if "test" in ranked else "row"
-    assert sorted(ranked[number]) == table.numbers[table.eligible()].tolist()
+    assert sorted(ranked[number]) == table.numbers[table.feasible()].tolist()
     assert sorted(ranked[number][ranked["pareto"]]) == table.numbers[table.pareto()].tolist()
     rows = [table.numbers.tolist().index(n) for n in ranked[number]]
     for name in table.schema.objectives:

@@ -196,7 +196,7 @@ def read(path):
 
 def objectives(table):
     """The numbers of the designs that count, by objective."""
-    table = table.take(table.eligible())
+    table = table.take(table.feasible())
     return {name: table.column(name).tolist() for name in table.schema.objectives}
 
 
@@ -266,7 +266,7 @@ C,0,z,yes,3,1,3,1,c,3,5
 def test_words_for_a_failure_name_the_limit(read):
     asked = Formulation(["mass", "cost"], limits="status=ok")
     table = read(STATUS, asked)
-    assert table.numbers[table.eligible()].tolist() == [1, 3]
+    assert table.numbers[table.feasible()].tolist() == [1, 3]
     assert not any("status" in remark for remark in table.remarks)
     refused("row 4 .* holds no number in the column 'cost'", read, STATUS, Formulation(["cost"]))
     remarks = read(STATUS, Formulation(["mass"])).remarks

@@ -456,7 +456,7 @@ def test_python_keeps_the_designs_that_a_saved_decision_keeps(cases, answers):
         decision = {**json.loads(found["written"]), "ranges": None}
         assert decision.pop("version") == 1
         table = read_table(case.frame, Decision.of_stated(decision), variables=["x"])
-        assert table.eligible().tolist() == case.mask(case.states[k]).tolist()
+        assert table.feasible().tolist() == case.mask(case.states[k]).tolist()
 
 
 def test_a_decision_about_something_else_is_not_opened(answers):

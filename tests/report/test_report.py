@@ -89,7 +89,7 @@ def html(beam):
 
 
 def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
-    rows = np.flatnonzero(LIMITED.eligible())
+    rows = np.flatnonzero(LIMITED.feasible())
     own = pd.DataFrame(TABLE.F[rows] * [1, -1], columns=["mass", "stiffness"])
     own.index = [f"test {number}" for number in TABLE.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
@@ -104,7 +104,7 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
 
 
 def test_another_design_is_explained_as_itself():
-    numbers = TABLE.numbers[LIMITED.eligible()]
+    numbers = TABLE.numbers[LIMITED.feasible()]
     best, other = numbers[LIMITED.feasible_ranking().salukvadze[0]], numbers[-1]
     assert best != other
     report = decision_report(LIMITED, design=int(other))
@@ -179,7 +179,7 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
 
 def test_alternatives_are_representatives(beam):
     own = pd.DataFrame(TABLE.F * [1, -1], columns=["mass", "stiffness"], index=TABLE.numbers)
-    own = own[LIMITED.eligible()]
+    own = own[LIMITED.feasible()]
     few = representatives(own, 5, maximize=["stiffness"])
     head = " | ".join(f"test {own.index[row]}" for row in few.rows)
     assert f"design | {head}" in lines(beam, "Alternatives")

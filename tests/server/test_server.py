@@ -154,7 +154,7 @@ def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_pat
         point for point, _, _, content in Study(study_file).proposals() if "request" in content
     ]
     assert len(directed) > 8  # how many depends on when the request came
-    assert within.eligible()[np.isin(table.numbers, directed)].mean() >= 0.8
+    assert within.feasible()[np.isin(table.numbers, directed)].mean() >= 0.8
 
 
 def answers(address, path, method="GET", body=None, **headers):

@@ -429,9 +429,9 @@ def test_limits_on_texts(limits, kept, tmp_path):
         read_table(OFFERS, asked),
         read_table(OFFERS, Formulation(["price", "days"])).under(limits=limits),
     ):
-        assert np.flatnonzero(table.eligible()).tolist() == kept
+        assert np.flatnonzero(table.feasible()).tolist() == kept
         mask, names = table.violations()
-        assert (~mask.any(axis=1)).tolist() == table.eligible().tolist()
+        assert (~mask.any(axis=1)).tolist() == table.feasible().tolist()
         costs = constraint_costs(table)
         assert costs["rejects"].tolist() == mask.sum(axis=0).tolist()
         assert list(costs.index) == list(names)

@@ -260,7 +260,7 @@ class Observations:
             points,
             goal.encode(points),
             np.column_stack(columns),
-            table.eligible(),
+            table.feasible(),
             has_failed,
             is_known,
             n_uniform,

@@ -432,7 +432,7 @@ class SurrogateSource(Source):
             self._n_fitted = 0
         pending = self._pending()
         table = self._table()
-        size = self._size(int(table.eligible().sum()))
+        size = self._size(int(table.feasible().sum()))
         is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
         n_uniform = len(self._others) + int(np.count_nonzero(is_first))
         points: Future[Array] = Future()

@@ -91,7 +91,7 @@ def separation_sentences(table: TestTable) -> list[str]:
     if not latest:
         return []
     free = table.under(limits={}).feasible_ranking()
-    if table.eligible().any():
+    if table.feasible().any():
         free = replace(free, frame=table.feasible_ranking().frame)
     rows = {free.name_of(row): row for row in range(len(free.rows))}
     positions = [position for position in latest if position["chosen"] in rows]
@@ -102,7 +102,7 @@ def separation_sentences(table: TestTable) -> list[str]:
                 continue
             pair = compare_designs(free, rows=[rows[other["chosen"]], rows[one["chosen"]]])
             sentences.append(pair.sentence("apart", 1, name=one["name"], holder=other["name"]))
-    if sentences and table.eligible().any():
+    if sentences and table.feasible().any():
         choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
         sentences.append(_least_regret(table, positions, choices, free.lengths))
     return sentences

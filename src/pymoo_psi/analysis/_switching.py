@@ -109,7 +109,7 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
             if is_set:
                 directions["looser"] = table.under(limits={**table.limits, name: free})
             for direction, tests in directions.items():
-                candidates = tests.eligible()
+                candidates = tests.feasible()
                 if is_worse:  # it rejects no design without those that it dominates
                     candidates = tests.pareto()
                 values = np.where(candidates, sign * table.column(name).astype(np.float64), np.nan)

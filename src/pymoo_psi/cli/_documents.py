@@ -114,7 +114,7 @@ def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
     table = opened_by_options(options, suffixes_for("designs"))
-    if not table.eligible().any():
+    if not table.feasible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
     frame = ranked_frame(table, options.out)
     say_source(path, table)

@@ -146,7 +146,7 @@ def run_solve(options: Options) -> int:
         size = f" of {tests} in {options.study} ({result.tests.status_counts()})"
         _say_result(options, problem_name(problem), size, result, out)
         say(f"This run by {options.algorithm} evaluated {evaluated}: {counts}.")
-    if not result.table.eligible().any():
+    if not result.table.feasible().any():
         return 1
     limits = written_limits(result.table)
     if limits:
@@ -331,7 +331,7 @@ def _say_result(
         out: The absolute path of the file.
     """
     table = result.table
-    if table.eligible().any():
+    if table.feasible().any():
         frame = ranked_frame(table, out, only_pareto=True)
         n_optimal = counted(len(frame), "Pareto-optimal design")
         say_best(frame, f"{subject}: {n_optimal}{size}, by place", table, options.out)

@@ -190,7 +190,7 @@ def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
     if changes:
         return f"{warning} has changed: {', '.join(changes)}."
-    if not table.eligible()[row]:
+    if not table.feasible()[row]:
         return f"{warning} violates the limits."
     return f"Chosen: {chosen}."
 

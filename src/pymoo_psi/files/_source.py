@@ -203,7 +203,7 @@ def read_table(
             if path is None:
                 raise
             raise ArgumentValueError(f"{path}: {error}") from None
-    designs = table.take(table.eligible())
+    designs = table.take(table.feasible())
     remarks = _failures(designs)
     if repeats is None and not isinstance(source, TestTable):
         remarks = [*undeclared_repeats(designs), *remarks]

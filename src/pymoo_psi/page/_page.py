@@ -194,7 +194,7 @@ def page_of_tests(
         prototype: Existing designs to compare with.
     """
     reasons: list[str] = []
-    if table.eligible().any():
+    if table.feasible().any():
         ranking = table.feasible_ranking()
         reasons += map(str, cautions(ranking))
         reasons += certainty_sentences(table, int(ranking.salukvadze[0]))

@@ -224,7 +224,7 @@ def limit_costs(table: TestTable) -> pd.DataFrame:
     costs["column"] = [*table.schema.constraints, *table.limits]
     last = "nearest value"
     describe = _nearest
-    if table.eligible().any():
+    if table.feasible().any():
         last = "best values without it"
         describe = _best_values
     rows = []

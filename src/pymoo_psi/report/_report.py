@@ -147,7 +147,7 @@ def decision_report(
     instance("table", table, TestTable, remedy)
     if len(table) == 0 or not table.schema.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    eligible = table.eligible()
+    eligible = table.feasible()
     chosen = table.decision.chosen
     if design is not None:
         row = table.row_of(design)

@@ -13,7 +13,6 @@ from ._table import TestTable as TestTable
 
 from ._csv import HEAD_ENTRY as HEAD_ENTRY
 from ._csv import ROWS_ENTRY as ROWS_ENTRY
-from ._csv import inert as inert
 from ._csv import metadata_path as metadata_path
 from ._csv import write_csv as write_csv
 from ._csv import written_text as written_text
@@ -21,7 +20,6 @@ from ._data import Data as Data
 from ._decision import decision_of as decision_of
 from ._designs import designs_of as designs_of
 from ._expression import Expression as Expression
-from ._formulation import FormulationFields as FormulationFields
 from ._head import DESIGNS_MARK as DESIGNS_MARK
 from ._head import FORMAT as FORMAT
 from ._head import MARK as MARK
@@ -38,13 +36,10 @@ from ._head import marks_of as marks_of
 from ._head import schema_head as schema_head
 from ._head import schema_of as schema_of
 from ._head import units_of as units_of
-from ._limits import NUMBER as NUMBER
 from ._limits import Limits as Limits
 from ._limits import entries_of as entries_of
 from ._limits import limits_of as limits_of
-from ._limits import plain_number as plain_number
 from ._limits import sides_of_text as sides_of_text
-from ._limits import texts_of as texts_of
 from ._schema import EQUALITY as EQUALITY
 from ._schema import INEQUALITY as INEQUALITY
 from ._schema import LABEL as LABEL
@@ -69,14 +64,10 @@ from ._schema import first_of as first_of
 from ._schema import headings_of as headings_of
 from ._schema import kind_of_cells as kind_of_cells
 from ._schema import names_of as names_of
-from ._schema import real_column as real_column
 from ._schema import result_columns as result_columns
-from ._schema import unit_text as unit_text
 from ._schema import unit_texts as unit_texts
 from ._schema import value_ranks as value_ranks
 from ._table import checked_numbers as checked_numbers
 from ._table import has_errors as has_errors
-from ._table import require_distinct as require_distinct
-from ._table import table_difference as table_difference
 from ._table import unequal as unequal
 from ._view import STATUSES as STATUSES

@@ -49,6 +49,11 @@ class Data(Mapping[str, AnyArray]):
         """Pickle the columns alone; NumPy's arrays come back writable."""
         return Data, (self._columns,)
 
+    @staticmethod
+    def key(names: Names, turned: Collection[str] = ()) -> tuple[str, ...]:
+        """Return the key of a matrix of some columns, of which some are negated."""
+        return tuple(f"-{name}" if name in turned else f"+{name}" for name in names)
+
     def matrix(self, n: int, names: Names, turned: Collection[str] = ()) -> AnyArray:
         """Return the ``(n, k)`` matrix of some columns, made once for all formulations.
 
@@ -57,7 +62,7 @@ class Data(Mapping[str, AnyArray]):
             names: The columns. Their matrix is of objects if their types differ.
             turned: The columns that are negated.
         """
-        key = tuple(f"-{name}" if name in turned else f"+{name}" for name in names)
+        key = self.key(names, turned)
         if key not in self.matrices:
             columns = []
             for name in names:

@@ -114,8 +114,8 @@ class Column(NamedTuple):
         kind = self.kind
         if kind is not None:
             kind = Kind(known_name(f"the kind of {self.name!r}", kind, [*map(str, _KINDS)]))
-        lower = _bound(self.name, self.lower)
-        upper = _bound(self.name, self.upper)
+        lower = _bound(self.lower)
+        upper = _bound(self.upper)
         if lower is not None and upper is not None and lower > upper:
             received = Received(f"{lower:g} and {upper:g}")
             raise invalid(f"the bounds of {self.name!r}", "in increasing order", received)
@@ -518,7 +518,7 @@ def unit_texts(units: Any) -> dict[str, str]:
     return texts
 
 
-def _bound(name: str, bound: Any) -> float | None:
+def _bound(bound: Any) -> float | None:
     """Return a bound as a float; None for NaN."""
     if bound is None or bound != bound:
         return None

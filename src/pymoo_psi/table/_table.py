@@ -209,14 +209,12 @@ class TestTable(Shown):
         for (name, array), role in zip(
             arrays.items(), (OBJECTIVE, INEQUALITY, EQUALITY), strict=True
         ):
-            columns = schema.with_role(role)
-            require_shape(name, array, (n, len(columns)))
-            key = []
-            for column, cells in zip(columns, array.T, strict=True):
-                turned = column.maximize and role == OBJECTIVE
-                data[column.name] = -cells if turned else cells
-                key.append(f"-{column.name}" if turned else f"+{column.name}")
-            matrices[tuple(key)] = array
+            names = schema.of_role(role)
+            require_shape(name, array, (n, len(names)))
+            turned = schema.maximize if role == OBJECTIVE else ()
+            for column, cells in zip(names, array.T, strict=True):
+                data[column] = -cells if column in turned else cells
+            matrices[Data.key(names, turned)] = array
         failures = _writable_reasons(reasons or {}, numbers)
         table = cls(schema, Data(data, matrices), numbers, failures)
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
@@ -421,7 +419,7 @@ class TestTable(Shown):
         return self.view.has_status("failed")
 
     def feasible(self) -> Mask:
-        """``(n,)`` which designs are "ok": they meet all constraints and limits.
+        """``(n,)`` which designs are "ok": constraints and limits are met, objectives finite.
 
         Example:
             >>> X, F, G = [[0.1], [0.5], [0.9]], [[1], [2], [3]], [[0.5], [0.0], [0.0]]
@@ -433,17 +431,8 @@ class TestTable(Shown):
         """
         return self.view.has_status("ok")
 
-    def eligible(self) -> Mask:
-        """``(n,)`` which designs are feasible and have finite objectives, so that they compete.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).eligible()
-            array([ True, False])
-        """
-        return self.view.has_status("ok")  # a design whose objectives are not finite failed
-
     def pareto(self) -> Mask:
-        """``(n,)`` which designs are Pareto optimal among the eligible ones.
+        """``(n,)`` which designs are Pareto optimal among the feasible ones.
 
         Tests of the same design count once, by the first of them; see :attr:`repeats`.
 
@@ -792,7 +781,7 @@ class TestTable(Shown):
         become optimal if another design is dropped, which :func:`~pymoo_psi.cautions` report.
 
         Returns:
-            The ranking of the eligible designs, as that of :meth:`ranking`; its labels are the
+            The ranking of the feasible designs, as that of :meth:`ranking`; its labels are the
             designs' :attr:`names`.
 
         Raises:
