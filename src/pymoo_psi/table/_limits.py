@@ -167,7 +167,7 @@ def _end(column: str, value: Any, unbounded: float) -> float:
     """Return an end of a limit as a float; the infinite one for None."""
     if value is None:
         return unbounded
-    if not isinstance(value, Real) or isinstance(value, bool):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise wrong_type(f"{column!r} in limits", _FORM, value)
     return float(value)
 
