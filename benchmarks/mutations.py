@@ -1,0 +1,195 @@
+"""Small faults put into core modules, and whether the tests notice each.
+
+    python -m benchmarks.mutations [MUTANTS [SEED [RESULTS.jsonl]]]
+
+A mutant changes one place of one file: a comparison, an operator, a condition, a number, the order
+of two arguments, or a call without a result, which is left out. The tests of its subpackage are
+tried first, then all others. Results are kept in a file, by which an interrupted study continues.
+In the end, the mutants are listed that no test noticed.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.machine import QUICK, describe_machine, sized
+
+CHECKOUT = Path(__file__).parents[1]
+SOURCES = Path("src", "pymoo_psi")
+CORE = (
+    "chute",
+    "sequences",
+    "pareto",
+    "table",
+    "study",
+    "analysis",
+    "selection",
+    "algorithms",
+    "comparison",
+)
+LIMIT = 1800  # seconds for all tests of a mutant: one that never ends is noticed
+COMPARISONS = {
+    ast.Lt: "<=",
+    ast.LtE: "<",
+    ast.Gt: ">=",
+    ast.GtE: ">",
+    ast.Eq: "!=",
+    ast.NotEq: "==",
+    ast.Is: "is not",
+    ast.IsNot: "is",
+    ast.In: "not in",
+    ast.NotIn: "in",
+}
+OPERATORS = {
+    ast.Add: "-",
+    ast.Sub: "+",
+    ast.Mult: "/",
+    ast.Div: "*",
+    ast.BitAnd: "|",
+    ast.BitOr: "&",
+}
+
+
+class Mutant(NamedTuple):
+    """A change of one place: the file, the place in its lines, what stands there and what will."""
+
+    file: str
+    line: int
+    former: str
+    new: str
+    start: int
+    end: int
+
+    @property
+    def key(self) -> str:
+        """The mutant in one line."""
+        return f"{self.file}:{self.line}: {self.former}  ->  {self.new}"
+
+
+def mutants_of(path: Path) -> Iterator[Mutant]:
+    """Yield all mutants of a file."""
+    source = path.read_bytes()
+    starts = [0]
+    for line in source.splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    for node in _code(ast.parse(source)):
+        for replaced, new in _changes(node):
+            assert replaced.end_lineno is not None
+            assert replaced.end_col_offset is not None
+            start = starts[replaced.lineno - 1] + replaced.col_offset
+            end = starts[replaced.end_lineno - 1] + replaced.end_col_offset
+            former = " ".join(source[start:end].decode().split())
+            name = str(path.relative_to(CHECKOUT))
+            yield Mutant(name, replaced.lineno, former, new, start, end)
+
+
+def _code(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of what runs: neither annotations nor messages of errors."""
+    for name, value in ast.iter_fields(tree):
+        if name in ("annotation", "returns") or isinstance(tree, (ast.Raise, ast.AnnAssign)):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield child
+                yield from _code(child)
+
+
+def _changes(node: ast.AST) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
+    """Yield the changes of a node: what is replaced, and by what."""
+    if isinstance(node, ast.Compare) and len(node.ops) == 1:
+        left = ast.unparse(node.left)
+        right = ast.unparse(node.comparators[0])
+        yield node, f"({left}) {COMPARISONS[type(node.ops[0])]} ({right})"
+    elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        left = ast.unparse(node.left)
+        right = ast.unparse(node.right)
+        yield node, f"(({left}) {OPERATORS[type(node.op)]} ({right}))"
+    elif isinstance(node, ast.BoolOp):
+        word = " or " if isinstance(node.op, ast.And) else " and "
+        yield node, f"({word.join(f'({ast.unparse(value)})' for value in node.values)})"
+    elif isinstance(node, (ast.If, ast.IfExp, ast.While)):
+        yield node.test, f"(not ({ast.unparse(node.test)}))"
+    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        yield node, repr(node.value + 1)
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+        yield node, "pass"
+    elif isinstance(node, ast.Call) and len(node.args) > 1:
+        arguments = [node.args[1], node.args[0], *node.args[2:], *node.keywords]
+        call = ", ".join(map(ast.unparse, arguments))
+        yield node, f"{ast.unparse(node.func)}({call})"
+
+
+def drawn(n: int, seed: int) -> list[Mutant]:
+    """Return n different mutants of the core, each place as likely as any other."""
+    every: list[Mutant] = []
+    for subpackage in CORE:
+        for path in sorted((CHECKOUT / SOURCES / subpackage).glob("*.py")):
+            every += mutants_of(path)
+    return random.Random(seed).sample(every, n)
+
+
+def noticed_by(mutant: Mutant) -> str:
+    """Return the first line of the tests' complaint on a mutant; nothing if they all pass."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "checkout")
+        hidden = shutil.ignore_patterns(".git", ".tox", "*cache*", "runs")
+        shutil.copytree(CHECKOUT, copy, ignore=hidden)
+        path = copy / mutant.file
+        source = path.read_bytes()
+        path.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.end :])
+        subpackage = Path(mutant.file).parts[2]
+        for places in ([f"tests/{subpackage}", f"{SOURCES}/{subpackage}"], ["tests", "src"]):
+            words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "2", "--no-header", *places]
+            environment = {**os.environ, "PYTHONPATH": str(copy / "src"), "CI": "1"}
+            try:
+                ended = subprocess.run(
+                    words, cwd=copy, env=environment, capture_output=True, text=True, timeout=LIMIT
+                )
+            except subprocess.TimeoutExpired:
+                return "it did not end"
+            if ended.returncode:
+                lines = ended.stdout.splitlines()
+                failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
+                return (failed or lines[-1:] or ["an error"])[0][:150]
+            if QUICK:
+                break
+    return ""
+
+
+def main(n: int = sized(100, 1), seed: int = 1, results: str = "") -> None:
+    """Try mutants, and print the share that is noticed and those that are not."""
+    print(describe_machine())
+    known: dict[str, str] = {}
+    file = Path(results) if results else Path(tempfile.mkdtemp(), "mutations.jsonl")
+    if file.exists():
+        for line in file.read_text("utf-8").splitlines():
+            known.update([json.loads(line)])
+    mutants = drawn(n, seed)
+    for i, mutant in enumerate(mutants, start=1):
+        if mutant.key in known:
+            continue
+        known[mutant.key] = noticed_by(mutant)
+        with file.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps([mutant.key, known[mutant.key]]) + "\n")
+        print(f"{i:4} {mutant.key}\n     {known[mutant.key] or 'NOT NOTICED'}", flush=True)
+    survivors = [mutant.key for mutant in mutants if not known[mutant.key]]
+    print(f"{n - len(survivors)} of {n} mutants noticed (seed {seed})")
+    print("\n".join(survivors))
+
+
+if __name__ == "__main__":
+    arguments = sys.argv[1:]
+    main(
+        *(int(word) for word in arguments[:2]),  # type: ignore[misc]
+        **({"results": arguments[2]} if len(arguments) > 2 else {}),
+    )
