@@ -18,7 +18,16 @@ PROJECT = Path(__file__).parents[1]
 
 # A layer imports only the ones before it; a subpackage of a layer only those before it, too.
 LAYERS = {
-    "base": ["errors", "guide", "_names", "_validation", "_kinds", "_output", "_modules"],
+    "base": [
+        "errors",
+        "guide",
+        "_names",
+        "_validation",
+        "_kinds",
+        "_numbers",
+        "_output",
+        "_modules",
+    ],
     "mathematics": ["sequences", "chute", "pareto"],
     "data": ["table", "analysis", "study", "files"],
     "pymoo": ["parallel", "problems", "algorithms", "selection"],

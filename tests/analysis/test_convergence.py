@@ -5,8 +5,8 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, investigate, lp_tau, rank_of_efficiency
+from pymoo_psi._numbers import percent
 from pymoo_psi.analysis import convergence
-from pymoo_psi.pareto import percent
 from pymoo_psi.table import Schema
 from tests.refusals import refused
 

@@ -145,7 +145,7 @@ def test_outliers_set_no_scale(values, ends, log):
 def test_decimals_are_those_of_other_designs_where_the_optimal_have_none(of_optimal):
     frame = pd.DataFrame({"a": [0, 1, 2], "b": [1, 0, 2], "heat": [of_optimal] * 2 + [1 / 3]})
     sent = payload_of(decision_page(frame, ["a", "b"]))
-    assert sent["columns"][2]["notation"] == ["fixed", 4]
+    assert sent["columns"][2]["notation"] == {"decimals": 4, "powers": False}
 
 
 def test_axes_range_over_the_optimal_designs():
@@ -167,4 +167,4 @@ def test_numbers_are_written_as_the_file_has_them_where_these_are_short():
     third = 100 / 3
     frame = pd.DataFrame({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, third, 100]})
     sent = payload_of(decision_page(read_table(frame, Formulation(["a", "b"]), variables=["c"])))
-    assert [one["notation"] for one in sent["columns"][:3]] == [["fixed", k] for k in (1, 2, 1)]
+    assert [one["notation"]["decimals"] for one in sent["columns"][:3]] == [1, 2, 1]

@@ -9,7 +9,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, rank_of_efficiency
-from pymoo_psi.pareto import number
+from pymoo_psi._numbers import number
 from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table
 from tests.plots.drawn import assert_whole, shown, texts
 

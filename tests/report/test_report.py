@@ -17,9 +17,9 @@ from pymoo_psi import (
     rank_of_efficiency,
     representatives,
 )
+from pymoo_psi._numbers import number
 from pymoo_psi.analysis import constraint_costs
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import number
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
 

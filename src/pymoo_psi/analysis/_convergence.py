@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymoo_psi._numbers import percent
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Integers, Received, counted, invalid
 from pymoo_psi.analysis._sampling import even_part
-from pymoo_psi.pareto import UtopianFrame, hypervolume, percent
+from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.table import TestTable
 
 if TYPE_CHECKING:

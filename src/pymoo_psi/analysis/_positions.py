@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Entries
 from pymoo_psi.pareto import (
     capital,
     compare_designs,
     listed,
-    number,
-    percent,
     sentence,
     without_rounding,
 )

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from pymoo_psi._numbers import percent
 from pymoo_psi._validation import Array, Received, Rows, counted, invalid, known_name
-from pymoo_psi.pareto import percent, sentence, standard_errors, weights_sentence
+from pymoo_psi.pareto import sentence, standard_errors, weights_sentence
 from pymoo_psi.table import (
     N_TESTS,
     NOT_OF_DESIGNS,

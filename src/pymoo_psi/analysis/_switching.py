@@ -28,16 +28,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
     capital,
-    decimal_mark,
     listed,
     nearest_to_ideal,
     nondominated,
-    number,
     sentence,
     unit_lengths,
     without_rounding,

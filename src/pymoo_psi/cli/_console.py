@@ -11,12 +11,13 @@ from tempfile import TemporaryFile
 
 import pandas as pd
 
+from pymoo_psi._numbers import number
 from pymoo_psi._output import is_marked
 from pymoo_psi._validation import Names, invalid, known_name
 from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.files import FORMATS, designs_head, format_of
 from pymoo_psi.guide import guides, site_page
-from pymoo_psi.pareto import number, wrapped
+from pymoo_psi.pareto import wrapped
 from pymoo_psi.table import TestTable, metadata_path
 
 

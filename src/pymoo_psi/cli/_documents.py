@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pymoo_psi._numbers import localized, number
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
     certainty_sentences,
@@ -49,9 +50,7 @@ from pymoo_psi.pareto import (
     RANKING_COLUMNS,
     cautions,
     explain,
-    localized,
     measured_in,
-    number,
     ranking_frame,
 )
 from pymoo_psi.table import TEST, TestTable
@@ -175,14 +174,14 @@ def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None
 
 def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
     """Return designs with numbers rounded as on the page, and units in the headings."""
-    from pymoo_psi.page import notations, written
+    from pymoo_psi.page import number_formats
 
     rounded = frame.drop(columns=["mu2", "mu3", "pareto"], errors="ignore")
     rounded = rounded.round({"mu1": 4})
-    for name, notation in notations(table).items():
+    for name, number_format in number_formats(table).items():
         column = _beside_ranking(name)
         if column in rounded:
-            rounded[column] = [written(notation, value) for value in rounded[column]]
+            rounded[column] = [number_format.text(value) for value in rounded[column]]
     headings = {column.name: column.heading for column in table.schema.columns}
     # The number leads each part of a wide table, as dominated designs have no place.
     rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))

@@ -13,11 +13,12 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
+from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import RANKING_COLUMNS, decimal_mark, number
+from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Decision, TestTable, entries_of, limits_of
 
 # The options of a formulation.

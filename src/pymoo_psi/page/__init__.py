@@ -25,10 +25,9 @@ from pymoo_psi.page._page import DecisionPage, decision_page
 from pymoo_psi.page._page import designs_of_page as designs_of_page
 from pymoo_psi.page._page import existing_designs as existing_designs
 from pymoo_psi.page._page import page_of_tests as page_of_tests
-from pymoo_psi.page._payload import notations as notations
+from pymoo_psi.page._payload import number_formats as number_formats
 from pymoo_psi.page._payload import rows_of as rows_of
 from pymoo_psi.page._payload import without_outliers as without_outliers
-from pymoo_psi.page._payload import written as written
 
 __all__ = [
     "DecisionPage",

@@ -8,16 +8,15 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
-from pymoo_psi.pareto import SENTENCES, localized, nondominated, weight_shares
+from pymoo_psi.pareto import SENTENCES, nondominated, weight_shares
 from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable, has_errors
-
-Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
@@ -27,11 +26,10 @@ _COMPUTED_BY_PAGE = {
     "maximize": False,
     "texts": None,
     "values": None,
-    "notation": ["fixed", 4],
+    "notation": NumberFormat(4).pattern,
     "range": [0, 1],
     "log": False,
 }
-_DIGITS = 4  # a written number resolves so many within the range of its column
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
 # none of a normal one.
@@ -46,7 +44,6 @@ _SHADES = {
     "#1F528F": 0.9,
     "#08306B": 1.0,
 }
-_LARGEST = np.finfo(float).max
 
 
 def payload(
@@ -229,35 +226,21 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     return columns
 
 
-def notations(table: TestTable) -> dict[str, Notation]:
+def number_formats(table: TestTable) -> dict[str, NumberFormat]:
     """Return by name how the numbers of a column are written on the page and in the report.
 
     Args:
         table: Tests, one or more of them feasible.
     """
     designs = table.take(table.feasible())
-    columns = _columns([designs], nondominated(designs.F))
-    return {column["name"]: column["notation"] for column in columns if "notation" in column}
-
-
-def written(notation: Notation, value: float) -> str:
-    """Return a number as the page writes it.
-
-    Example:
-        >>> written(("fixed", 2), 1.5), written(("exponent", 3), 1.5)
-        ('1.50', '1.500e+00')
-    """
-    kind, decimals = notation
-    if not np.isfinite(value):
-        return "—"
-    text = f"{round(value, decimals) + 0.0:.{decimals}f}"  # no -0
-    if kind == "exponent":
-        text = f"{value:.{decimals}e}"
-    elif abs(value) >= 1e7:  # it is beyond the range of the column, a penalty perhaps
-        text = f"{value:.3e}"
-    elif abs(value) >= 1e4:
-        text = f"{value:,.{decimals}f}".replace(",", "\N{NO-BREAK SPACE}")
-    return localized(text)
+    optimal = nondominated(designs.F)
+    formats = {}
+    for _, name in roles(designs):
+        values = values_of(name, designs)
+        if values.dtype != object:
+            is_log = designs.schema[name].kind is Kind.LOG
+            formats[name] = _format_and_scale(values, optimal, log=is_log)[0]
+    return formats
 
 
 def values_of(name: str, *tables: TestTable) -> AnyArray:
@@ -286,59 +269,35 @@ def _packed_texts(cells: AnyArray) -> Values:
 
 
 def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Values:
-    """Return the numbers of a column as the payload has them, with their scale and digits.
+    """Return the numbers of a column as the payload has them, with their scale and format.
 
     Args:
         values: ``(n + k,)`` numbers of the designs, then those of existing designs.
         optimal: ``(n,)`` which designs are Pareto optimal.
         log: Whether the column is a logarithmic variable.
     """
-    optimal_values = values[: len(optimal)][optimal]
-    optimal_values = optimal_values[np.isfinite(optimal_values)]
-    low, high, crowded = scale_of(optimal_values)
-    near = optimal_values[(optimal_values >= low) & (optimal_values <= high)]
-    notation = notation_of(near, values[np.isfinite(values)])
-    if log and high > 10**_DECADES * low:  # digits in each decade
-        notation = ("exponent", _DIGITS - 1)
+    number_format, (low, high, crowded) = _format_and_scale(values, optimal, log=log)
     return {
         "texts": None,
         "values": _base64(values),
-        "notation": notation,
+        "notation": number_format.pattern,
         "range": [low, high],
         "log": crowded or (log and low > 0),
     }
 
 
-def notation_of(near: Array, finite: Array) -> Notation:
-    """Return how numbers are written, fixed or with an exponent, and the number of decimals.
-
-    Numbers of up to three decimals and seven digits are written as they are. Otherwise the decimals
-    tell designs apart: they follow the range, not the size, of the values near the optimal ones.
-    From 1e7 on, or where more than 8 decimals would be needed, an exponent is shorter.
-
-    Args:
-        near: ``(k,)`` values of Pareto-optimal designs without outliers.
-        finite: ``(n,)`` all finite values of the column.
-    """
-    low, high = _ends(near)
-    size = max(abs(low), abs(high))
-    # The range of an output may be beyond all floats; the greatest one is as good.
-    span = min(high - low, _LARGEST)
-    for decimals in range(4):
-        short = size < 10.0 ** (7 - decimals)
-        if short and (finite == np.round(finite, decimals)).all():
-            return "fixed", decimals
-    if size == 0:  # only values of other designs have decimals
-        return notation_of(finite, finite)
-    # A constant has no range; its own size then says how many decimals are of use.
-    decimals = _DIGITS - 1 - int(np.floor(np.log10(span or size)))
-    if size < 1e7 and decimals <= 8:
-        return "fixed", max(decimals, 0)
-    common = 0
-    if span > 0:
-        # Leading digits that all values have in common come on top of those that differ.
-        common = int(np.floor(np.log10(size) - np.log10(span)))
-    return "exponent", min(_DIGITS - 1 + max(common, 0), 12)
+def _format_and_scale(
+    values: Array, optimal: Mask, *, log: bool
+) -> tuple[NumberFormat, tuple[float, float, bool]]:
+    """Return how the numbers of a column are written, and the scale of its axis."""
+    optimal_values = values[: len(optimal)][optimal]
+    optimal_values = optimal_values[np.isfinite(optimal_values)]
+    low, high, crowded = scale_of(optimal_values)
+    near = optimal_values[(optimal_values >= low) & (optimal_values <= high)]
+    number_format = NumberFormat.of(values, near)
+    if log and high > 10**_DECADES * low:  # digits in each decade
+        number_format = NumberFormat(2, has_powers=True)
+    return number_format, (low, high, crowded)
 
 
 def _ends(values: Array) -> tuple[float, float]:

@@ -604,7 +604,7 @@ function short(value, digits = 4) {
   if (power >= -4 && power < digits) {
     return apart(local(Number(text).toFixed(max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")))
   }
-  return `${local(String(mantissa))}e${power < 0 ? "-" : "+"}${String(abs(power)).padStart(2, "0")}`
+  return `${local(String(mantissa))}e${power}`
 }
 const local = (text) => text.replace(".", mark)
 const apart = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, "\u00a0"))
@@ -630,12 +630,12 @@ function written(column, value) {
   if (column.texts) return column.texts[value] || "–"
   if (value === null || Number.isNaN(value)) return "–"
   if (!isNumber(value)) return value > 0 ? "∞" : "-∞"
-  const [kind, digits] = column.notation
+  const {decimals, powers} = column.notation
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (kind !== "fixed" || abs(value) >= 1e7) return local(rounded(value, kind === "fixed" ? 4 : digits + 1))
-  const significant = digits + 1 + floor(log10(abs(value)))
+  if (powers || abs(value) >= 1e7) return value === 0 ? "0" : local(rounded(value, 1 + (powers ? decimals : 3)).replace("+", ""))
+  const significant = decimals + 1 + floor(log10(abs(value)))
   const even = significant > 0 ? Number(rounded(value, significant)) : value // toFixed rounds a half up
-  return apart(local(even.toFixed(digits).replace(/^-(?=[0.]*$)/, ""))) // no -0
+  return apart(local(even.toFixed(decimals).replace(/^-(?=[0.]*$)/, ""))) // no -0
 }
 
 // ------------------------------------------------------------------------------------- explanations

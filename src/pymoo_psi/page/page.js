@@ -410,8 +410,8 @@ const page = (() => {
 
   // A slider gives what can be read: the digits that the column is written with, so that the limit
   // in force is the number in its field.
-  const rounded = ({log, notation: [kind, digits]}, value) => Number(log ? value.toPrecision(4)
-    : kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits))
+  const rounded = ({log, notation: {decimals, powers}}, value) => Number(log ? value.toPrecision(4)
+    : powers ? value.toExponential(decimals) : value.toFixed(decimals))
 
   const hasValues = (column) => column.values.some(isNumber)
 

@@ -50,10 +50,6 @@ from ._ranking import row_of_design as row_of_design
 from ._ranking import with_units as with_units
 from ._sentences import SENTENCES as SENTENCES
 from ._sentences import capital as capital
-from ._sentences import decimal_mark as decimal_mark
 from ._sentences import listed as listed
-from ._sentences import localized as localized
-from ._sentences import number as number
-from ._sentences import percent as percent
 from ._sentences import sentence as sentence
 from ._sentences import wrapped as wrapped

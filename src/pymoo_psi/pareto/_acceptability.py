@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from pymoo_psi._numbers import percent
 from pymoo_psi._validation import Array, Integers, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
-from pymoo_psi.pareto._sentences import capital, percent, sentence
+from pymoo_psi.pareto._sentences import capital, sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 _BLOCKS = 8  # parts of the sample of weights, whose differences give the error

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
@@ -22,7 +23,7 @@ from pymoo_psi.pareto._ranking import (
     nearest_of_front,
     rank_of_efficiency,
 )
-from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
+from pymoo_psi.pareto._sentences import capital, listed, sentence
 
 NEAR = 0.01
 """Distances within 1 % of the least count as equal to it: models are seldom more accurate."""

@@ -16,19 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._validation import Array, Received, Rows, collection, counted, integer, invalid
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
-from pymoo_psi.pareto._sentences import (
-    SENTENCES,
-    capital,
-    decimal_mark,
-    listed,
-    number,
-    percent,
-    sentence,
-    wrapped,
-)
+from pymoo_psi.pareto._sentences import SENTENCES, capital, listed, sentence, wrapped
 
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
 # that lie symmetrically tie, and far below any difference that counts.

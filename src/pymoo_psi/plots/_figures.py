@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import NullLocator
 
+from pymoo_psi._numbers import number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
@@ -26,7 +27,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.analysis import Histogram, histogram
-from pymoo_psi.pareto import number, rank_of_efficiency, with_units
+from pymoo_psi.pareto import rank_of_efficiency, with_units
 from pymoo_psi.plots._points import (
     BLUE,
     OPTIMUM,

@@ -14,9 +14,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
+from pymoo_psi._numbers import number
 from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import EfficiencyRanking, number
+from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.plots._style import Style, literal, view
 from pymoo_psi.table import Kind, Limit, TestTable, value_ranks
 

@@ -17,16 +17,15 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi import plots
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Values, counted
 from pymoo_psi.analysis import alike, constraint_costs, convergence
 from pymoo_psi.errors import PsiError
-from pymoo_psi.page import notations, written
+from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
     cautions,
     compare_designs,
     explain,
-    number,
-    percent,
     representatives,
     within_range,
 )
@@ -71,7 +70,7 @@ class Choice:
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
         self.prototype = prototype
-        self.notations = notations(table)
+        self.formats = number_formats(table)
         self.ranking = table.feasible_ranking()
         self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
@@ -96,7 +95,7 @@ class Choice:
     def _texts(self, values: Array) -> list[str]:
         """Return ``(m,)`` objectives as the page writes them."""
         pairs = zip(self.ranking.objectives.names, values, strict=True)
-        return [written(self.notations[name], value) for name, value in pairs]
+        return [self.formats[name].text(value) for name, value in pairs]
 
     def objectives(self) -> pd.DataFrame:
         """Return the objectives of the design, and of others, between best and worst."""
@@ -139,8 +138,8 @@ class Choice:
             text = _cell(value)
             if name in schema.variables:
                 text = str(value)
-            if name in self.notations:
-                text = written(self.notations[name], float(value))
+            if name in self.formats:
+                text = self.formats[name].text(float(value))
             rows.append((schema[name].heading, text))
         frame = pd.DataFrame(rows, columns=["column", "value"])
         return frame[~frame["value"].isin(["", "—", "None"])]

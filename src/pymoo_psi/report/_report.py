@@ -8,6 +8,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
+from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, counted, instance, invalid
 from pymoo_psi.analysis import (
@@ -20,13 +21,7 @@ from pymoo_psi.analysis import (
     written_limits,
 )
 from pymoo_psi.page import existing_designs
-from pymoo_psi.pareto import (
-    EfficiencyRanking,
-    capital,
-    decimal_mark,
-    measured_in,
-    number,
-)
+from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
 from pymoo_psi.table import TestTable

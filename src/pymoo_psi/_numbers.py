@@ -1,0 +1,198 @@
+"""Numbers as people read them: one format a column, single numbers, shares, the decimal mark.
+
+:class:`NumberFormat` is made once from the values of a column. The terminal, reports and figures
+write the numbers of the column by its ``text``, the page by its ``pattern``. :func:`number` and
+:func:`percent` write the numbers of sentences. All of them have the decimal mark in force, see
+:func:`decimal_mark`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from math import ceil, floor, isinf, isnan, log10
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+_MARK = ContextVar("_MARK", default=".")  # the decimal mark
+_APART = "\N{NO-BREAK SPACE}"
+_STEPS = 500  # a written number tells so many values within the range of its column apart
+_AS_GIVEN = 3  # decimals up to which values are written as they are
+_SAME = 1e-12  # values closer than this, relatively, differ by rounding only
+_MOST = 12  # decimals
+_LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
+_LONGEST = 1e7  # and from this size on all numbers of a column
+_SHORT = 1e-4
+_ALL = 100 - 1e-7  # per cent, up to rounding
+_LONG_OF_SENTENCES = 1e9
+
+
+@dataclass(frozen=True)
+class NumberFormat:
+    """How the numbers of a column are written.
+
+    All have the same number of decimals, or are all written with a power of ten, as 1.67e9.
+
+    Attributes:
+        decimals: Digits behind the decimal mark; with a power of ten, those of the factor.
+        has_powers: Whether numbers are written with a power of ten.
+        minus: The minus sign; "−" where the output is typographic.
+
+    Example:
+        >>> costs = NumberFormat.of([12.3456, 99.8765, 140.0])
+        >>> costs.text(12.3456), costs.text(140.0)
+        ('12.3', '140.0')
+        >>> NumberFormat.of([725.0, 1.67e9]).text(725.0)
+        '7.25e2'
+    """
+
+    decimals: int
+    has_powers: bool = False
+    minus: str = "-"
+
+    @classmethod
+    def of(
+        cls, values: ArrayLike, near: ArrayLike | None = None, *, minus: str = "-"
+    ) -> NumberFormat:
+        """Return the format that tells the values of a column apart.
+
+        Values of up to three decimals and seven digits are written as they are. Otherwise the
+        decimals follow the range: 500 values within it are told apart. Numbers of 1e6 and more, or
+        below 1e-4, have a power of ten.
+
+        Args:
+            values: All values of the column; those that are not finite are ignored.
+            near: Those that readers compare, by default all.
+            minus: The minus sign.
+        """
+        finite = _finite(values)
+        compared = finite
+        if near is not None:
+            compared = _finite(near)
+        if not compared.any():  # all are 0, or there are none
+            compared = finite
+        if not compared.any():
+            return cls(0, minus=minus)
+        low = float(compared.min())
+        high = float(compared.max())
+        size = max(abs(low), abs(high))
+        with_decimals = finite[np.abs(finite) < _LONGEST]  # greater ones are written otherwise
+        for decimals in range(_AS_GIVEN + 1):
+            errors = np.abs(with_decimals - np.round(with_decimals, decimals))
+            is_as_given = (errors <= _SAME * np.abs(with_decimals)).all()
+            if size < _LONGEST / 10**decimals and is_as_given:
+                return cls(decimals, minus=minus)
+        order = log10(size)
+        # A constant has no range; its own size then says how many decimals are of use.
+        order_of_range = order
+        if high > low:
+            order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
+        if _SHORT <= size < _LONG:
+            decimals = ceil(log10(_STEPS) - order_of_range)
+            return cls(min(max(decimals, 0), _MOST), minus=minus)
+        # Leading digits that all values have in common come on top of three that differ.
+        common = max(floor(order) - floor(order_of_range), 0)
+        return cls(min(2 + common, _MOST), has_powers=True, minus=minus)
+
+    def text(self, value: float) -> str:
+        r"""Return a number of the column, with the decimal mark in force; "—" for NaN.
+
+        Example:
+            >>> NumberFormat(1).text(12345.67), NumberFormat(2, has_powers=True).text(12345.67)
+            ('12\xa0345.7', '1.23e4')
+        """
+        if isnan(value):
+            return "—"
+        if isinf(value):
+            text = "∞"
+            if value < 0:
+                text = "-∞"
+        elif self.has_powers:
+            text = _with_power(value, self.decimals)
+        elif abs(value) >= _LONGEST:  # it is beyond the range of the column, a penalty perhaps
+            text = _with_power(value, 3)
+        else:
+            text = _grouped(f"{round(value, self.decimals) + 0.0:.{self.decimals}f}")  # no -0
+        return localized(text).replace("-", self.minus)
+
+    @property
+    def pattern(self) -> dict[str, Any]:
+        """The format as the page's own code applies it.
+
+        Example:
+            >>> NumberFormat(2).pattern
+            {'decimals': 2, 'powers': False}
+        """
+        return {"decimals": self.decimals, "powers": self.has_powers}
+
+
+def _finite(values: ArrayLike) -> Any:
+    array = np.asarray(values, dtype=np.float64).ravel()
+    return array[np.isfinite(array)]
+
+
+def _with_power(value: float, decimals: int) -> str:
+    """Return a number with a power of ten: 1.67e9; 0 is "0"."""
+    if value == 0:
+        return "0"
+    factor, _, power = f"{value:.{decimals}e}".partition("e")
+    return f"{factor}e{int(power)}"
+
+
+def _grouped(text: str) -> str:
+    """Return the text of a number with its thousands apart from five digits on."""
+    whole, point, decimals = text.partition(".")
+    if len(whole.lstrip("-")) >= 5:
+        whole = f"{int(whole):,}".replace(",", _APART)
+    return f"{whole}{point}{decimals}"
+
+
+@contextmanager
+def decimal_mark(mark: str) -> Iterator[None]:
+    """Write numbers with a decimal mark, that of their source; "" leaves that in force."""
+    before = _MARK.set(mark or _MARK.get())
+    try:
+        yield
+    finally:
+        _MARK.reset(before)
+
+
+def localized(text: str) -> str:
+    """Return the text of a number with the decimal mark in force."""
+    return text.replace(".", _MARK.get())
+
+
+def number(value: float, digits: int = 4) -> str:
+    r"""Return a number with a few digits, but all of those before the point.
+
+    Example:
+        >>> number(0.12345), number(1234.5), number(59990.4), number(1.5e12)
+        ('0.1235', '1234', '59\xa0990', '1.5e12')
+    """
+    value = value + 0.0  # no -0
+    size = abs(value)
+    if size < _LONG_OF_SENTENCES and (size >= 10**digits - 0.5 or value == round(value)):
+        return _grouped(f"{value:.0f}")
+    text, _, power = f"{value:.{digits}g}".partition("e")
+    text = _grouped(text)
+    if power:
+        text = f"{text}e{int(power)}"
+    return localized(text)
+
+
+def percent(share: float) -> str:
+    """Return a share with two digits, from 10 % on as a whole number; "—" for NaN."""
+    if share != share:
+        return "—"
+    hundreds = 100 * share
+    if 0 < hundreds < 0.01:
+        return "less than 0.01 %"
+    if 99.5 <= hundreds < _ALL:
+        return "more than 99 %"
+    if hundreds >= 9.95:
+        return f"{hundreds:.0f} %"
+    return localized(f"{hundreds:.2g} %")
