@@ -34,7 +34,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import unit_points
 from pymoo_psi.algorithms._store import StudyStore
-from pymoo_psi.files import is_blank, source_columns, where
+from pymoo_psi.files import is_blank, source_columns
 from pymoo_psi.problems import require_no_permutation, requirements_of
 from pymoo_psi.study import Database, Proposal, Study
 from pymoo_psi.table import (
@@ -350,7 +350,7 @@ def _results_in(
             kinds.setdefault(name, Kind.REAL)
     lacking = []
     for i in range(len(columns[TEST].cells)):
-        place = where(cells, i)
+        place = cells.where(i)
         values: Values = {}
         for name, kind in kinds.items():
             cell = columns[name].cells[i]

@@ -9,7 +9,6 @@ from ._source import read_table as read_table
 # isort: split
 
 from ._cells import is_blank as is_blank
-from ._cells import where as where
 from ._formats import STUDY as STUDY
 from ._formats import format_of as format_of
 from ._formats import suffixes_for as suffixes_for

@@ -23,22 +23,20 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from itertools import compress
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Head, Mask, counted, invalid
+from pymoo_psi._validation import Array, Entries, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
 _Readings: TypeAlias = dict[str, Array | list[float | None]]
-Cells: TypeAlias = Any
-"""A data frame of objects: texts, or the values of a source whose cells have types. Its index has
-the numbers of the rows and, where a file has lines, those on which they end."""
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
 
-LINE = "line"  # the name of an index of such lines
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
@@ -88,6 +86,63 @@ class UnfitError(ArgumentValueError):
         if remedy:
             problem = f"{problem}; {remedy}"
         super().__init__(problem)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The rows of a source: texts, or the values of a source whose cells have types.
+
+    Attributes:
+        columns: The cells by name, as many in each column.
+        lines: The numbers of the lines on which the rows end; empty if the source has no lines.
+        rows: The numbers of the rows, from 1 unless rows before them were left out.
+    """
+
+    columns: dict[str, list[Any]]
+    lines: list[int] = field(default_factory=list)
+    rows: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Number the rows."""
+        if not self.rows:
+            self.rows.extend(range(1, max(map(len, self.columns.values()), default=0) + 1))
+
+    @classmethod
+    def of(cls, columns: Entries) -> Cells:
+        """Return the cells of a data frame, or of columns by name.
+
+        Raises:
+            ArgumentValueError: The columns differ in length, or two have one name.
+        """
+        names = [*columns]
+        cells = {str(name): np.asarray(columns[name], dtype=object).tolist() for name in names}
+        if len(cells) < len(names) or len({*map(len, cells.values())}) > 1:
+            raise UnfitError("its columns differ in length, or two have one name")
+        return cls(cells)
+
+    def kept(self, is_kept: Collection[Any]) -> Cells:
+        """Return the rows that a mask selects."""
+        columns = {name: list(compress(cells, is_kept)) for name, cells in self.columns.items()}
+        lines = list(compress(self.lines, is_kept))
+        return Cells(columns, lines, list(compress(self.rows, is_kept)))
+
+    def where(self, i: int) -> str:
+        """Return the place of the i-th row, for messages."""
+        if self.lines:
+            return f"row {self.rows[i]} (line {self.lines[i]})"
+        return f"row {self.rows[i]}"
+
+    def line_of(self, i: int) -> int:
+        """Return the number by which ``skip_rows`` leaves the i-th row out."""
+        return (self.lines or self.rows)[i]
+
+    def place(self, name: str, i: int) -> str:
+        """Return what the i-th row holds in a column, for messages."""
+        cell = self.columns[name][i]
+        content = repr(cell)
+        if is_blank(cell):
+            content = "no number"
+        return f"{self.where(i)} holds {content:.40} in the column {name!r}"
 
 
 class TextColumn(NamedTuple):
@@ -144,10 +199,17 @@ def cells_of_rows(rows: RowsByLine) -> Cells:
     """Return rows as cells whose columns have the texts in the first row, as they are, as names.
 
     Raises:
-        ArgumentValueError: There is no row, or they differ in length.
+        ArgumentValueError: There is no row, they differ in length, or a name occurs twice.
     """
-    import pandas as pd  # loaded only where cells are read
+    return _cells_below(rows, list(map(str, _header(rows))))
 
+
+def _header(rows: RowsByLine) -> list[Any]:
+    """Return the first row.
+
+    Raises:
+        ArgumentValueError: There is none, or another row differs in length.
+    """
     if not rows:
         raise UnfitError("it is empty; it must hold a line of column names, then the designs")
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
@@ -157,9 +219,23 @@ def cells_of_rows(rows: RowsByLine) -> Cells:
                 f"line {end} has {counted(len(row), 'cell')}, most lines {usual}",
                 f"complete it, or leave it out by skip_rows=[{end}] if it is a title or a note",
             )
-    header, *others = rows.values()
-    lines = pd.Index([*rows][1:], name=LINE)
-    return pd.DataFrame(others, index=lines, columns=list(map(str, header)), dtype=object)
+    return next(iter(rows.values()))
+
+
+def _cells_below(rows: RowsByLine, names: Names) -> Cells:
+    """Return the cells below the first row under names; columns without one are left out."""
+    _, *lines = rows
+    _, *others = rows.values()
+    columns: dict[str, list[Any]] = {}
+    for j, name in enumerate(names):
+        if name in columns:
+            raise UnfitError(
+                f"its header names the column {name!r} {list(names).count(name)} times",
+                "rename all but one, or leave titles out by skip_rows=",
+            )
+        if name:
+            columns[name] = [row[j] for row in others]
+    return Cells(columns, lines)
 
 
 def named_cells(rows: RowsByLine) -> Cells:
@@ -169,11 +245,11 @@ def named_cells(rows: RowsByLine) -> Cells:
         ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
             name occurs twice.
     """
-    cells = cells_of_rows(rows)
-    if len(cells) == 0:
+    header = _header(rows)
+    if len(rows) == 1:
         raise UnfitError("it holds column names, but no row", "add a line for each design")
     names = []
-    for name in cells:
+    for name in map(str, header):
         # A file without names would lose its first design as names, and nobody would notice.
         if is_number(name):
             raise UnfitError(
@@ -184,22 +260,16 @@ def named_cells(rows: RowsByLine) -> Cells:
         names.append(re.sub(r"\s*[\r\n]\s*", " ", name.strip()))
     if names[0] == "":
         names[0] = "index"  # data frames write the numbers of rows without a name
-    cells = cells.set_axis(names, axis="columns")
-    if "" in names:
-        if not cells[[""]].map(is_blank).all(axis=None):  # no comma at the end of every line
-            n_empty = counted(names.count(""), "name")
-            are = "is" if names.count("") == 1 else "are"
-            raise UnfitError(
-                f"{n_empty} {are} empty in its first line, which must name the columns",
-                f"if it is a title, skip it by skip_rows=[{next(iter(rows))}]; else complete it",
-            )
-        cells = cells.drop(columns="")
-    for name in cells.columns[cells.columns.duplicated()]:
+    _, *others = rows.values()
+    is_nameless = [name == "" for name in names]  # as by a comma at the end of every line
+    if not all(is_blank(cell) for row in others for cell in compress(row, is_nameless)):
+        n_empty = counted(names.count(""), "name")
+        are = "is" if names.count("") == 1 else "are"
         raise UnfitError(
-            f"its header names the column {name!r} {names.count(name)} times",
-            "rename all but one, or leave titles out by skip_rows=",
+            f"{n_empty} {are} empty in its first line, which must name the columns",
+            f"if it is a title, skip it by skip_rows=[{next(iter(rows))}]; else complete it",
         )
-    return cells
+    return _cells_below(rows, names)
 
 
 def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
@@ -233,32 +303,7 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
             head = {"label": label, "variables": levels}
             cells.insert(0, label, [", ".join(map(str, key)) for key in frame.index])
     cells = cells.astype(object)
-    return cells.where(cells.notna(), None), head
-
-
-# The places of cells, for messages
-
-
-def where(cells: Cells, i: int) -> str:
-    """Return the place of the i-th row."""
-    row = cells.index[i]
-    if isinstance(row, tuple):
-        return f"row {row[0]} (line {row[1]})"
-    return f"row {row}"
-
-
-def line_of(cells: Cells, i: int) -> int:
-    """Return the number by which ``skip_rows`` leaves the i-th row out."""
-    return int(cells.index.get_level_values(-1)[i])
-
-
-def place(cells: Cells, name: str, i: int) -> str:
-    """Return what the i-th row holds in a column."""
-    cell = cells[name].iloc[i]
-    content = repr(cell)
-    if is_blank(cell):
-        content = "no number"
-    return f"{where(cells, i)} holds {content:.40} in the column {name!r}"
+    return Cells.of(cells.where(cells.notna(), None)), head
 
 
 # From cells to numbers
@@ -309,8 +354,8 @@ def read_columns(
     readings: dict[str, _Readings] = {}
     certain: set[str] = set()
     percents = set()
-    for name in cells:
-        plain = list(map(_plain, cells[name]))
+    for name in cells.columns:
+        plain = list(map(_plain, cells.columns[name]))
         readings[name] = _readings_at_once(plain, decimal or ".,")
         if not readings[name]:
             if all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
@@ -386,7 +431,7 @@ def _column(
     cells: Cells, name: str, readings: _Readings, certain: set[str], separator: str
 ) -> TextColumn:
     """Return a column by its readings and the decimal marks of the certain columns."""
-    column = TextColumn(name, cells[name].tolist())
+    column = TextColumn(name, cells.columns[name])
     marks = _possible_marks(readings)
     if not marks:
         return column._replace(problem=_problem_of_texts(cells, name, readings))
@@ -409,7 +454,7 @@ def _column(
         return column._replace(numbers=np.array(readings[decimal]), decimal=decimal)
     either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
     remedy = f"state the decimal mark by decimal='{other}' or decimal='{decimal}'"
-    return column._replace(problem=f"{place(cells, name, row)}, either {either}; {remedy}")
+    return column._replace(problem=f"{cells.place(name, row)}, either {either}; {remedy}")
 
 
 def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
@@ -419,7 +464,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     texts = {}
     for row, number in enumerate(numbers):
         if number is None:
-            texts[row] = str(cells[name].iloc[row]).strip()
+            texts[row] = str(cells.columns[name][row]).strip()
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
     has_one_unit = len(units) == 1 < len({*texts.values()})
@@ -428,9 +473,9 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
         is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
-                f"{place(cells, name, row)}, no plain number; write it without a unit, state the "
+                f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
                 "decimal mark by decimal=, leave its line out by "
-                f"skip_rows=[{line_of(cells, row)}], or name the objectives by objectives="
+                f"skip_rows=[{cells.line_of(row)}], or name the objectives by objectives="
             )
     return ""
 
@@ -449,11 +494,11 @@ def require_designs(cells: Cells, columns: Iterable[TextColumn]) -> None:
         ArgumentValueError: There is such a row.
     """
     numbers = [column.numbers for column in columns if column.numbers is not None]
-    last = len(cells) - 1
+    last = len(cells.rows) - 1
     if len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
         raise UnfitError(
-            f"{where(cells, last)} is the sum of all others",
-            f"leave it out by skip_rows=[{line_of(cells, last)}]",
+            f"{cells.where(last)} is the sum of all others",
+            f"leave it out by skip_rows=[{cells.line_of(last)}]",
         )
 
 

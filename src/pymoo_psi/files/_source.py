@@ -36,16 +36,13 @@ from pymoo_psi._validation import (
 from pymoo_psi.analysis import averaged, has_repeats, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files._cells import (
-    LINE,
     Cells,
     TextColumn,
     UnfitError,
     cells_of_frame,
     is_blank,
-    place,
     read_columns,
     require_designs,
-    where,
 )
 from pymoo_psi.files._format import SourceFile
 from pymoo_psi.files._formats import recognized
@@ -169,9 +166,9 @@ def read_table(
             content = _content(source, encoding, frozenset(skip_rows), sheet)
             is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
-            content = tests_of_cells(path, content[1], content[0])
+            content = tests_of_cells(path, content[1], content[0].columns)
         has_cells = not isinstance(content, TestTable)
-        if skip_rows and not (has_cells and content[0].index.name == LINE):
+        if skip_rows and not (has_cells and content[0].lines):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
         if variables and not has_cells:
@@ -181,7 +178,7 @@ def read_table(
         if has_cells:
             cells, head = content
             cells, head = _named(cells, head, asked.formulation.units)
-            if repeats in cells:
+            if repeats in cells.columns:
                 head = {**head, "label": repeats}
             if decimal:
                 head = {**head, "decimal": decimal}
@@ -220,11 +217,9 @@ def _content(
     sheet: str | None = None,
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head."""
-    import pandas as pd
-
     if isinstance(source, (str, PathLike)):
         return _content_of_file(Path(source), encoding, skip_rows, sheet)
-    if isinstance(source, pd.DataFrame):
+    if hasattr(source, "itertuples"):  # a frame of pandas
         return cells_of_frame(source)
     if hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
         return _table_of_population(getattr(source, "opt", source))
@@ -232,20 +227,14 @@ def _content(
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
     names = [f"f{j + 1}" for j in range(F.shape[1])]
-    return pd.DataFrame(F, columns=names, dtype=object), {"objectives": names}
+    return Cells(dict(zip(names, F.T.tolist(), strict=True))), {"objectives": names}
 
 
 def _named(cells: Cells, head: Head, units: Entries) -> tuple[Cells, Head]:
-    """Return cells under the names of columns without units, and the numbers of rows as index."""
-    import pandas as pd
-
+    """Return cells under the names of columns without units."""
     stated, _ = stated_by_designs(head)
-    names = names_of([*cells], {**units, **stated.formulation.units})
-    cells = cells.set_axis(names, axis="columns")
-    rows = pd.RangeIndex(1, len(cells) + 1, name="row")
-    if cells.index.name == LINE:
-        return cells.set_index(pd.MultiIndex.from_arrays([rows, cells.index])), head
-    return cells.set_index(rows), head
+    names = names_of([*cells.columns], {**units, **stated.formulation.units})
+    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True))), head
 
 
 def _table_of_population(population: Any) -> TestTable:
@@ -270,8 +259,6 @@ def _content_of_file(
     path: Path, encoding: str | None, skip_rows: Collection[int], sheet: str | None
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a file or a folder of studies holds."""
-    import pandas as pd
-
     if path.is_dir():
         return tests_of_folder(path)
     with path.open("rb") as stream:
@@ -279,8 +266,10 @@ def _content_of_file(
         content = recognized(file).read(file)
     if isinstance(content, TestTable):
         return content
-    columns, head = content
-    return pd.DataFrame(columns, dtype=object), head
+    cells, head = content
+    if not isinstance(cells, Cells):  # of a format that a user has added
+        cells = Cells.of(cells)
+    return cells, head
 
 
 def source_columns(
@@ -310,7 +299,7 @@ def source_columns(
     for name, column in columns.items():
         if column.unit and column.unit != units.get(name):
             remedy = f"write it without {column.unit}, in the unit of the column"
-            problem = f"{place(cells, name, 0)}; {remedy}"
+            problem = f"{cells.place(name, 0)}; {remedy}"
             columns[name] = column._replace(numbers=None, problem=problem)
     return cells, columns
 
@@ -327,9 +316,10 @@ def _designs(
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
     derived: tuple[str, ...] = ()  # what we wrote, and follows from other columns
-    if {*RESULTS} <= {*cells} and {*map(str, cells["status"])} <= {*STATUSES}:
+    columns = cells.columns
+    if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
         derived = RESULTS
-    elif {*_DISTANCES} <= {*cells}:
+    elif {*_DISTANCES} <= {*columns}:
         derived = _OF_RANKINGS
     is_stated = head.get("objectives") or formulation.objectives
     if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
@@ -341,23 +331,37 @@ def _designs(
     remarks: list[str] = []
     # A failed design may hold anything, so it is left out before numbers are read.
     if derived == RESULTS:
-        cells = _kept(cells, cells["status"] == "ok", "not feasible", remarks)
-    elif derived and "mark" in cells:  # exported by the page
-        cells = _kept(cells, cells["mark"] != "prototype", "prototypes of a page", remarks)
+        is_ok = [status == "ok" for status in columns["status"]]
+        cells = _kept(cells, is_ok, "not feasible", remarks)
+    elif derived and "mark" in columns:  # exported by the page
+        is_design = [mark != "prototype" for mark in columns["mark"]]
+        cells = _kept(cells, is_design, "prototypes of a page", remarks)
     if is_file:
-        texts = cells.map(lambda cell: str(cell).strip())
-        cells = _kept(cells, ~texts.duplicated(), "equal to another one in all cells", remarks)
-    return cells.drop(columns=[*derived], errors="ignore"), remarks
+        cells = _kept(cells, _are_new(cells), "equal to another one in all cells", remarks)
+    others = {name: column for name, column in cells.columns.items() if name not in derived}
+    return replace(cells, columns=others), remarks
 
 
-def _kept(cells: Cells, is_kept: Mask | Any, why: str, remarks: list[str]) -> Cells:
+def _are_new(cells: Cells) -> list[bool]:
+    """Return which rows differ from those above them."""
+    rows: set[tuple[str, ...]] = set()
+    is_new = []
+    for row in zip(*cells.columns.values(), strict=True):
+        n = len(rows)
+        rows.add(tuple([str(cell).strip() for cell in row]))
+        is_new.append(len(rows) > n)
+    return is_new
+
+
+def _kept(cells: Cells, is_kept: list[bool], why: str, remarks: list[str]) -> Cells:
     """Return the cells of the rows that are kept; a remark says why others are left out."""
-    n_out = int((~is_kept).sum())
-    if n_out == len(cells):
+    n_out = is_kept.count(False)
+    if n_out == 0:
+        return cells
+    if n_out == len(is_kept):
         raise UnfitError(f"none of its {counted(n_out, 'row')} counts: {why}")
-    if n_out:
-        remarks.append(f"{counted(n_out, 'row')} left out: {why}.")
-    return cells[is_kept]
+    remarks.append(f"{counted(n_out, 'row')} left out: {why}.")
+    return cells.kept(is_kept)
 
 
 # The columns and their roles
@@ -439,7 +443,7 @@ def _table(
     decision, stated_variables = stated_by_designs(head)
     stated = decision.formulation
     separator = head.get("separator", "")
-    labels: set[str | None] = {name for name in cells if name.strip().lower() in _LABELS}
+    labels: set[str | None] = {name for name in cells.columns if name.strip().lower() in _LABELS}
     columns = read_columns(cells, head.get("decimal"), labels, separator)
     label = head.get("label")
     if label not in columns:  # also where it follows from others
@@ -474,17 +478,16 @@ def _table(
     for name in variables:
         gaps = columns[name].gaps()
         if columns[name].problem or gaps.any():
-            problem = columns[name].problem or place(cells, name, int(gaps.argmax()))
+            problem = columns[name].problem or cells.place(name, int(gaps.argmax()))
             remarks.append(f"{name} is no variable: {problem}.")
-    rows = cells.index.get_level_values(0).tolist()
-    numbers = notes.pop(TEST, rows)
+    numbers = notes.pop(TEST, cells.rows)
     if any(type(number) is not int or number < 1 for number in numbers) or len({*numbers}) < len(F):
         raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
     if label == TEST:
         label = None
     elif label not in notes:  # designs without names are called by their rows
         label = "design" if "row" in data else "row"
-        notes.setdefault(label, rows)
+        notes.setdefault(label, np.array(cells.rows))
     if {*stated.objectives} != {*objectives}:
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
@@ -597,10 +600,10 @@ def _incomplete(cells: Cells, objectives: Names, F: Array, is_asked: Mask, drop:
     if not drop:
         name = objectives[lacking[rows[0]].argmax()]
         raise UnfitError(
-            place(cells, name, rows[0]), "leave out such designs by drop_incomplete=True"
+            cells.place(name, rows[0]), "leave out such designs by drop_incomplete=True"
         )
     n = counted(len(rows), "incomplete design")
-    return [f"{n} left out, the first in {where(cells, rows[0])}."]
+    return [f"{n} left out, the first in {cells.where(rows[0])}."]
 
 
 def _integers(cells: Sequence[Any]) -> list[int]:

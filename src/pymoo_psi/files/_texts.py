@@ -11,6 +11,7 @@ import json
 import re
 from collections.abc import Collection
 from contextlib import suppress
+from dataclasses import replace
 from io import StringIO
 from itertools import takewhile
 from pathlib import Path
@@ -70,12 +71,15 @@ class CsvFile(FileFormat):
             cells = cells_of_rows(rows)
         else:
             cells, _ = cells_of_text(text, file.skip_rows, has_comments=False)
-        if n_rows != len(cells) and not file.skip_rows:
+        if n_rows != len(cells.rows) and not file.skip_rows:
             raise UnfitError(
-                f"it has {counted(len(cells), 'row')}, and {n_rows} by {metadata.name}",
+                f"it has {counted(len(cells.rows), 'row')}, and {n_rows} by {metadata.name}",
                 "restore both, or remove the latter and say --objectives and --maximize",
             )
-        return cells.map(written_text).rename(columns=written_text), head
+        columns = {}
+        for name, column in cells.columns.items():
+            columns[written_text(name)] = list(map(written_text, column))
+        return replace(cells, columns=columns), head
 
     def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns, and what they are into a file beside, whole or not at all.

@@ -8,6 +8,7 @@ import shlex
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
+from itertools import chain
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -214,18 +215,20 @@ class Output:
         remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
             cells, _ = cells_of_text(text, range(1, self.header))
+            columns = cells.columns
         except ArgumentValueError as error:
             problem = getattr(error, "problem", error)  # without options of the command
             raise ValueError(f"{self.file} is no table: {problem}; {remedy}") from None
-        if self.column not in cells:
-            names = ", ".join(cells)
+        if self.column not in columns:
+            names = ", ".join(columns)
             problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
             raise ValueError(f"{problem}; {remedy}")
-        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells.to_numpy().ravel())):
+        if self.decimal == "." and any(
+            map(_WITH_COMMA.fullmatch, chain.from_iterable(columns.values()))
+        ):
             # Beside it 1.250 may be a thousand and more.
             raise ValueError(f"{self.file} has decimal commas; write decimal = ','")
-        texts: list[str] = cells[self.column].tolist()
-        return texts
+        return columns[self.column]
 
 
 def _require_inside(argument: str, file: str) -> None:
