@@ -94,7 +94,7 @@ class FileFormat(ABC):
         return file.path.suffix.lower() == self.suffix
 
     @abstractmethod
-    def read(self, file: SourceFile) -> tuple[Cells, Head] | TestTable:
+    def read(self, file: SourceFile) -> tuple[Cells | Entries, Head] | TestTable:
         """Return the content of a file.
 
         Args:
