@@ -94,7 +94,7 @@ def sections(
         for name in columns:
             # Minimised: on a logarithmic scale, the best values are finest.
             sign = -1.0 if name in schema.maximize else 1.0
-            fit, process, most = _surrogate(table, name, sign, Z, row)
+            fit, process = _surrogate(table, name, sign, Z, row)
             for j, variable in enumerate(space.variables):
                 values = _values(variable, n_values)
                 line = np.repeat(table.X[[row]], len(values), axis=0)
@@ -103,8 +103,7 @@ def sections(
                 mean = process(Z_line)
                 width = _DEVIATIONS * process.deviation(Z_line)
                 predicted = fit.scale.back(np.array([mean, mean - width, mean + width]))
-                if np.isfinite(fit.scale.unit):  # beside a pole, nothing else bounds them
-                    predicted = np.clip(predicted, -most, most)
+                predicted = np.clip(predicted, -fit.scale.most, fit.scale.most)
                 expected, *ends = sign * predicted
                 section = {
                     "column": name,
@@ -124,8 +123,8 @@ def sections(
 
 def _surrogate(
     table: TestTable, name: str, sign: float, Z: Array, row: int
-) -> tuple[OutputFit, GaussianProcess, float]:
-    """Return the surrogate of a column near a design, and twice the largest size of a value.
+) -> tuple[OutputFit, GaussianProcess]:
+    """Return the surrogate of a column near a design.
 
     Args:
         table: The tests.
@@ -152,8 +151,7 @@ def _surrogate(
     distance = ((Z_usable - Z[row]) ** 2).sum(axis=1)
     nearest = np.argsort(distance, kind="stable")[:_NEAREST]
     covariance = Covariance(Z_usable[nearest], fit.lengths)
-    process = GaussianProcess(covariance, fit.scale.to(y[nearest]))
-    return fit, process, 2 * float(np.abs(y).max())
+    return fit, GaussianProcess(covariance, fit.scale.to(y[nearest]))
 
 
 def space_of_table(table: TestTable) -> DesignSpace:

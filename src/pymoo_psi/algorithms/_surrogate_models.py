@@ -71,6 +71,9 @@ class Scale:
         origin: Where the scale is finest: the best value of an objective, 0 for a constraint.
         unit: The unit; infinite for a linear scale, which is ``y`` standardised.
         reciprocal: Whether the scale is reciprocal.
+        most: Twice the largest size of the values; infinite for a linear scale. Predictions beyond
+            have no meaning, and those on a reciprocal scale are cut there, as they lie on both
+            sides of the pole. On an ``arcsinh`` scale they show a search where to go.
         mean: Mean of the values before they are standardised.
         deviation: Their standard deviation.
     """
@@ -78,13 +81,17 @@ class Scale:
     origin: float
     unit: float
     reciprocal: bool = False
+    most: float = np.inf
     mean: float = 0.0
     deviation: float = 1.0
 
     @classmethod
     def of(cls, y: Array, origin: float, unit: float, reciprocal: bool = False) -> Scale:
         """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
-        scale = cls(origin, unit, reciprocal)
+        most = np.inf
+        if np.isfinite(unit):
+            most = 2 * float(np.abs(y).max())
+        scale = cls(origin, unit, reciprocal, most)
         t = scale.to(y)
         return replace(scale, mean=t.mean(), deviation=t.std() or 1.0)  # all may be equal
 
@@ -103,13 +110,12 @@ class Scale:
         t = t * self.deviation + self.mean
         if np.isinf(self.unit):
             return t
-        # Useless predictions, as large as sinh(300), must be finite in any unit.
         if self.reciprocal:
             t = np.clip(t, -_NEARLY_ONE, _NEARLY_ONE)
-            z = t / (1 - np.abs(t))
-        else:
-            z = np.sinh(np.clip(t, -300, 300))
-        return np.asarray(self.origin + self.unit * z)
+            y = self.origin + self.unit * t / (1 - np.abs(t))
+            return np.asarray(np.clip(y, -self.most, self.most))
+        # Useless predictions, as large as sinh(300), must be finite in any unit.
+        return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -300, 300)))
 
     def log_slope(self, y: Array) -> float:
         """Return the sum of log dt/dy over values, by which densities on two scales differ."""
@@ -220,11 +226,6 @@ class OutputFit:
 
         The other arguments are those of :func:`scales`.
         """
-        # Spread evenly, so that points and proposals are both among them.
-        n = len(y)
-        rows = np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
-        Z = Z[rows]
-        y = y[rows]
         options = scales(y, uniform, constraint=constraint)
         met = 0.0
         if constraint and y.max() > y.min() == 0:
@@ -234,6 +235,11 @@ class OutputFit:
             met = _MET * float(np.median(violations))
             # On a reciprocal scale all large violations would be alike.
             options = scales(y, y[y > 0], constraint=True)[:2]
+        # Spread evenly, so that points and proposals are both among them.
+        n = len(y)
+        rows = np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
+        Z = Z[rows]
+        y = y[rows]
         fits = [cls.on_scale(Z, y, scale, met) for scale in options]
         return max(fits, key=lambda fit: fit.log_density)
 
