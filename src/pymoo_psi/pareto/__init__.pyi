@@ -9,11 +9,11 @@ from ._explanation import DesignComparison as DesignComparison
 from ._explanation import Explanation as Explanation
 from ._explanation import compare_designs as compare_designs
 from ._explanation import explain as explain
-from ._indicators import Representatives as Representatives
 from ._indicators import hypervolume as hypervolume
-from ._indicators import representatives as representatives
 from ._ranking import EfficiencyRanking as EfficiencyRanking
 from ._ranking import rank_of_efficiency as rank_of_efficiency
+from ._representatives import Representatives as Representatives
+from ._representatives import representatives as representatives
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
@@ -36,7 +36,6 @@ from ._explanation import within_range as within_range
 from ._indicators import epsilon_additive as epsilon_additive
 from ._indicators import igd_plus as igd_plus
 from ._indicators import pareto_rank as pareto_rank
-from ._indicators import spread_subset as spread_subset
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS
 from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
@@ -48,6 +47,7 @@ from ._ranking import ranking_frame as ranking_frame
 from ._ranking import ranking_of as ranking_of
 from ._ranking import row_of_design as row_of_design
 from ._ranking import with_units as with_units
+from ._representatives import spread_subset as spread_subset
 from ._sentences import SENTENCES as SENTENCES
 from ._sentences import capital as capital
 from ._sentences import listed as listed

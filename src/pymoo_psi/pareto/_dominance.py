@@ -23,6 +23,7 @@ Levels = Rows
 # the time, on one core nine, if there are many rows.
 _WORTH_SLABS = 100_000
 _SLABS = 20
+_FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
 _LARGE = 5_000  # rows from which on threads, and a sort in two steps, are worth it
 _BUCKETS = 65_535  # the largest number of two bytes, for which NumPy has a radix sort
 
@@ -93,9 +94,19 @@ def nondominated(F: Array) -> Mask:
     n, m = F.shape
     if m == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
+    if n <= _FEW:
+        return _nondominated_in_pairs(F)
     if m == 4 and n >= _WORTH_SLABS:
         return _nondominated_in_slabs(F)
     return _filtered(F)
+
+
+def _nondominated_in_pairs(F: Array) -> Mask:
+    """Return :func:`nondominated` of a few rows, each compared with all others."""
+    is_nowhere_worse = np.ones((len(F), len(F)), dtype=bool)  # row i than row j
+    for column in F.T:
+        is_nowhere_worse &= column[:, None] <= column
+    return np.asarray(~(is_nowhere_worse & ~is_nowhere_worse.T).any(axis=0))
 
 
 def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
@@ -103,7 +114,7 @@ def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
 
     moocore (0.3) first sorts by one column: sorted rows save it an eighth to a half of the time.
     """
-    import moocore  # the import takes some 20 ms
+    import moocore  # here, as the import takes some 20 ms
 
     column = F[:, -1]
     if F.shape[1] > 3:
