@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import os
 import re
-import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -49,7 +48,7 @@ def whole_file(path: FilePath) -> Iterator[Path]:
         return
     # In the same folder, as os.replace() works within one file system only; by a name of its own
     # and not target's with a suffix, which may be as long as names can be; hidden from globs.
-    new = target.with_name(f".{secrets.token_hex(8)}.tmp")
+    new = target.with_name(f".{os.urandom(8).hex()}.tmp")
     try:
         yield new
         if mode is not None:

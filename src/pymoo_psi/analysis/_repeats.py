@@ -193,13 +193,13 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     first = _first_tests(table)
     if label is not None:
         first_of_label = first_of(table.column(label).tolist())
-        if len(np.unique(first_of_label)) < len(table):
+        if len({*first_of_label.tolist()}) < len(table):
             first = first_of_label
             word = label
     differing = unequal(table.F, table.F[first]).any(axis=1)
     if not differing.any():
         return []
-    n_designs = len(np.unique(first[differing]))
+    n_designs = len({*first[differing].tolist()})
     return [
         f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
         f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "

@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 
 import click
 
+from pymoo_psi import __citation__, __version__
 from pymoo_psi._names import named_as
 from pymoo_psi.errors import PsiError
 
@@ -134,8 +135,6 @@ def _help(function: Callable[..., Any]) -> tuple[str, str]:
 def _cite(ctx: click.Context, _: click.Parameter, is_given: bool) -> None:
     """Print the entries for BibTeX, and end."""
     if is_given:
-        from pymoo_psi import __citation__
-
         click.echo(__citation__, nl=False)
         ctx.exit()
 
@@ -143,7 +142,7 @@ def _cite(ctx: click.Context, _: click.Parameter, is_given: bool) -> None:
 @click.group(
     cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "show_default": True}
 )
-@click.version_option(package_name="pymoo-psi", message="pymoo-psi %(version)s")
+@click.version_option(__version__, message="pymoo-psi %(version)s")
 @click.option(
     "--cite",
     is_flag=True,

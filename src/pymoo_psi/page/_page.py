@@ -8,7 +8,6 @@ from base64 import b64encode
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
-from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -272,4 +271,4 @@ def _digest(text: str) -> str:
 
 
 def _asset(name: str) -> str:
-    return files("pymoo_psi.page").joinpath(name).read_text(encoding="utf-8")
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")

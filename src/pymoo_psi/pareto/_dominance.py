@@ -10,7 +10,6 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -262,6 +261,8 @@ def in_threads(function: Callable[..., AnyArray], *arguments: Sequence[Any]) -> 
     """
     if len(arguments[0][0]) < _LARGE:
         return [*map(function, *arguments)]
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return [*pool.map(function, *arguments)]
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 from functools import lru_cache
-from importlib import resources
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,7 +112,7 @@ def _points(directions: Integers, indices: Integers) -> Integers:
 @lru_cache(maxsize=1)
 def _directions() -> Integers:
     """Return V_jk · 2^52 for every dimension j and bit k, shape (51, 52)."""
-    text = resources.files(__package__).joinpath("lp_tau_directions.json").read_text("utf-8")
+    text = Path(__file__).with_name("lp_tau_directions.json").read_text("utf-8")
     numbers = []
     for entry in json.loads(text)["dimensions"]:
         numbers.append(_extended(entry["degree"], entry["poly_inner"], entry["m"]))
