@@ -5,11 +5,9 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-import webbrowser
 from pathlib import Path
 from tempfile import TemporaryFile
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from pymoo_psi._numbers import number
 from pymoo_psi._output import is_marked
@@ -19,6 +17,9 @@ from pymoo_psi.files import FORMATS, designs_head, format_of
 from pymoo_psi.guide import guides, site_page
 from pymoo_psi.pareto import wrapped
 from pymoo_psi.table import TestTable, metadata_path
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def width() -> int | None:
@@ -57,10 +58,12 @@ def print_frame(frame: pd.DataFrame, title: str) -> None:
     if frame.empty:
         say(f"{title.rstrip(':')}: none")
         return
+    from pandas import option_context
+
     say(title)
     first = frame.columns[0]
     indexed = frame.set_index(first).rename_axis(index=None, columns=first)
-    with pd.option_context("display.unicode.east_asian_width", True):
+    with option_context("display.unicode.east_asian_width", True):
         text = indexed.to_string(
             float_format=lambda value: number(value, 6),
             na_rep="",
@@ -151,6 +154,8 @@ def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = Non
 
 def run_guide(options: Options) -> int:
     """Print a guide, or the names and titles of all of them, or open its page."""
+    import webbrowser
+
     texts = guides()
     if options.name is not None:
         known_name("NAME", options.name, texts)

@@ -11,25 +11,20 @@ import os
 import shlex
 import sys
 import threading
-import webbrowser
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
-from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pandas as pd
-
+from pymoo_psi import __version__
 from pymoo_psi._numbers import localized, number
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
     certainty_sentences,
     constraint_costs,
-    convergence,
     decision_sentences,
-    even_part,
     positions_frame,
-    sensitivities,
     separation_sentences,
     switching,
 )
@@ -54,6 +49,9 @@ from pymoo_psi.pareto import (
     ranking_frame,
 )
 from pymoo_psi.table import TEST, TestTable
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _N_PRINTED = 12  # designs or variables; all are in the file
 _N_REASONS = 4  # sentences that a reader takes in at a glance
@@ -137,6 +135,8 @@ def _say_set(path: Path, table: TestTable) -> None:
     title = "Best and worst values of the Pareto set:"
     if table.formulation.ranges:
         title = "Best and worst values as fixed:"
+    import pandas as pd
+
     names = ranking.objectives.headings()
     frame = pd.DataFrame({"objective": names, "best": ranking.ideal, "worst": ranking.nadir})
     print_frame(frame, title)
@@ -207,6 +207,8 @@ def run_page(options: Options) -> int:
 
 def run_live(options: Options) -> int:
     """Serve the page of a study until interrupted."""
+    import webbrowser
+
     from pymoo_psi.server import serve
 
     def end_with_input() -> None:
@@ -250,7 +252,7 @@ def run_report(options: Options) -> int:
     without_reason = table.under(replace(table.decision, reason=""))  # the report has it below
     remarks = decision_remarks(path, without_reason)
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
-    origin = f"{path.name}, {date}, pymoo-psi {version('pymoo-psi')}"
+    origin = f"{path.name}, {date}, pymoo-psi {__version__}"
     report = decision_report(
         table,
         design=options.design,
@@ -304,6 +306,8 @@ def _write_analysis(name: str, frame: pd.DataFrame, folder: Path, title: str) ->
 
 def _sensitivities(table: TestTable) -> pd.DataFrame:
     """Print and return the sensitivities."""
+    from pymoo_psi.analysis import even_part, sensitivities
+
     say(*even_part(table)[1])
     indices = sensitivities(table)
     shares = indices["first_order"]
@@ -333,6 +337,8 @@ def _sections(table: TestTable) -> pd.DataFrame:
 
 def _convergence(table: TestTable) -> pd.DataFrame:
     """Print and return the convergence with the number of tests."""
+    from pymoo_psi.analysis import convergence
+
     steps = convergence(table)
     frame = steps.to_frame()
     print_frame(frame.reset_index().round(4), "Convergence with the number of tests")
