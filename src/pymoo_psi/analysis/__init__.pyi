@@ -15,6 +15,7 @@ from ._switching import switching_values as switching_values
 # isort: split
 
 from ._costs import alike as alike
+from ._failures import failure_sentences as failure_sentences
 from ._positions import decision_sentences as decision_sentences
 from ._positions import latest_positions as latest_positions
 from ._positions import positions_frame as positions_frame

@@ -160,7 +160,7 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     return by, first, design
 
 
-def _first_tests(table: TestTable) -> Rows:
+def first_tests(table: TestTable) -> Rows:
     """Return ``(n,)`` the row of the first test of the same design."""
     first = np.arange(len(table))
     if not table.evaluated.variables:  # no design equals another
@@ -174,7 +174,7 @@ def _first_tests(table: TestTable) -> Rows:
 
 def averaged_repeats(table: TestTable) -> TestTable:
     """Return the tests of a noisy model, those of the same design averaged if there are any."""
-    if (_first_tests(table) == np.arange(len(table))).all():
+    if (first_tests(table) == np.arange(len(table))).all():
         return table
     return averaged(table)
 
@@ -182,7 +182,7 @@ def averaged_repeats(table: TestTable) -> TestTable:
 def has_repeats(table: TestTable) -> bool:
     """Whether tests of the same design differ in objectives."""
     table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
-    return bool(unequal(table.F, table.F[_first_tests(table)]).any())
+    return bool(unequal(table.F, table.F[first_tests(table)]).any())
 
 
 def undeclared_repeats(table: TestTable) -> list[str]:
@@ -190,7 +190,7 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
     label = table.schema.label
     word = "variables"
-    first = _first_tests(table)
+    first = first_tests(table)
     if label is not None:
         first_of_label = first_of(table.column(label).tolist())
         if len({*first_of_label.tolist()}) < len(table):

@@ -31,7 +31,7 @@ from pymoo_psi.algorithms import (
     stored_at_termination,
     tell_tests,
 )
-from pymoo_psi.analysis import alike, averaged_repeats, written_limits
+from pymoo_psi.analysis import alike, averaged_repeats, failure_sentences, written_limits
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import most_violated, ranked_frame, say_best
@@ -377,7 +377,7 @@ def _say_remarks(result: Result) -> None:
     texts = [f"{n} × {reason:.{_LONGEST}}" for reason, n in counts.most_common(_N_REASONS)]
     if len(counts) > _N_REASONS:
         texts.append(counted(len(counts) - _N_REASONS, "other reason"))
-    say(f"Failed: {'; '.join(texts)}")
+    say(f"Failed: {'; '.join(texts)}", *failure_sentences(result.tests))
 
 
 def _say_box(table: TestTable) -> None:

@@ -1,0 +1,101 @@
+"""A rule on variables that separates designs whose tests fail from all others."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Array, Rows
+from pymoo_psi.analysis._repeats import first_tests
+from pymoo_psi.table import TestTable
+
+# At most this share of the failures is not within a rule, and of the tests within it no failure.
+_MOST_WRONG = 0.1
+# The probability that one of the rules that are tried separates as many failures by chance is at
+# most this.
+_LEVEL = 0.01
+_MOST_TESTS = 1024
+
+
+def failure_sentences(table: TestTable) -> list[str]:
+    """Say which rule on variables separates failed tests from others, if one does.
+
+    A rule is a value of a variable, or of a ratio or product of two, beyond which nearly all tests
+    fail, and nearly none elsewhere. The probability of as many failures there, if these had nothing
+    to do with the design (hypergeometric), is multiplied by the number of possible rules. Of equal
+    rules, the shorter one is taken, and that with the wider gap. Tests that did not run, because of
+    a requirement, do not count, nor do repeated ones, nor those before the last 1024.
+
+    Returns:
+        One sentence; none if no rule separates them, or if that may be chance.
+
+    Example:
+        >>> X = np.random.default_rng(0).uniform([10, 1], [100, 5], (40, 2))
+        >>> F = X.sum(axis=1, keepdims=True)
+        >>> F[X[:, 0] / X[:, 1] > 30] = np.nan
+        >>> [sentence] = failure_sentences(TestTable.of(np.arange(1, 41), X, F))
+        >>> print(sentence.split(";")[0])
+        9 of the last 40 tests failed: 9 of 9 with x1 / x2 above 30, 0 of 31 others
+    """
+    if not table.failed().any():
+        return []
+    from scipy.stats import hypergeom  # heavy to import
+
+    has_run = table.failed() | np.isfinite(table.F).any(axis=1)
+    is_first = first_tests(table) == np.arange(len(table))
+    rows = np.flatnonzero(has_run & is_first)[-_MOST_TESTS:]
+    has_failed = table.failed()[rows]
+    n = len(rows)
+    n_failed = has_failed.sum()
+    n_beyond = np.arange(1, n)
+    sentences: list[str] = []
+    terms = _terms(table, rows)
+    least_right = (1 - _MOST_WRONG) * np.maximum(n_beyond, n_failed)
+    n_possible = np.count_nonzero(np.minimum(n_beyond, n_failed) >= least_right)
+    best = (-np.log((2 * len(terms) * n_possible + 1) / _LEVEL), 0, 0.0)
+    for term, values in terms.items():
+        for sign, side, relation in ((-1, "above", "<="), (1, "below", ">=")):
+            order = np.argsort(sign * values, kind="stable")
+            v = values[order]
+            gaps = np.abs(np.diff(v))
+            n_right = np.cumsum(has_failed[order])[:-1]
+            for k in np.flatnonzero((n_right >= least_right) & (gaps > 0)):
+                chance = hypergeom.logsf(n_right[k] - 1, n, n_failed, n_beyond[k])
+                score = (round(chance, 6), len(term.split()), -gaps[k] / np.std(v))
+                if score < best:
+                    best = score
+                    limit = _short(v[k], v[k + 1])
+                    others = f"{n_failed - n_right[k]} of {n - n_beyond[k]} others"
+                    sentences = [
+                        f"{n_failed} of the last {n} tests failed: {n_right[k]} of {n_beyond[k]} "
+                        f"with {term} {side} {limit}, {others}; to avoid them, state the "
+                        f"requirement {term} {relation} {limit}."
+                    ]
+    return sentences
+
+
+def _terms(table: TestTable, rows: Rows) -> dict[str, Array]:
+    """Return values of variables, and of ratios and products of positive ones, by expression."""
+    terms = {}
+    for j, name in enumerate(table.schema.variables):
+        if table.schema.kinds[j] is not Kind.CHOICE:
+            if not name.isidentifier():
+                name = "`" + name.replace("`", "``") + "`"
+            terms[name] = table.X[rows, j].astype(float)
+    positive = [name for name, values in terms.items() if (values > 0).all()]
+    for a, b in permutations(positive, 2):
+        terms[f"{a} / {b}"] = terms[a] / terms[b]
+        if a < b:
+            terms[f"{a} * {b}"] = terms[a] * terms[b]
+    return terms
+
+
+def _short(a: float, b: float) -> str:
+    """Return the number of fewest digits between two numbers."""
+    for digits in range(1, 16):
+        number = float(f"{(a + b) / 2:.{digits}g}")
+        if min(a, b) < number < max(a, b):
+            break
+    return f"{number:.15g}"

@@ -1,0 +1,86 @@
+"""The rule on variables that separates failed tests from others is found, and none where none is."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+
+from pymoo_psi import TestTable, investigate
+from pymoo_psi.analysis import failure_sentences
+
+
+def rule(X, has_failed):
+    F = np.where(has_failed, np.nan, 1.0)[:, None]
+    return failure_sentences(TestTable.of(np.arange(1, len(X) + 1), X, F))
+
+
+def designs(random, n, d):
+    return random.uniform(0.1, 1, (n, d)) * 10 ** random.uniform(-3, 3, d)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (lambda X: X[:, 0], ("x1 above",)),
+        (lambda X: -X[:, 0], ("x1 below",)),
+        (lambda X: X[:, 0] / X[:, 1], ("x1 / x2 above", "x2 / x1 below")),
+        (lambda X: X[:, 0] * X[:, 1], ("x1 * x2 above",)),
+    ],
+)
+@pytest.mark.parametrize("wrong", [0, 2])
+def test_a_planted_rule_is_found_and_its_requirement_keeps_the_others(value, words, wrong):
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        X = designs(random, 100, int(random.integers(2, 8)))
+        is_beyond = value(X) > np.quantile(value(X), 0.7)
+        has_failed = is_beyond.copy()
+        has_failed[random.choice(100, wrong, replace=False)] ^= True
+        [sentence] = rule(X, has_failed)
+        assert any(text in sentence for text in words)
+        columns = {f"x{j}": x for j, x in enumerate(X.T, 1)}
+        is_met = eval(sentence.split("requirement ")[1][:-1], columns)
+        assert (is_met != is_beyond).mean() >= 1 - 0.01 * wrong
+
+
+def test_random_failures_and_those_in_a_ball_are_no_rule():
+    random = np.random.default_rng(2)
+    n_random = 0
+    for _ in range(100):
+        X = designs(random, int(random.integers(2, 100)), int(random.integers(1, 8)))
+        n_random += bool(rule(X, random.random(len(X)) < random.choice([0.0, 0.1, 0.5, 0.9, 1.0])))
+        X = random.random((200, 3))
+        assert rule(X, ((X - 0.5) ** 2).sum(axis=1) < 0.1) == []
+    assert n_random <= 1
+
+
+def test_signs_choices_fixed_variables_and_other_names_are_no_trouble():
+    random = np.random.default_rng(3)
+    offset = random.integers(-9, 10, 60)
+    X = []
+    for material, value, width in zip(
+        random.choice(["steel", "brass"], 60), offset, random.random(60), strict=True
+    ):
+        X.append({"material": material, "offset of wall": value, "load": 5.0, "width": width})
+    [sentence] = rule(X, offset >= 4)
+    assert sentence.endswith("state the requirement `offset of wall` <= 3.5.")
+    assert rule(X[:1], np.array([True])) == []
+
+
+def test_designs_that_did_not_run_do_not_count():
+    class Plate(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=1, xl=[1, 1], xu=[10, 10])
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] / x[1] > 2:
+                raise ArithmeticError("no mesh")
+            out["F"] = x.sum()
+
+    table = investigate(Plate(), 128, requirements=["x1 * x2 <= 40"])
+    n_failed = table.failed().sum()
+    n_run = n_failed + np.isfinite(table.F[:, 0]).sum()
+    assert n_run < 128
+    start = (
+        f"{n_failed} of the last {n_run} tests failed: {n_failed} of {n_failed} with x1 / x2 above "
+    )
+    [sentence] = failure_sentences(table)
+    assert sentence.startswith(start)
