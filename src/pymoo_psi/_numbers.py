@@ -190,9 +190,11 @@ def percent(share: float) -> str:
         return "—"
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
-        return "less than 0.01 %"
-    if 99.5 <= hundreds < _ALL:
-        return "more than 99 %"
+        return localized("less than 0.01 %")
+    if 99.95 <= hundreds < _ALL:
+        return localized("more than 99.9 %")
+    if 99.5 <= hundreds < 99.95:
+        return localized(f"{hundreds:.3g} %")
     if hundreds >= 9.95:
         return f"{hundreds:.0f} %"
     return localized(f"{hundreds:.2g} %")

@@ -126,14 +126,14 @@ def test_repeats_that_are_not_declared_are_reported():
 def test_rank_and_report_count_designs(file, tmp_path, said):
     options = ["--objectives", "cost,mass", "--average-by", "variant"]
     printed = said("rank", file, *options)
-    chance = "By the repeated tests, C is the best with a probability of"
+    chance = "By the repeated tests C is the best with a probability of"
     for text in ("3 designs, 8 tests", "Salukvadze optimum: C\n", chance):
         assert text in printed
     for command in ("report", "page"):
         out = tmp_path / f"{command}.html"
         said(command, file, *options, "--out", out)
         html = out.read_text("utf-8")
-        shares = "of the weights within a factor of two of equal ones"
+        shares = "With other weights (each half to twice equal) "
         for text in ("3 designs, 8 tests", chance, shares):
             assert text in html
 

@@ -78,7 +78,7 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
     maximize = ["price"][: sign < 0]
     table = read_table(frame, Formulation([*frame], maximize=maximize, limits={"price": limit}))
     (text,) = switching(table)
-    (tighter,) = re.findall(r"price (below|above) (-?[\d ]+) \(then (.)\)", text)
+    (tighter,) = re.findall(r"price must be (below|above) (-?[\d ]+), (.) is proposed", text)
     assert tighter == {1: ("below", "1299", "A"), -1: ("above", "-1299", "A")}[sign]
     for value, stays in ((1299, True), (1298, False)):
         pair = {1: (None, value), -1: (-value, None)}[sign]

@@ -86,10 +86,9 @@ def test_an_objective_that_is_equal_for_all_has_no_weight(constant):
 
 def test_almost_all_weights_are_not_all():
     """The middle is the best for all weights if it is at 10^-1/2 or less."""
-    ranking = rank_of_efficiency([[0.0, 1.0], [0.3165, 0.3165], [1.0, 0.0]])
-    sentence = weights_sentence(ranking, 1)
-    assert "for more than 99 % of the weights" in sentence
-    assert "100 %" not in sentence
+    for middle, share in [(0.3165, "99.9 %"), (0.3163, "more than 99.9 %")]:
+        ranking = rank_of_efficiency([[0.0, 1.0], [middle, middle], [1.0, 0.0]])
+        assert f"in {share} of the cases" in weights_sentence(ranking, 1)
 
 
 def test_many_designs():

@@ -153,7 +153,7 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
     assert any(
         line.startswith("price | 4748,36 | 3085,50 |") for line in lines(report, "The proposal")
     )
-    assert "days by 29,25" in " ".join(lines(report, "Alternatives"))
+    assert "days 29,2 higher" in " ".join(lines(report, "Alternatives"))
 
 
 def test_counts_add_up(beam):

@@ -21,7 +21,7 @@ may be nearer in it are compared further. A value that is left over is ranked, a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -33,8 +33,6 @@ from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
-    capital,
-    listed,
     nearest_to_ideal,
     nondominated,
     sentence,
@@ -248,7 +246,7 @@ def _least_difference(F: Array, b: Array, low: Array, high: Array) -> Array:
 
 
 def switching(table: TestTable) -> list[str]:
-    """Return a sentence on the limits up to which the best design stays the best.
+    """Return sentences on the tighter and the looser limits that change the best design.
 
     :func:`switching_values` returns the numbers. The list is empty if more than 500 designs are
     Pareto optimal, or if no limit changes the best design.
@@ -260,29 +258,35 @@ def switching(table: TestTable) -> list[str]:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> switching(table)[0]
-        'Test 2 stays proposed until f1 below 1 (then test 1) or f2 below 1 (then test 3).'
+        'Tighter: if f1 must be below 1, test 1 is proposed; if f2 must be below 1, test 3 is
+        proposed.'
     """
-    ranking = table.feasible_ranking()
-    if ranking.pareto.sum() > _MOST_DESIGNS:
+    if table.feasible_ranking().pareto.sum() > _MOST_DESIGNS:
         return []
-    design = capital(ranking.name_of(int(ranking.salukvadze[0])))
-    with decimal_mark(table.decimal):
-        changes = [*_change_texts(table)]
-    if not changes:
-        return []
-    return [sentence("stays", design=design, changes=listed(changes, "or"))]
-
-
-def _change_texts(table: TestTable) -> Iterator[str]:
-    """Yield the changes of :func:`switching_values` as parts of a sentence."""
     units = table.schema.units
-    for row in switching_values(table).dropna(subset="value").to_dict("records"):
-        # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
-        template = f"{row['end']} {row['direction']}"
-        is_up = template in ("upper looser", "lower tighter")
-        column = row["column"]
-        limit = f"{number(_rounded(row['value'], is_up), 6)} {units.get(column, '')}".strip()
-        yield sentence(template, column=column, limit=limit, other=row["design"] or "none")
+    sentences = []
+    values = switching_values(table).dropna(subset="value").to_dict("records")
+    with decimal_mark(table.decimal):
+        for direction in ("tighter", "looser"):
+            changes = []
+            for row in values:
+                if row["direction"] == direction:
+                    changes.append(_change_text(row, units.get(row["column"], "")))
+            if changes:
+                sentences.append(sentence(direction, changes="; ".join(changes)))
+    return sentences
+
+
+def _change_text(row: Mapping[Any, Any], unit: str) -> str:
+    """Return a change of :func:`switching_values` as a part of a sentence."""
+    # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
+    template = f"{row['end']} {row['direction']}"
+    is_up = template in ("upper looser", "lower tighter")
+    limit = f"{number(_rounded(row['value'], is_up), 6)} {unit}".strip()
+    other = sentence("none")
+    if row["design"]:
+        other = sentence("other", design=row["design"])
+    return sentence(template, column=row["column"], limit=limit, other=other)
 
 
 def _rounded(value: float, is_up: bool) -> float:

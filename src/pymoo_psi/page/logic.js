@@ -471,15 +471,18 @@ function* switches(data, state, now) {
   }
 }
 
-// The same in a sentence, "" if the proposal stays at any limit.
+// The same in a sentence for tighter and one for looser limits, "" if the proposal stays at any limit.
 function staying(data, now, found) {
-  const until = found.filter(({value}) => value !== null).map(({name, end, looser, value, row}) => {
-    const {unit} = data.by.get(name)
-    const isUp = looser === (end === 1)
-    return sentence(data, `${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other: row < 0 ? "none" : data.names[row],
-      limit: `${short(inSixDigits(value, isUp), 6)}${unit ? ` ${unit}` : ""}`})
-  })
-  return until.length && now.best.length ? sentence(data, "stays", {design: capital(data.names[now.best[0]]), changes: listed(until, "or")}) : ""
+  if (!now.best.length) return ""
+  return ["tighter", "looser"].map((direction) => {
+    const changes = found.filter((one) => one.value !== null && one.looser === (direction === "looser")).map(({name, end, looser, value, row}) => {
+      const {unit} = data.by.get(name)
+      return sentence(data, `${end ? "upper" : "lower"} ${direction}`, {column: name,
+        other: row < 0 ? sentence(data, "none", {}) : sentence(data, "other", {design: data.names[row]}),
+        limit: `${short(inSixDigits(value, looser === (end === 1)), 6)}${unit ? ` ${unit}` : ""}`})
+    })
+    return changes.length ? sentence(data, direction, {changes: changes.join("; ")}) : ""
+  }).filter(Boolean).join(" ")
 }
 
 // ------------------------------------------------------------------------------------- the orders
@@ -612,8 +615,9 @@ const apart = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?
 // A share with two digits, above 10 % with none behind the point.
 function percent(share) {
   const hundreds = 100 * share
-  if (hundreds > 0 && hundreds < 0.01) return "less than 0.01 %"
-  if (hundreds >= 99.5 && hundreds < 100 - 1e-7) return "more than 99 %"
+  if (hundreds > 0 && hundreds < 0.01) return local("less than 0.01 %")
+  if (hundreds >= 99.95 && hundreds < 100 - 1e-7) return local("more than 99.9 %")
+  if (hundreds >= 99.5 && hundreds < 99.95) return `${local(rounded(hundreds, 3).replace(/^(.)\.(.)(.).*/, "$1$2.$3"))} %`
   if (!(hundreds >= 9.95) || hundreds === Infinity) return `${short(hundreds, 2)} %`
   return `${BigInt(whole(hundreds))} %` // all digits of any
 }
@@ -644,15 +648,7 @@ function written(column, value) {
 const isWithin = (share) => abs(share) <= 1 + TIE
 
 // A difference of values in their unit; of per cent it is points.
-const amount = ({unit}, value) => short(value) + (unit === "%" ? " points" : unit ? ` ${unit}` : "")
-
-// A change of one objective in words.
-function changed(data, ranking, j, value, share, first) {
-  const column = data.objectives[j]
-  const key = !isWithin(share) ? "bare change" : first ? "first change" : "change"
-  return sentence(data, key, {objective: column.name, share: percent(share), amount: amount(column, value),
-    range: ranking.fixed ? "fixed range" : "range"})
-}
+const amount = ({unit}, value) => short(value, 3) + (unit === "%" ? " points" : unit ? ` ${unit}` : "")
 
 // The objectives by share, the largest first, NaN last.
 function bySize(shares) {
@@ -661,18 +657,13 @@ function bySize(shares) {
 }
 
 // Where a design is better than another and where worse, in words.
-function difference(data, ranking, gains, shares) {
+function difference(data, gains, shares) {
   const places = bySize(shares)
-  let first = true
-  const parts = [["better", 1], ["worse", -1]].map(([key, sign]) => {
-    const changes = places.filter((j) => sign * gains[j] > 0).map((j) => {
-      const text = changed(data, ranking, j, abs(gains[j]), abs(shares[j]), first)
-      first = false
-      return text
-    })
-    return changes.length ? sentence(data, key, {changes: changes.join(", ")}) : ""
-  })
-  return parts.filter(Boolean).join("; ") || sentence(data, "equal", {})
+  const [better, worse] = [1, -1].map((sign) => listed(places.filter((j) => sign * gains[j] > 0).map((j) => {
+    const column = data.objectives[j]
+    return sentence(data, (gains[j] > 0) === column.maximize ? "higher" : "lower", {objective: column.name, amount: amount(column, abs(gains[j]))})
+  })))
+  return better && worse ? sentence(data, "mixed", {better, worse}) : better || worse || sentence(data, "equal", {})
 }
 
 // Gains of rows against the first of them and shares of the ranges, a list each.
@@ -688,7 +679,7 @@ function against(data, ranking, key, row, other, parts = {}) {
   const {gains, shares} = gainsOf(data, ranking, [other, row])
   const name = data.names[row]
   const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
-  return sentence(data, key, {design, other: data.names[other], difference: difference(data, ranking, gains[1], shares[1]), ...parts})
+  return sentence(data, key, {design, other: data.names[other], difference: difference(data, gains[1], shares[1]), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
@@ -781,7 +772,7 @@ function explain(data, ranking, row) {
     else steps.push({names: [objectives[j].name], row: neighbours[j]})
   }
   const {gains, shares: gained} = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
-  steps.forEach((step, k) => { step.text = difference(data, ranking, gains[k + 1], gained[k + 1]) })
+  steps.forEach((step, k) => { step.text = difference(data, gains[k + 1], gained[k + 1]) })
   return {
     row,
     objectives: objectives.map(({name, values, maximize}, j) => ({
@@ -794,18 +785,19 @@ function explain(data, ranking, row) {
 }
 
 function standing(data, ranking, row, dominatedBy) {
-  const {front, best, place, mask} = ranking
-  const parts = {design: capital(data.names[row]), front: counted(front.length, "Pareto-optimal design"),
-    count: best.length, place: place[row]}
-  if (row >= data.n) return `${parts.design} is not among the designs that are ranked.`
-  if (!mask[row]) return `${parts.design} is beyond the limits.`
+  const {front, best, place, mask, frame} = ranking
+  const design = data.names[row]
+  if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
+  if (!mask[row]) return `${capital(design)} is beyond the limits.`
   if (dominatedBy >= 0) {
     const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
-    const better = difference(data, ranking, gains[1], shares[1])
-    return sentence(data, "dominated", {...parts, other: data.names[dominatedBy], difference: better})
+    return sentence(data, "dominated", {design: capital(design), other: data.names[dominatedBy], difference: difference(data, gains[1], shares[1])})
   }
-  const key = front.length === 1 ? "single" : place[row] > 1 ? "ranked" : best.length === 1 ? "optimum" : "optima"
-  return sentence(data, key, parts)
+  if (front.length === 1) return sentence(data, "single", {design})
+  const names = data.objectives.filter((_, j) => frame.lengths[j] < Infinity && data.F[j][row] === frame.low[j]).map(({name}) => name)
+  const parts = {best: names.length ? sentence(data, "best", {objectives: listed(names)}) : "", count: best.length, place: place[row], front: front.length}
+  if (place[row] > 1) return sentence(data, "ranked", {...parts, design: capital(design)})
+  return sentence(data, best.length === 1 ? "optimum" : "optima", {...parts, design})
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;

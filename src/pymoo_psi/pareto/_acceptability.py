@@ -18,7 +18,7 @@ import numpy as np
 from pymoo_psi._numbers import percent
 from pymoo_psi._validation import Array, Integers, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
-from pymoo_psi.pareto._sentences import capital, sentence
+from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 _BLOCKS = 8  # parts of the sample of weights, whose differences give the error
@@ -177,7 +177,7 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
     shares = weight_shares(ranking)
     if not shares.any():
         return ""
-    design = capital(ranking.name_of(row))
+    design = ranking.name_of(row)
     others = shares.copy()
     others[row] = 0.0
     other = int(others.argmax())

@@ -17,6 +17,7 @@ from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
+from pymoo_psi.pareto._explanation import change_of
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
     front_of,
@@ -68,7 +69,9 @@ class Caution(NamedTuple):
             ``"constant"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
             ``"extreme"``, ``"outlier"``, ``"unstable"`` or ``"weights"``;
             see :func:`cautions`.
-        sentence: The reason, and what to do if there is a remedy.
+        sentence: The reason.
+        remedy: A column to compute and to rank by in place of an objective,
+            ``log_cost=log10(cost)``, if that helps; else empty.
 
     Example:
         >>> print(Caution("tie", "A and B are equally near."))
@@ -77,10 +80,13 @@ class Caution(NamedTuple):
 
     kind: str
     sentence: str
+    remedy: str = ""
 
     def __str__(self) -> str:
-        """Return the reason."""
-        return self.sentence
+        """Return the reason, and what to do if there is a remedy."""
+        if not self.remedy:
+            return self.sentence
+        return f"{self.sentence} To rank so: --compute '{self.remedy}'."
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
@@ -145,18 +151,25 @@ def cautions(
         ()
         >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Without design 4, the range of f2 would be 9 times narrower, and the optimum would be
-        design 1, which differs by 60 % of the range in f2.
+        Design 4 alone makes the range of f2 9 times as long. Without it design 1 is proposed (f2
+        0.6 lower).
     """
-    checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    return (*cautions_of_distances(ranking), *_Checks(ranking).of_weights())
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def cautions_of_distances(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
+    """Return :func:`cautions` but that of other weights, which takes most of the time."""
+    checks = _Checks(ranking)
     found = [*checks.of_values()]
-    if not checks.ranking.frame.is_fixed:  # else the ranges are the user's own
+    if not ranking.frame.is_fixed:  # else the ranges are the user's own
         found += [*checks.decades(), *checks.redundant()]
-    return (*found, *checks.of_optimum(), *checks.of_weights())
+    return (*found, *checks.of_optimum())
 
 
-def _caution(kind: str, **values: object) -> Caution:
-    return Caution(kind, sentence(kind, **values))
+def _caution(kind: str, remedy: str = "", **values: object) -> Caution:
+    return Caution(kind, sentence(kind, **values), remedy)
 
 
 class _Checks:
@@ -265,17 +278,22 @@ class _Checks:
             ranking = self.again(F)
             if np.isin(ranking.salukvadze, self.optima).any():
                 continue
+            end = "best"
+            if objectives.sign[j] < 0:
+                end = "worst"
             column = name
             if not name.isidentifier():
                 column = f"`{name}`"
             yield _caution(
                 "decades",
-                share=percent(crowd),
+                f"log_{name}=log10({column})",
                 objective=name,
+                decades=f"{np.log10(values.max() / values.min()):.0f}",
+                share=percent(crowd),
+                end=end,
                 other=self.name_of(ranking.salukvadze[0]),
                 optimum=self.name_of(self.best),
                 place=ranking.place[self.best],
-                column=column,
             )
 
     def redundant(self) -> Iterator[Caution]:
@@ -292,6 +310,7 @@ class _Checks:
             yield _caution(
                 "redundant",
                 twins=listed([*self.names[twins]]),
+                repeats="repeats" if len(twins) == 1 else "repeat",
                 originals=listed(self.names[np.array(first)[twins]]),
                 other=self.name_of(optima[0]),
             )
@@ -331,22 +350,42 @@ class _Checks:
         kind = "near tie"
         if i in self.optima:
             kind = "tie"
-        farther = percent(self.mu[i] / self.mu[self.best] - 1)
-        objective = self.names[self.steps[i].argmax()]
         yield _caution(
             kind,
             design=capital(self.name_of(i)),
             optimum=self.name_of(self.best),
-            farther=farther,
-            share=percent(apart[i]),
-            objective=objective,
+            farther=percent(self.mu[i] / self.mu[self.best] - 1),
+            change=self.greatest_change(self.steps[i], self.values[i], self.values[self.best]),
         )
+
+    def greatest_change(self, steps: Array, after: Array, before: Array) -> str:
+        """Return by how much the objective changes that changes most.
+
+        Args:
+            steps: ``(m,)`` the changes in units of the ranges.
+            after: ``(m,)`` objectives of a design, minimised.
+            before: ``(m,)`` those of the design with which it is compared.
+        """
+        j = int(steps.argmax())
+        return change_of(self.ranking, j, after[j] - before[j])
 
     def worst(self) -> Iterator[Caution]:
         """Yield the caution about objectives in which the optimum is the worst."""
-        is_worst = self.varying & (self.d.max(axis=0) - self.d[self.best] <= EDGE)
-        if is_worst.any():
-            yield _caution("extreme", objectives=listed(self.names[is_worst]))
+        behind = self.d.max(axis=0) - self.d[self.best]
+        is_worst = self.varying & (behind <= EDGE)
+        if not is_worst.any():
+            return
+        worst = "the worst"
+        if (behind[is_worst] > 0).any():
+            worst = "nearly the worst"
+        by_place = self.ranking.by_place
+        later = by_place[self.ranking.place[by_place] > 1]
+        following = ""
+        if len(later):
+            name = self.ranking.name_of(int(later[0]))
+            following = sentence("next", place=self.ranking.place[later[0]], other=name)
+        objectives = listed(self.names[is_worst])
+        yield _caution("extreme", worst=worst, objectives=objectives, next=following)
 
     def moved(self) -> Iterator[Caution]:
         """Yield the caution about the designs without which the optimum moves most."""
@@ -384,20 +423,26 @@ class _Checks:
         steps = np.abs(F[optima, None] - self.values[self.optima]) / lengths
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
-        way = ways[after, before]
         times = np.ptp(self.values, axis=0) / lengths
         most = times.max()
+        names = self.names_of(designs)
+        texts = {"make": "makes", "pronoun": "it"}
+        if len(designs) > 1:
+            texts = {"make": "make", "pronoun": "them"}
         kind = "unstable"
         if most >= OUTLIER:
             kind = "outlier"
-        return way, _caution(
+            names = capital(names)
+        return ways[after, before], _caution(
             kind,
-            designs=self.names_of(designs),
+            designs=names,
             stretched=self.names[times.argmax()],
             times=number(most, 3),
             other=self.ranking.name_of(int(rows[optima[after]])),
-            share=percent(way),
-            objective=self.names[steps[after, before].argmax()],
+            change=self.greatest_change(
+                steps[after, before], F[optima[after]], self.values[self.optima[before]]
+            ),
+            **texts,
         )
 
 

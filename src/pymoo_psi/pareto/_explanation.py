@@ -10,7 +10,7 @@ whose greatest loss in another objective, in units of the ranges, is the least.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +28,7 @@ _TIE = 1e-9
 # A step is at least this share of the range: on a dense front, the least step is hardly another
 # design.
 _STEP = 0.01
+_MOST_COSTS = 6  # objectives named in a sentence, those with the greatest shares of a range
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,8 +66,7 @@ class DesignComparison:
 
         Example:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1]).sentences
-            ('Design 1 against design 0: better in f2 by 5 (62 % of its range); worse in f1 by 1
-            (25 %).',)
+            ('Design 1 against design 0: f2 5 lower. But f1 1 higher.',)
         """
         return tuple(self.sentence("against", k) for k in range(1, len(self.rows)))
 
@@ -80,8 +80,7 @@ class DesignComparison:
 
         Example:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1]).sentence("instead", 1)
-            'Design 1 is chosen instead of design 0: better in f2 by 5 (62 % of its range); worse in
-            f1 by 1 (25 %).'
+            'Design 1 is chosen instead of design 0: f2 5 lower. But f1 1 higher.'
         """
         other = self.ranking.name_of(self.rows[0])
         design = self.ranking.name_of(self.rows[k])
@@ -93,45 +92,51 @@ class DesignComparison:
     def difference(self, k: int) -> str:
         """Return where the k-th design compared is better than the first, and where worse.
 
+        Of each, the objectives in which it changes by the greatest share of the range are first.
+
         Example:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).difference(1)
-            'better in f1 by 1 (25 % of its range); worse in f2 by 5 (62 %)'
+            'f1 1 lower. But f2 5 higher'
         """
-        gains = self.gains[k]
-        shares = np.abs(self.shares[k])
-        order = _by_size(shares)
-        better = order[gains[order] > 0]
-        worse = order[gains[order] < 0]
-        changes = self.changes(np.abs(gains), shares, [*better, *worse])
-        parts = []
-        if len(better):
-            parts.append(sentence("better", changes=", ".join(changes[: len(better)])))
-        if len(worse):
-            parts.append(sentence("worse", changes=", ".join(changes[len(better) :])))
-        return "; ".join(parts) or sentence("equal")
+        order = _by_size(np.abs(self.shares[k]))
+        better = self._changes(k, order[self.gains[k, order] > 0])
+        worse = self._changes(k, order[self.gains[k, order] < 0])
+        if better and worse:
+            return sentence("mixed", better=better, worse=worse)
+        return better or worse or sentence("equal")
 
-    def changes(self, sizes: Array, shares: Array, columns: Iterable[int]) -> list[str]:
-        """Return by how much some objectives change, as parts of a sentence.
+    def _changes(self, k: int, columns: Rows) -> str:
+        """Return by how much some objectives change, listed."""
+        if not len(columns):
+            return ""
+        return listed([change_of(self.ranking, j, -self.gains[k, j]) for j in columns])
 
-        Example:
-            >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
-            >>> two.changes(two.gains[1], two.shares[1], [1])
-            ['f2 by 5 (62 % of its range)']
-        """
-        texts: list[str] = []
-        measure = "fixed range" if self.ranking.frame.is_fixed else "range"
-        for j in columns:
-            name = self.ranking.objectives.names[j]
-            unit = self.ranking.objectives.units.get(name, "")
-            if unit == "%":  # "9 %" of a share would be another amount
-                unit = "points"
-            amount = f"{number(sizes[j])} {unit}".strip()
-            template = "change" if texts else "first change"
-            if not within_range(shares[j]):
-                template = "bare change"
-            parts = {"share": percent(shares[j]), "range": measure}
-            texts.append(sentence(template, objective=name, amount=amount, **parts))
-        return texts
+
+def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
+    """Return by how much an objective changes.
+
+    Args:
+        ranking: The ranking of the designs.
+        j: The objective.
+        change: The change of its value, minimised.
+
+    Example:
+        >>> change_of(rank_of_efficiency([[1.0, 9.0], [2.0, 4.0]]), 1, -5.0)
+        'f2 5 lower'
+    """
+    template = "lower"
+    if change * ranking.objectives.sign[j] > 0:
+        template = "higher"
+    name = ranking.objectives.names[j]
+    return sentence(template, objective=name, amount=_amount(ranking, j, change))
+
+
+def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
+    """Return the size of a change of an objective with its unit."""
+    unit = ranking.objectives.units.get(ranking.objectives.names[j], "")
+    if unit == "%":  # "9 %" of a share would be another amount
+        unit = "points"
+    return f"{number(abs(change), 3)} {unit}".strip()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -190,74 +195,90 @@ class Explanation:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What the design is, how far from the best, and what each step costs.
+        """What the design is, what it costs, and what each step costs.
 
-        The first sentence places it among the others. The second gives its distances from the best,
-        the weakest objective first. One sentence for the step towards each objective follows, in
-        the same order.
+        The first sentence says what it is among the others. The second has its distances from the
+        best values, the greatest share first. One sentence for the step towards each objective
+        follows, in the same order; the design named gives up least.
 
         Example:
             >>> for line in explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1).sentences:
             ...     print(line)
-            Design 1 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
-            ideal point.
-            Behind the best in f2 by 3 (38 % of its range), f1 by 1 (25 %); weakest in f2.
-            Towards f2 design 2 gives up least: better in f2 by 3 (38 % of its range); worse in f1
-            by 3 (75 %).
-            Towards f1 design 0 gives up least: better in f1 by 1 (25 % of its range); worse in f2
-            by 5 (62 %).
+            Proposed: design 1.
+            What it costs: f2 is 3 behind the best (38 % of its range) and f1 1 (25 %).
+            Design 2: f2 3 lower. But f1 3 higher.
+            Design 0: f1 1 lower. But f2 5 higher.
         """
-        order = _by_size(self.shares)
         with decimal_mark(self.decimal):
-            distances = self._distances(order[self.behind[order] > 0])
-            return (self._standing(), distances, *self._step_sentences(order))
+            order = _by_size(self.shares)
+            return (self.standing, self.costs, *self._step_sentences(order))
 
-    def _standing(self) -> str:
-        """Return what the design is among the others."""
+    @property
+    def standing(self) -> str:
+        """What the design is among the others, and in which objectives it is the best.
+
+        Example:
+            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).standing
+            'Design 0, the best in f1: place 2 of the 3 designs that no other dominates.'
+        """
         ranking = self.ranking
-        design = capital(ranking.name_of(self.row))
+        design = ranking.name_of(self.row)
         if self.dominated_by >= 0:
             other = ranking.name_of(self.dominated_by)
             difference = _compared(ranking, [self.row, self.dominated_by]).difference(1)
+            design = capital(design)
             return sentence("dominated", design=design, other=other, difference=difference)
         n_optimal = ranking.pareto.sum()
         n_optima = len(ranking.salukvadze)
-        template = "ranked"
         if n_optimal == 1:
-            template = "single"
-        elif self.row in ranking.salukvadze:
-            template = "optimum" if n_optima == 1 else "optima"
-        front = counted(n_optimal, "Pareto-optimal design")
-        place = ranking.place[self.row]
-        return sentence(template, design=design, front=front, place=place, count=n_optima)
+            return sentence("single", design=design)
+        best = ""
+        is_best = np.isfinite(ranking.lengths) & (self.behind == 0)
+        if is_best.any():
+            names = [ranking.objectives.names[j] for j in np.flatnonzero(is_best)]
+            best = sentence("best", objectives=listed(names))
+        if self.row not in ranking.salukvadze:
+            place = ranking.place[self.row]
+            design = capital(design)
+            return sentence("ranked", design=design, best=best, place=place, front=n_optimal)
+        template = "optimum" if n_optima == 1 else "optima"
+        return sentence(template, design=design, best=best, count=n_optima)
 
-    def _distances(self, columns: Rows) -> str:
-        """Return how far the design is from the best, in the objectives where it is behind."""
+    @property
+    def costs(self) -> str:
+        """How far the design is from the best values, the greatest share of a range first.
+
+        Example:
+            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).costs
+            'What it costs: f2 is 8 behind the best (100 % of its range).'
+        """
+        order = _by_size(self.shares)
+        columns = order[self.behind[order] > 0]
         if not len(columns):
             return sentence("all best")
-        changes = self.steps.changes(self.behind, self.shares, columns)
-        parts = [sentence("behind", changes=", ".join(changes))]
-        if len(changes) > 1 and self.weakest:
-            parts.append(sentence("weakest", objectives=listed(self.weakest)))
-        best = np.flatnonzero(np.isfinite(self.ranking.lengths) & (self.behind == 0))
-        if len(best):
-            names = [self.ranking.objectives.names[j] for j in best]
-            parts.append(sentence("best", objectives=listed(names)))
-        return "; ".join(parts) + "."
+        measure = "fixed range" if self.ranking.frame.is_fixed else "range"
+        changes: list[str] = []
+        for j in columns[:_MOST_COSTS]:
+            template = "change" if changes else "first change"
+            if not within_range(self.shares[j]):
+                template = f"bare {template}"
+            name = self.ranking.objectives.names[j]
+            amount = _amount(self.ranking, j, self.behind[j])
+            share = percent(self.shares[j])
+            texts = {"amount": amount, "share": share, "range": measure}
+            changes.append(sentence(template, objective=name, **texts))
+        if len(columns) > _MOST_COSTS:
+            others = counted(len(columns) - _MOST_COSTS, "other objective")
+            changes.append(f"{others} less")
+        return sentence("costs", changes=listed(changes))
 
     def _step_sentences(self, order: Rows) -> list[str]:
-        """Return one sentence for each neighbour, objectives that share it together.
-
-        Args:
-            order: ``(m,)`` the objectives in the order of the sentences.
-        """
-        names = self.ranking.objectives.names
+        """Return one sentence for each neighbour, in the order of the objectives."""
         sentences = []
         for row in dict.fromkeys(self.neighbours[order].tolist()):
             if row >= 0:
-                objectives = [names[j] for j in order if self.neighbours[j] == row]
                 k = self.steps.rows.tolist().index(row)
-                sentences.append(self.steps.sentence("step", k, objectives=listed(objectives)))
+                sentences.append(self.steps.sentence("step", k))
         return sentences
 
 
@@ -301,14 +322,11 @@ def explain(
         >>> import pandas as pd
         >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
         >>> print(explain(F, "B", maximize=["yield"], units={"cost": "€"}))
-        B is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
-        ideal point.
-        Behind the best in yield by 10 (33 % of its range), cost by 1 € (25 %); weakest
-        in yield.
-        Towards yield C gives up least: better in yield by 10 (33 % of its range); worse
-        in cost by 3 € (75 %).
-        Towards cost A gives up least: better in cost by 1 € (25 % of its range); worse
-        in yield by 20 (67 %).
+        Proposed: B.
+        What it costs: yield is 10 behind the best (33 % of its range) and cost 1 €
+        (25 %).
+        C: yield 10 higher. But cost 3 € higher.
+        A: cost 1 € lower. But yield 20 lower.
     """
     ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
     if row is not None:
@@ -397,10 +415,8 @@ def compare_designs(
 
     Example:
         >>> print(compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0, 2]))
-        Design 0 against design 1: better in f1 by 1 (25 % of its range); worse in f2 by
-        5 (62 %).
-        Design 2 against design 1: better in f2 by 3 (38 % of its range); worse in f1 by
-        3 (75 %).
+        Design 0 against design 1: f1 1 lower. But f2 5 higher.
+        Design 2 against design 1: f2 3 lower. But f1 3 higher.
     """
     ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
     if rows is None:

@@ -39,8 +39,8 @@ Example:
     >>> heavy
     TestTable(256 tests: 81 ok, 175 infeasible, 0 failed; 2 variables, 3 objectives, 1 constraint)
     >>> print(explain(heavy).sentences[1])
-    Behind the best in mass by 7.321 kg (64 % of its range), stiffness by 831.8 N/mm (30 %), stress
-    by 4.744 (22 %); weakest in mass.
+    What it costs: mass is 7.32 kg behind the best (64 % of its range), stiffness 832 N/mm (30 %)
+    and stress 4.74 (22 %).
 
 :mod:`pymoo_psi.analysis` has histograms, costs of constraints, sensitivities, convergence and
 switching values of tables; :mod:`pymoo_psi.files` reads and writes them.
