@@ -271,13 +271,13 @@ def switching(table: TestTable) -> list[str]:
             changes = []
             for row in values:
                 if row["direction"] == direction:
-                    changes.append(_change_text(row, units.get(row["column"], "")))
+                    changes.append(change_text(row, units.get(row["column"], "")))
             if changes:
                 sentences.append(sentence(direction, changes="; ".join(changes)))
     return sentences
 
 
-def _change_text(row: Mapping[Any, Any], unit: str) -> str:
+def change_text(row: Mapping[Any, Any], unit: str) -> str:
     """Return a change of :func:`switching_values` as a part of a sentence."""
     # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
     template = f"{row['end']} {row['direction']}"

@@ -365,6 +365,7 @@ def live() -> None:
     "_documents",
     _FILE,
     _TITLE,
+    _option("question", "TEXT", "The question that the report answers."),
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
     _file("prototype", "FILE", "Existing designs for comparison."),
     _file("out", "FILE.html", "Write the report here.", default="report.html"),

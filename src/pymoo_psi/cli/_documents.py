@@ -250,14 +250,18 @@ def run_report(options: Options) -> int:
     out = options.out
     table = opened_by_options(options, _HTML)
     without_reason = table.under(replace(table.decision, reason=""))  # the report has it below
-    remarks = decision_remarks(path, without_reason)
+    remarks = [*table.facts]
+    for remark in decision_remarks(path, without_reason):
+        if not remark.startswith("Chosen: "):  # which is the heading
+            remarks.append(remark)
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     origin = f"{path.name}, {date}, pymoo-psi {__version__}"
     report = decision_report(
         table,
         design=options.design,
         title=_title(options, table),
-        about=[origin, *table.remarks, *remarks],
+        question=options.question or "",
+        about=[origin, *remarks],
         prototype=existing_designs(options.prototype, table, **_of_writer(options)),
     )
     command = shlex.join(["pymoo-psi", "report", str(path), *typed_options([*vars(options)])])

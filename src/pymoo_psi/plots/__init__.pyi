@@ -16,4 +16,5 @@ from ._style import save_figures as save_figures
 from ._figures import plot_fronts as plot_fronts
 from ._figures import plot_indicator as plot_indicator
 from ._style import literal as literal
+from ._style import places_between as places_between
 from ._style import svg_of as svg_of

@@ -24,7 +24,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import finite_number, invalid, known_name
@@ -214,6 +214,42 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         pad = 0.05 * abs(low) or 0.5
     return low - pad, high + pad
+
+
+def places_between(
+    values: ArrayLike, worst: float, best: float
+) -> tuple[NDArray[np.float64], bool]:
+    """Return where values are on an axis from the worst value (0) to the best (1).
+
+    Args:
+        values: ``(n,)`` values of an objective.
+        worst: The worst value.
+        best: The best value.
+
+    Returns:
+        ``(n,)`` places, 1 where both ends are equal, and whether the axis is logarithmic, as it
+        spans more than three decades.
+
+    Example:
+        >>> places_between([2.0, 3.0], 4.0, 2.0)
+        (array([1. , 0.5]), False)
+    """
+    points = np.asarray(values, dtype=float)
+    ends = np.array([worst, best])
+    is_log = spans_decades(ends)
+    if is_log:
+        points, ends = np.log10(np.maximum(points, np.finfo(float).tiny)), np.log10(ends)
+    if ends[0] == ends[1]:
+        return np.ones(len(points)), False
+    with np.errstate(over="ignore"):
+        half = ends / 2  # no overflow
+        return (points / 2 - half[0]) / (half[1] - half[0]), is_log
+
+
+def spans_decades(values: ArrayLike) -> bool:
+    """Whether positive values span more than three decades, which only a log axis shows."""
+    near = np.asarray(values, dtype=float)
+    return bool(near.min() > 0 and near.max() / 1e3 > near.min())
 
 
 def svg_of(figure: Figure, dpi: int) -> str:

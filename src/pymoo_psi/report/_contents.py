@@ -1,8 +1,8 @@
 """The contents of a report, which report.html lays out.
 
 :class:`Choice` has what is said of the chosen or proposed design. Functions return what is said of
-the table: positions, counts, failures, and what limits cost. Tables are frames of texts. At the end
-are the filters by which report.html shows values, tables and figures.
+the table: limits, failures, convergence. Tables are frames of texts. At the end are the filters by
+which report.html shows texts, tables and figures.
 """
 
 from __future__ import annotations
@@ -10,42 +10,54 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pymoo_psi import plots
-from pymoo_psi._numbers import number, percent
-from pymoo_psi._validation import Array, Values, counted
-from pymoo_psi.analysis import alike, constraint_costs, convergence
+from pymoo_psi._numbers import NumberFormat, number, percent
+from pymoo_psi._output import with_unit
+from pymoo_psi._validation import Array, Names, Rows, Values, counted
+from pymoo_psi.analysis import (
+    alike,
+    constraint_costs,
+    convergence,
+    latest_positions,
+    positions_frame,
+    rounded_limit,
+    switching_values,
+)
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    capital,
     cautions,
     compare_designs,
     explain,
+    listed,
     representatives,
+    weight_shares,
     within_range,
 )
-from pymoo_psi.table import Limit, TestTable
+from pymoo_psi.table import Limit, TestTable, error_column, has_errors
 
 _REASONS = 12  # the table has the most frequent reasons of failures
-_LIMITS = 6  # the table has the limits that cost most
 _REPRESENTATIVES = 5  # side by side on paper
+_DESIGNS = 30  # a sheet has room for so many
+_CHANGES = 4  # a sentence has the largest ones
+_WEIGHTED = 5  # bars
+_MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not worth their time
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
+_TICKS = 1000  # places on an axis that can be told apart
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
-_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|\d{4}-\d\d-\d\d|")
-
-
-def _cell(value: Any) -> str:
-    """Return a value as a report shows it: numbers with five digits."""
-    if not isinstance(value, float):
-        return str(value)
-    if not np.isfinite(value):
-        return "—"
-    return number(value, 5)
+_NUMBER = re.compile(
+    r"[-+−]?[\d.,\u00a0]+(e[-+−]?\d+)?([ \u00a0]%)?|[–—∞]|[-−]?inf|nan|\d{4}-\d\d-\d\d|"
+)
 
 
 class Choice:
@@ -58,81 +70,312 @@ class Choice:
 
     Attributes:
         word: "chosen" or "proposed".
+        noun: "choice" or "proposal".
         ranking: The ranking of the feasible tests.
         optimum: Row of the Salukvadze optimum in the ranking, the first of several.
         row: Row of the design in the ranking.
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
         explanation: Why it is where it is.
+        order: ``(m,)`` the objectives, those first in which the design is farthest behind.
         cautions: Reasons not to rely on the optimum, the most serious first.
     """
 
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
         self.prototype = prototype
-        self.formats = number_formats(table)
+        self.formats = {}
+        for name, number_format in number_formats(table).items():
+            self.formats[name] = replace(number_format, minus="−")
         self.ranking = table.feasible_ranking()
         self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
-        self.word = "proposed"
+        self.word, self.noun = "proposed", "proposal"
         chosen = table.decision.chosen
         if chosen is not None:
             self.row = self.ranking.rows.tolist().index(table.names.index(chosen))
-            self.word = "chosen"
+            self.word, self.noun = "chosen", "choice"
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
         self.explanation = explain(self.ranking, row=self.row)
+        self.order = _by_size(self.explanation.shares)
         subject = "Attention"
         if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
 
-    def instead(self) -> str:
-        """Return a sentence on how the design differs from the proposed one."""
-        pair = compare_designs(self.ranking, rows=[self.optimum, self.row])
-        return pair.sentence("instead", 1)
+    # The first sentences
 
-    def _texts(self, values: Array) -> list[str]:
-        """Return ``(m,)`` objectives as the page writes them."""
-        pairs = zip(self.ranking.objectives.names, values, strict=True)
-        return [self.formats[name].text(value) for name, value in pairs]
-
-    def objectives(self) -> pd.DataFrame:
-        """Return the objectives of the design, and of others, between best and worst."""
-        objectives = self.ranking.objectives
-        present = objectives.values[self.row]
-        columns = {"objective": objectives.headings(), self.word: self._texts(present)}
+    def standing(self) -> str:
+        """Return in which objectives the design is the best, or how it differs from the optimum."""
         if not self.is_optimum:
-            columns["proposed"] = self._texts(objectives.values[self.optimum])
+            pair = compare_designs(self.ranking, rows=[self.optimum, self.row])
+            return pair.sentence("instead", 1)
+        n = len(self.ranking.rows)
+        limits = within(self.table)
+        if n == 1:
+            return f"The only design{limits}."
+        others = f"of the {counted(n, 'design')}{limits}"
+        is_best = self.explanation.behind == 0
+        names = np.array(self.ranking.objectives.names, dtype=object)
+        best = names[is_best & np.isfinite(self.ranking.lengths)]
+        if is_best.all():
+            return f"The best {others} in every objective."
+        if len(best) == 0:
+            return f"None {others} is nearer to the best values of all objectives."
+        if len(best) > _CHANGES:
+            return f"The best {others} in {len(best)} of {len(names)} objectives."
+        return f"The best {others} in {listed(best)}."
+
+    def costs(self) -> list[str]:
+        """Return how far the design is behind the best, the largest share of a range first."""
+        costs = []
+        for j in self.order:
+            name = self.ranking.objectives.names[j]
+            if self.explanation.behind[j] > 0:
+                costs.append(f"{self.amount(name, self.explanation.behind[j])} in {name}")
+        if len(costs) > _CHANGES:
+            costs[_CHANGES:] = [f"less in {len(costs) - _CHANGES} more"]
+        return costs
+
+    def amount(self, name: str, value: float) -> str:
+        """Return a value of a column, or a difference of values, with its unit."""
+        unit = self.table.schema.units.get(name, "")
+        text = self.formats[name].text(value)
+        if value != 0 and not re.search("[1-9∞]", text):  # too small a difference for the column
+            text = number(value, 2)
+        return f"{text}\N{NO-BREAK SPACE}{unit}".strip()
+
+    # The values
+
+    def values(self) -> list[Values]:
+        """Return the objectives in their order: texts, and places from the worst to the best."""
+        objectives = self.ranking.objectives
+        rows = []
+        for j, name in enumerate(objectives.names):
+            values = objectives.values[:, j]
+            ends = (self.ranking.nadir[j], self.ranking.ideal[j])
+            places, is_log = plots.places_between(values, *ends)
+            ticks = np.unique(np.round(_TICKS * places[self.ranking.pareto]).astype(int))
+            row = {
+                "name": name,
+                "unit": objectives.units.get(name, ""),
+                "hint": "more is better" if objectives.sign[j] < 0 else "less is better",
+                "value": self.formats[name].text(values[self.row]),
+                "worst": self.formats[name].text(ends[0]),
+                "best": self.formats[name].text(ends[1]),
+                "behind": self._behind(j),
+                "place": places[self.row],
+                "ticks": "".join(f"M{tick} 0v10" for tick in ticks),
+                "others": self._others(name, ends),
+                "error": "",
+            }
+            if is_log:
+                row["hint"] += ", log axis"
+            if has_errors(self.table):
+                error = self.table.column(error_column(name))[self.ranking.rows[self.row]]
+                row["error"] = f"±\N{NO-BREAK SPACE}{number(error, 2)}"
+            rows.append(row)
+        return rows
+
+    def _behind(self, j: int) -> str:
+        """Return how far the design is behind the best: a share, or beyond the range an amount."""
+        share = self.explanation.shares[j]
+        if within_range(share):
+            return percent(share)
+        return self.amount(self.ranking.objectives.names[j], self.explanation.behind[j])
+
+    def _others(self, name: str, ends: tuple[float, float]) -> list[tuple[str, float]]:
+        """Return value and place of the proposed design, if it is another, and existing ones."""
+        values = []
+        if not self.is_optimum:
+            values.append(self.table.column(name)[self.ranking.rows[self.optimum]])
         if self.prototype is not None:
-            for name, values in zip(self.prototype.names, self.prototype.F, strict=True):
-                columns[name] = self._texts(values * objectives.sign)
-                gains = values - present * objectives.sign
-                columns[f"against {name}"] = [_gain(gain) for gain in gains]
-        columns["best"] = self._texts(self.ranking.ideal)
-        columns["worst"] = self._texts(self.ranking.nadir)
-        columns["behind best"] = self._behind()
-        return pd.DataFrame(columns)
+            values += self.prototype.column(name).tolist()
+        places, _ = plots.places_between(np.array(values, dtype=float), *ends)
+        texts = [self.formats[name].text(value) for value in values]
+        return list(zip(texts, places.tolist(), strict=True))
 
-    def _behind(self) -> list[str]:
-        """Return how far the design is behind the best in each objective."""
-        why = self.explanation
-        texts = []
-        pairs = zip(self.ranking.objectives.names, why.behind, why.shares, strict=True)
-        for name, difference, share in pairs:
-            text = _with_unit(self.table, name, float(difference))
-            if within_range(share):
-                text = percent(share)
-            texts.append(text)
-        return texts
+    def others(self) -> list[str]:
+        """Return what is beside the design: the proposed one, if it is another; existing ones."""
+        names = []
+        if not self.is_optimum:
+            names.append(f"proposed: {self.ranking.name_of(self.optimum)}")
+        if self.prototype is not None:
+            names += [f"present design: {name}" for name in self.prototype.names]
+        return names
 
-    def values(self) -> pd.DataFrame:
+    # Differences
+
+    def differences(
+        self, ranking: EfficiencyRanking, one: int, other: int, *, with_shares: bool = False
+    ) -> tuple[dict[str, str], dict[str, str]]:
+        """Return where a design of a ranking is better than another one, and where worse.
+
+        Returns:
+            Changes such as "price 200 € lower" by objective, the largest share first.
+        """
+        pair = compare_designs(ranking, rows=[one, other])
+        better: dict[str, str] = {}
+        worse: dict[str, str] = {}
+        for j in _by_size(np.abs(pair.shares[1])):
+            gain = pair.gains[1, j]
+            name = ranking.objectives.names[j]
+            word = "higher" if (gain > 0) == (ranking.objectives.sign[j] < 0) else "lower"
+            change = f"{name} {self.amount(name, abs(gain))} {word}"
+            if with_shares and within_range(abs(pair.shares[1, j])):
+                change += f" ({percent(abs(pair.shares[1, j]))})"
+            if gain > 0:
+                better[name] = change
+            elif gain < 0:
+                worse[name] = change
+        return better, worse
+
+    def steps(self) -> Iterator[tuple[str, str]]:
+        """Yield the designs that give up least for an objective: what is better, what worse."""
+        for row in dict.fromkeys(self.explanation.neighbours[self.order].tolist()):
+            if row >= 0:
+                better, worse = self.differences(self.ranking, self.row, row)
+                text = "Nothing is worse."
+                if worse:
+                    text = f"But {_few(worse.values())}."
+                yield f"{self.ranking.name_of(row)}: {_few(better.values())}", text
+
+    def present(self) -> Iterator[str]:
+        """Yield how the design differs from existing ones."""
+        if self.prototype is None:
+            return
+        values = np.vstack([self.ranking.objectives.values[[self.row]], self.prototype.F])
+        values[1:] *= self.ranking.objectives.sign
+        objectives = replace(
+            self.ranking.objectives, values=values, labels=[self.name, *self.prototype.names]
+        )
+        both = replace(self.ranking, objectives=objectives, pareto=np.ones(len(values), dtype=bool))
+        for k, name in enumerate(self.prototype.names, start=1):
+            better, worse = self.differences(both, k, 0)
+            text = _few(better.values()) or "better in no objective"
+            if worse:
+                text += f". But {_few(worse.values())}"
+            yield f"Against {name}: {text}."
+
+    # Positions
+
+    def positions(self) -> Iterator[Values]:
+        """Yield what each person holds, and what the design costs them."""
+        table = self.table
+        latest = latest_positions(table.decision.positions)
+        if not latest:
+            return
+        free = table.under(limits={}).feasible_ranking()
+        free = replace(free, frame=self.ranking.frame)
+        rows = {free.name_of(row): row for row in range(len(free.rows))}
+        for record in positions_frame(table).to_dict("records"):
+            name = record["choice"]
+            text = "Not among the designs."
+            if name == "none":
+                text = "No choice."
+            elif name == self.name:
+                text = f"The {self.noun}."
+            elif name in rows:
+                better, worse = self.differences(
+                    free, rows[name], rows[self.name], with_shares=True
+                )
+                parts = [_few(worse.values())] if worse else []
+                if better:
+                    parts.append(f"better in {_few(better)}")
+                text = f"The {self.noun}: {'; '.join(parts) or 'equal in all objectives'}."
+            beyond = []
+            if name in table.names:
+                row = table.names.index(name)
+                for column in violated(table, row):
+                    value = _with_unit(table, column, table.column(column)[row])
+                    beyond.append(f"{limit_text(table, column)}: {value}")
+            yield {**record, "text": text, "beyond": beyond}
+
+    # The appendix
+
+    def weighted(self) -> list[tuple[str, float]]:
+        """Return the designs that are the best for most weights, and for which share of them."""
+        shares = weight_shares(self.ranking)
+        rows = np.argsort(-shares, kind="stable")[:_WEIGHTED]
+        return [(self.ranking.name_of(row), shares[row]) for row in rows if shares[row] > 0]
+
+    @cached_property
+    def changes(self) -> pd.DataFrame:
+        """The values of limits at which another design is proposed, in words."""
+        columns = ["column", "present", "condition", "value", "then"]
+        if self.ranking.pareto.sum() > _MOST_OPTIMAL:
+            return pd.DataFrame(columns=columns)
+        frame = switching_values(self.table).dropna(subset="value")
+        rows = []
+        for change in frame.to_dict("records"):
+            is_tighter = change["direction"] == "tighter"
+            side = "above" if change["end"] == "lower" else "below"
+            value = rounded_limit(change["value"], is_up=is_tighter == (side == "above"))
+            unit = self.table.schema.units.get(change["column"], "")
+            then = "no design is left"
+            if change["design"] is not None:
+                then = f"{change['design']} is proposed"
+            row = {
+                "column": change["column"],
+                "present": change["present"],
+                "condition": f"must be {side}" if is_tighter else "may be",
+                "value": f"{number(value, 6)}\N{NO-BREAK SPACE}{unit}".strip(),
+                "then": then,
+            }
+            rows.append(row)
+        return pd.DataFrame(rows, columns=columns)
+
+    def designs(self) -> tuple[pd.DataFrame, str]:
+        """Return the designs by place, then those beyond limits and existing ones, and a title."""
+        table = self.table
+        ranked = self.ranking.rows[self.ranking.by_place]
+        rejected = np.flatnonzero(~table.feasible() & (table.status != "failed"))
+        n = len(ranked) + len(rejected)
+        rows = [*ranked, *rejected][:_DESIGNS]
+        designs = [(table.take(rows), [self._status(row) for row in rows])]
+        if self.prototype is not None:
+            designs.append((self.prototype, ["present design"] * len(self.prototype)))
+        places = dict(zip(self.ranking.rows.tolist(), self.ranking.place.tolist(), strict=True))
+        columns: Values = {
+            "place": [str(places.get(row) or "–") for row in rows],
+            table.schema.label or table.schema.words["row"]: [],
+        }
+        columns["place"] += ["–"] * (sum(len(part) for part, _ in designs) - len(rows))
+        for part, _ in designs:
+            columns[table.schema.label or table.schema.words["row"]] += part.names
+        for name in table.schema.objectives:
+            heading = with_unit(name, table.schema.units.get(name, ""))
+            arrow = "↑" if name in table.schema.maximize else "↓"
+            values = np.concatenate([part.column(name) for part, _ in designs])
+            texts = [self.formats[name].text(value) for value in values]
+            columns[f"{heading}\N{NO-BREAK SPACE}{arrow}"] = texts
+        columns["status"] = [status for _, statuses in designs for status in statuses]
+        title = f"All {counted(n, 'design')}"
+        if n > _DESIGNS:
+            title = f"The first {_DESIGNS} of {counted(n, 'design')}"
+        return pd.DataFrame(columns), title
+
+    def _status(self, row: int) -> str:
+        """Return what the table of designs says of a test."""
+        ranked = np.flatnonzero(self.ranking.rows == row)
+        if len(ranked) == 0:
+            return f"beyond {listed(violated(self.table, row))}"
+        if ranked[0] == self.row:
+            return self.word
+        if self.ranking.pareto[ranked[0]]:
+            return ""
+        other = explain(self.ranking, row=int(ranked[0])).dominated_by
+        return f"dominated by {self.ranking.name_of(other)}"
+
+    def properties(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
         row = self.ranking.rows[self.row]
         schema = self.table.schema
+        left_out = {schema.label, *map(error_column, schema.objectives)}
         rows = []
         for name in (*schema.variables, *schema.outputs, *schema.notes):
-            if name == schema.label:
+            if name in left_out:
                 continue
             value = self.table.column(name)[row]
             text = _cell(value)
@@ -150,26 +393,152 @@ class Choice:
         objectives = self.ranking.objectives
         columns = {"design": ["place", "stands for", *objectives.headings()]}
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
-            values = self._texts(objectives.values[row])
+            values = zip(objectives.names, objectives.values[row], strict=True)
+            texts = [self.formats[name].text(value) for name, value in values]
             place = str(self.ranking.place[row])
-            columns[self.ranking.name_of(row)] = [place, percent(share), *values]
-        n = counted(self.ranking.pareto.sum(), "Pareto-optimal design")
+            columns[self.ranking.name_of(row)] = [place, percent(share), *texts]
+        n = counted(self.ranking.pareto.sum(), "design")
         caption = (
-            f"{len(few.rows)} representatives of {n}, the optimum first. Each stands for the "
-            f"designs nearest to it, none farther than {number(few.radius, 3)}."
+            f"{len(few.rows)} designs represent the {n} that no other dominates. Each stands for "
+            f"those nearest to it, none farther than {number(few.radius, 3)}."
         )
         return pd.DataFrame(columns), caption
 
 
-def _gain(gain: float) -> str:
-    """Return by how much a design is better than another in an objective."""
-    if gain == 0:
-        return "0"
-    word = "better" if gain > 0 else "worse"
-    return f"{number(abs(gain))} {word}"
+def _by_size(shares: Array) -> Rows:
+    """Return the objectives by share, the largest first, NaN last; those that tie as they are."""
+    return np.argsort(-np.round(shares, 9), kind="stable")
 
 
-# The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
+def _few(texts: Iterable[str]) -> str:
+    """Return texts as a sentence lists them: the first ones, and how many more there are."""
+    few = list(texts)
+    if len(few) > _CHANGES:
+        few[_CHANGES:] = [f"{len(few) - _CHANGES} more"]
+    return listed(few) if few else ""
+
+
+# Limits
+
+
+def within(table: TestTable) -> str:
+    """Return " within the limits", or nothing where there are none."""
+    n = len(table.limits) + len(table.schema.constraints)
+    if n == 0:
+        return ""
+    if n == 1:
+        return " within the limit"
+    return " within the limits"
+
+
+def violated(table: TestTable, row: int) -> list[str]:
+    """Return the columns whose limit or constraint a test violates."""
+    mask, _ = table.violations()
+    columns = [*table.schema.constraints, *table.limits]
+    return [columns[k] for k in np.flatnonzero(mask[row])]
+
+
+def limit_text(table: TestTable, name: str) -> str:
+    """Return a limit in words, "price at most 1400 €", or the name of a constraint."""
+    if name not in table.limits:
+        return f"constraint {name}"
+    limit = table.limits[name]
+    if limit.texts is not None:
+        return f"{name} {listed(limit.texts, 'or')}"
+    texts = []
+    for words, value in (("at least", limit.low), ("at most", limit.high)):
+        if np.isfinite(value):
+            texts.append(f"{words} {number(value, 6)}\N{NO-BREAK SPACE}{table.schema.units.get(name, '')}".strip())
+    return f"{name} {listed(texts)}"
+
+
+def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str, str]]:
+    """Yield each limit and constraint and what it does, the most costly one first.
+
+    Args:
+        table: The tests.
+        choice: The choice among them; None if no design is left. Then it is said how near tests
+            come to the limit.
+    """
+    costs = constraint_costs(table)
+    costs["column"] = [*table.schema.constraints, *table.limits]
+    word = table.schema.words["row"]
+    for _, cost in costs.sort_values("alone", ascending=False, kind="stable").iterrows():
+        name = cost["column"]
+        sentences = [_rejects(cost, counted(len(table), word))]
+        if choice is None:
+            sentences.append(_nearest(table, cost))
+        else:
+            sentences += _without(choice, cost)
+            for change in choice.changes[choice.changes["column"] == name].itertuples():
+                sentences.append(f"If it {change.condition} {change.value}, {change.then}.")
+        yield limit_text(table, name), " ".join(filter(None, sentences))
+
+
+def _rejects(cost: pd.Series[Any], designs: str) -> str:
+    """Return how many designs a limit rejects, and how many of them nothing else rejects."""
+    rejects = int(cost["rejects"])
+    if rejects == 0:
+        return f"Rejects none of {designs}."
+    if cost["alone"] == rejects:
+        return f"Rejects {number(rejects)} of {designs}."
+    return f"Rejects {number(rejects)} of {designs}, {number(cost['alone'])} of them alone."
+
+
+def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
+    """Return the value that comes nearest to a limit."""
+    if np.isnan(cost["lower"]):  # allowed texts
+        return ""
+    name = cost["column"]
+    excess = Limit(cost["lower"], cost["upper"]).excess(name, table.column(name))
+    if excess.min() == 0:
+        return "Some are within it."
+    return f"The nearest: {_with_unit(table, name, table.column(name)[excess.argmin()])}."
+
+
+def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
+    """Yield which design would be proposed without a limit, and the best values then."""
+    table = choice.table
+    name = cost["column"]
+    if cost["alone"] == 0:  # all that it rejects is rejected by others, too
+        if cost["rejects"] > 0:
+            yield "Without it the proposal is the same."
+        return
+    limits = {column: limit for column, limit in table.limits.items() if column != name}
+    omitted = [*table.formulation.omitted]
+    if name in table.schema.constraints:
+        omitted.append(name)
+    best = table.under(limits=limits, omitted=omitted).best().names[0]
+    if best == choice.ranking.name_of(choice.optimum):
+        yield "Without it the proposal is the same."
+    else:
+        yield f"Without it {best} is proposed."
+    gains = []
+    for objective, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
+        now = cost[f"{objective}_feasible"]
+        free = cost[f"{objective}_alone"]
+        if (now - free) * sign > 0:
+            texts = [choice.amount(objective, value) for value in (free, now)]
+            gains.append(f"{objective} {texts[0]} instead of {texts[1]}")
+    if gains:
+        yield f"Best values without it: {_few(gains)}."
+
+
+def _with_unit(table: TestTable, name: str, value: Any) -> str:
+    unit = table.schema.units.get(name, "")
+    return f"{_cell(value)}\N{NO-BREAK SPACE}{unit}".strip()
+
+
+def _cell(value: Any) -> str:
+    """Return a value as a report shows it: numbers with five digits."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.number)):
+        return str(value)
+    if not np.isfinite(value):
+        return "—"
+    return number(value, 5)
+
+
+# The tests: how many there are, why they failed or are incomplete, whether more would help
 
 
 def problem_facts(table: TestTable) -> Values:
@@ -182,6 +551,16 @@ def problem_facts(table: TestTable) -> Values:
         for name, fact in facts.items()
         if fact is not None and not isinstance(fact, Mapping)
     }
+
+
+def counts(table: TestTable) -> str:
+    """Return how many tests are within the limits, beyond them, and failed or incomplete."""
+    parts = [f"{number(table.feasible().sum())}{within(table) or ' complete'}"]
+    for status, word in (("infeasible", "beyond"), ("failed", table.schema.words["failed"])):
+        n = (table.status == status).sum()
+        if n:
+            parts.append(f"{number(n)} {word}")
+    return ", ".join(parts)
 
 
 def failures(table: TestTable) -> pd.DataFrame:
@@ -205,69 +584,13 @@ def verdict(table: TestTable) -> str:
     try:
         steps = convergence(table)
     except PsiError:  # its reason is about the evenly spread tests only
-        return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
+        return "Not known: it takes 8 evenly spread tests or more, some of them within the limits."
     if len(steps.tests) <= 1:
         return ""
     return steps.verdict()
 
 
-# Limits
-
-
-def limit_costs(table: TestTable) -> pd.DataFrame:
-    """Return what the constraints and limits cost that cost most.
-
-    Without a feasible design it is said how near tests come to keeping them.
-    """
-    costs = constraint_costs(table)
-    costs["column"] = [*table.schema.constraints, *table.limits]
-    last = "nearest value"
-    describe = _nearest
-    if table.feasible().any():
-        last = "best values without it"
-        describe = _best_values
-    rows = []
-    top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
-    for text, cost in top.iterrows():
-        row = {
-            "constraint or limit": text,
-            "rejects": number(cost["rejects"]),
-            "rejects alone": number(cost["alone"]),
-            last: describe(table, cost),
-        }
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
-    """Return the value that comes nearest to keeping a constraint or limit."""
-    if np.isnan(cost["lower"]):  # allowed texts
-        return "—"
-    name = cost["column"]
-    limit = Limit(cost["lower"], cost["upper"])
-    excess = limit.excess(name, table.column(name))
-    if excess.min() == 0:
-        return "kept by some"
-    return _with_unit(table, name, float(table.column(name)[excess.argmin()]))
-
-
-def _best_values(table: TestTable, cost: pd.Series[Any]) -> str:
-    """Return the objectives in which designs that a limit alone rejects beat the feasible ones."""
-    gains = []
-    for name, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
-        now = cost[f"{name}_feasible"]
-        best = cost[f"{name}_alone"]
-        if (now - best) * sign > 0:
-            gains.append(f"{name} {_with_unit(table, name, best)} instead of {_cell(now)}")
-    return "; ".join(gains) or "no better in any objective"
-
-
-def _with_unit(table: TestTable, name: str, value: float) -> str:
-    unit = table.schema.units.get(name, "")
-    return f"{_cell(value)} {unit}".strip()
-
-
-# How values, tables and figures are shown
+# How texts, tables and figures are shown
 
 
 def printable(value: Any) -> Any:

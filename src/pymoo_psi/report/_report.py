@@ -8,23 +8,20 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
-from pymoo_psi._numbers import decimal_mark, number
+from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, counted, instance, invalid
 from pymoo_psi.analysis import (
     certainty_sentences,
     decision_sentences,
     latest_positions,
-    positions_frame,
     separation_sentences,
-    switching,
-    written_limits,
 )
 from pymoo_psi.page import existing_designs
-from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in
+from pymoo_psi.pareto import EfficiencyRanking, measured_in
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import TestTable, has_errors
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,7 +29,8 @@ class DecisionReport(Document):
     """A report on the choice among tested designs, made by :func:`decision_report`.
 
     Attributes:
-        title: Heading of the report.
+        title: Subject of the report.
+        question: The question that the report answers; empty if it is not stated.
         about: Lines below the heading.
         ranking: The ranking of the feasible designs; None if none is feasible.
         cautions: Reasons not to rely on the optimum, the most serious first.
@@ -46,6 +44,7 @@ class DecisionReport(Document):
     """
 
     title: str
+    question: str
     about: tuple[str, ...]
     ranking: EfficiencyRanking | None
     cautions: tuple[str, ...]
@@ -81,26 +80,33 @@ class DecisionReport(Document):
             trim_blocks=True,
             lstrip_blocks=True,
         )
-        filters = {"grid": _contents.grid, "image": _contents.image, "capital": capital}
+        filters = {"grid": _contents.grid, "image": _contents.image, "percent": percent}
         environment.filters |= filters
-        decision = self._table.decision
-        with decimal_mark(self._table.decimal):
+        table = self._table
+        decision = table.decision
+        weights: list[str] = []
+        chance = ""
+        measured = ""
+        with decimal_mark(table.decimal):
+            if self._choice is not None:
+                weights = certainty_sentences(table, self._choice.row)
+                measured = f"{measured_in(self._choice.ranking)}."
+                if has_errors(table):
+                    chance = weights.pop()
             return environment.get_template("report.html").render(
                 report=self,
-                separation=separation_sentences(self._table),
-                positions=positions_frame(self._table),
-                limits=written_limits(self._table),
-                decided=decision_sentences(decision.decided),
-                names=[position["name"] for position in latest_positions(decision.positions)],
-                data=self._table,
+                data=table,
                 contents=_contents,
                 choice=self._choice,
-                certainty_sentences=certainty_sentences,
+                chance=chance,
+                weights=weights,
+                measured=measured,
+                regret="".join(separation_sentences(table)[-1:]),
+                decided=decision_sentences(decision.decided),
+                names=[position["name"] for position in latest_positions(decision.positions)],
                 counted=counted,
-                measured_in=measured_in,
                 number=number,
                 plots=plots,
-                switching=switching,
             )
 
 
@@ -109,6 +115,7 @@ def decision_report(
     *,
     design: int | str | None = None,
     title: str = "Report on a choice",
+    question: str = "",
     about: Names = (),
     prototype: Any = None,
 ) -> DecisionReport:
@@ -122,7 +129,8 @@ def decision_report(
         design: Number or label of the chosen design, a feasible one. By default that of the table's
             decision, which also has the reason for it; if none is chosen, or it is not feasible,
             the Salukvadze optimum is proposed.
-        title: Heading of the report.
+        title: Subject of the report.
+        question: The question that the report answers, in words.
         about: Lines below the heading, such as the origin of the tests.
         prototype: Existing designs, from any source, to compare the design with.
 
@@ -135,7 +143,7 @@ def decision_report(
         >>> report = decision_report(table.under(limits={"f1": 2}), title="Brackets")
         >>> print(report)
         Brackets: test 1 proposed of 2 Pareto-optimal designs
-        >>> "What limits cost</h2>" in report.html()
+        >>> "f1 at most 2</h3>" in report.html()
         True
     """
     remedy = "PSI and investigate return one, read_table opens any file"
@@ -153,7 +161,9 @@ def decision_report(
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
         table = table.under(replace(table.decision, chosen=None, reason=""))
     if not eligible.any():
-        return DecisionReport(title, tuple(about), None, (), table)
+        return DecisionReport(title, question, tuple(about), None, (), table)
     with decimal_mark(table.decimal):
         choice = Choice(table, existing_designs(prototype, table))
-    return DecisionReport(title, tuple(about), choice.ranking, choice.cautions, table, choice)
+    return DecisionReport(
+        title, question, tuple(about), choice.ranking, choice.cautions, table, choice
+    )
