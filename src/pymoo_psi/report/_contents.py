@@ -448,7 +448,9 @@ def limit_text(table: TestTable, name: str) -> str:
     texts = []
     for words, value in (("at least", limit.low), ("at most", limit.high)):
         if np.isfinite(value):
-            texts.append(f"{words} {number(value, 6)}\N{NO-BREAK SPACE}{table.schema.units.get(name, '')}".strip())
+            texts.append(
+                f"{words} {number(value, 6)}\N{NO-BREAK SPACE}{table.schema.units.get(name, '')}".strip()
+            )
     return f"{name} {listed(texts)}"
 
 
