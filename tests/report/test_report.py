@@ -328,9 +328,7 @@ def test_many_objectives_and_designs_are_folded_but_all_are_there():
     rows = sections["Values"][1:11] + sections["Further objectives"][1:]
     assert [re.match(r"o\d+", row)[0] for row in rows] == names
     frame = pd.DataFrame(rng.random((20_000, 2)), columns=["a", "b"])
-    assert (
-        "The first 30 of 20 000 designs" in Reader(decision_report(read_table(frame))).sections
-    )
+    assert "The first 30 of 20 000 designs" in Reader(decision_report(read_table(frame))).sections
 
 
 EVIL = "<script>alert(1)</script> & \"'$x_{$ <u>"

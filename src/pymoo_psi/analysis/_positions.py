@@ -89,7 +89,7 @@ def separation_sentences(table: TestTable) -> list[str]:
     latest = latest_positions(table.decision.positions)
     if not latest:
         return []
-    free = table.under(limits={}).feasible_ranking()
+    free = table.under(limits={}, ranges={}).feasible_ranking()
     if table.feasible().any():
         free = replace(free, frame=table.feasible_ranking().frame)
     rows = {free.name_of(row): row for row in range(len(free.rows))}

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -19,9 +19,9 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi import plots
-from pymoo_psi._numbers import NumberFormat, number, percent
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Array, Names, Rows, Values, counted
+from pymoo_psi._validation import Array, Rows, Values, counted
 from pymoo_psi.analysis import (
     alike,
     constraint_costs,
@@ -35,11 +35,11 @@ from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
     EfficiencyRanking,
-    capital,
     cautions,
     compare_designs,
     explain,
     listed,
+    nearest_to_ideal,
     representatives,
     weight_shares,
     within_range,
@@ -140,11 +140,10 @@ class Choice:
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
-        unit = self.table.schema.units.get(name, "")
         text = self.formats[name].text(value)
         if value != 0 and not re.search("[1-9∞]", text):  # too small a difference for the column
             text = number(value, 2)
-        return f"{text}\N{NO-BREAK SPACE}{unit}".strip()
+        return _with_unit(self.table, name, text)
 
     # The values
 
@@ -266,10 +265,11 @@ class Choice:
         latest = latest_positions(table.decision.positions)
         if not latest:
             return
-        free = table.under(limits={}).feasible_ranking()
+        free = table.under(limits={}, ranges={}).feasible_ranking()
         free = replace(free, frame=self.ranking.frame)
         rows = {free.name_of(row): row for row in range(len(free.rows))}
-        for record in positions_frame(table).to_dict("records"):
+        records: Any = positions_frame(table).to_dict("records")
+        for record in records:
             name = record["choice"]
             text = "Not among the designs."
             if name == "none":
@@ -288,7 +288,7 @@ class Choice:
             if name in table.names:
                 row = table.names.index(name)
                 for column in violated(table, row):
-                    value = _with_unit(table, column, table.column(column)[row])
+                    value = _with_unit(table, column, _cell(table.column(column)[row]))
                     beyond.append(f"{limit_text(table, column)}: {value}")
             yield {**record, "text": text, "beyond": beyond}
 
@@ -312,7 +312,6 @@ class Choice:
             is_tighter = change["direction"] == "tighter"
             side = "above" if change["end"] == "lower" else "below"
             value = rounded_limit(change["value"], is_up=is_tighter == (side == "above"))
-            unit = self.table.schema.units.get(change["column"], "")
             then = "no design is left"
             if change["design"] is not None:
                 then = f"{change['design']} is proposed"
@@ -320,7 +319,7 @@ class Choice:
                 "column": change["column"],
                 "present": change["present"],
                 "condition": f"must be {side}" if is_tighter else "may be",
-                "value": f"{number(value, 6)}\N{NO-BREAK SPACE}{unit}".strip(),
+                "value": _with_unit(self.table, change["column"], number(value, 6)),
                 "then": then,
             }
             rows.append(row)
@@ -448,9 +447,7 @@ def limit_text(table: TestTable, name: str) -> str:
     texts = []
     for words, value in (("at least", limit.low), ("at most", limit.high)):
         if np.isfinite(value):
-            texts.append(
-                f"{words} {number(value, 6)}\N{NO-BREAK SPACE}{table.schema.units.get(name, '')}".strip()
-            )
+            texts.append(f"{words} {_with_unit(table, name, number(value, 6))}")
     return f"{name} {listed(texts)}"
 
 
@@ -495,7 +492,8 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     excess = Limit(cost["lower"], cost["upper"]).excess(name, table.column(name))
     if excess.min() == 0:
         return "Some are within it."
-    return f"The nearest: {_with_unit(table, name, table.column(name)[excess.argmin()])}."
+    nearest = _cell(table.column(name)[excess.argmin()])
+    return f"The nearest: {_with_unit(table, name, nearest)}."
 
 
 def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
@@ -510,11 +508,13 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
     omitted = [*table.formulation.omitted]
     if name in table.schema.constraints:
         omitted.append(name)
-    best = table.under(limits=limits, omitted=omitted).best().names[0]
-    if best == choice.ranking.name_of(choice.optimum):
+    tests = table.under(limits=limits, omitted=omitted)
+    rows = np.flatnonzero(tests.feasible())
+    nearest = rows[nearest_to_ideal(tests.F[rows], choice.ranking.frame)]
+    if choice.ranking.rows[choice.optimum] in nearest:
         yield "Without it the proposal is the same."
     else:
-        yield f"Without it {best} is proposed."
+        yield f"Without it {table.names[nearest[0]]} is proposed."
     gains = []
     for objective, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
         now = cost[f"{objective}_feasible"]
@@ -526,14 +526,15 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
         yield f"Best values without it: {_few(gains)}."
 
 
-def _with_unit(table: TestTable, name: str, value: Any) -> str:
+def _with_unit(table: TestTable, name: str, text: str) -> str:
+    """Return a number of a column with its unit, on one line."""
     unit = table.schema.units.get(name, "")
-    return f"{_cell(value)}\N{NO-BREAK SPACE}{unit}".strip()
+    return f"{text}\N{NO-BREAK SPACE}{unit}".strip()
 
 
 def _cell(value: Any) -> str:
     """Return a value as a report shows it: numbers with five digits."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.number)):
+    if not isinstance(value, float):
         return str(value)
     if not np.isfinite(value):
         return "—"
