@@ -95,11 +95,7 @@ def test_every_command_gives_the_librarys_answer(sources, said, case, tmp_path):
     assert not [name for name in ranked if "=" in name]  # of limits, as mass<=60
     said("report", path, *options, "--out", "r.html")
     report = unescape((tmp_path / "r.html").read_text("utf-8"))
-<<<<<<< HEAD
-    assert f"Proposed: {best}" in report
-=======
     assert f">Proposed: {best}</h1>" in report
->>>>>>> fd024c6b (Report: question, values with the present design, steps, limits and positions on the first sheet; an appendix with the evidence)
     said("page", path, *options, "--out", "p.html", "--title", "Page")
     page = decision_page(path, asked, title="Page").html()
     written = (tmp_path / "p.html").read_text("utf-8")

@@ -192,7 +192,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     ]
     edge = lower[lower.index(tighter[-1]) + 1] if tighter else lower[0]
     then = f"{Ranked(frame, tighter[-1]).front[0]} is proposed" if tighter else "no design is left"
-    assert f"must be below {edge}, {then}." in text
+    assert f"If price must be below {edge}, {then}." in text
     # All designs, by place.
     (table_title,) = [key for key in sections if key.startswith("All ")]
     designs = [row.split(" | ") for row in sections[table_title][1:]]

@@ -264,7 +264,6 @@ def switching(table: TestTable) -> list[str]:
     if table.feasible_ranking().pareto.sum() > _MOST_DESIGNS:
         return []
     units = table.schema.units
-<<<<<<< HEAD
     sentences = []
     values = switching_values(table).dropna(subset="value").to_dict("records")
     with decimal_mark(table.decimal):
@@ -276,17 +275,6 @@ def switching(table: TestTable) -> list[str]:
             if changes:
                 sentences.append(sentence(direction, changes="; ".join(changes)))
     return sentences
-=======
-    for row in switching_values(table).dropna(subset="value").to_dict("records"):
-        # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
-        template = f"{row['end']} {row['direction']}"
-        is_up = template in ("upper looser", "lower tighter")
-        column = row["column"]
-        limit = (
-            f"{number(rounded_limit(row['value'], is_up=is_up), 6)} {units.get(column, '')}".strip()
-        )
-        yield sentence(template, column=column, limit=limit, other=row["design"] or "none")
->>>>>>> fd024c6b (Report: question, values with the present design, steps, limits and positions on the first sheet; an appendix with the evidence)
 
 
 def change_text(row: Mapping[Any, Any], unit: str) -> str:

@@ -24,11 +24,11 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Rows, Values, counted
 from pymoo_psi.analysis import (
     alike,
+    change_text,
     constraint_costs,
     convergence,
     latest_positions,
     positions_frame,
-    rounded_limit,
     switching_values,
 )
 from pymoo_psi.errors import PsiError
@@ -41,6 +41,7 @@ from pymoo_psi.pareto import (
     listed,
     nearest_to_ideal,
     representatives,
+    sentence,
     weight_shares,
     within_range,
 )
@@ -221,7 +222,7 @@ class Choice:
             gain = pair.gains[1, j]
             name = ranking.objectives.names[j]
             word = "higher" if (gain > 0) == (ranking.objectives.sign[j] < 0) else "lower"
-            change = f"{name} {self.amount(name, abs(gain))} {word}"
+            change = sentence(word, objective=name, amount=self.amount(name, abs(gain)))
             if with_shares and within_range(abs(pair.shares[1, j])):
                 change += f" ({percent(abs(pair.shares[1, j]))})"
             if gain > 0:
@@ -302,28 +303,15 @@ class Choice:
 
     @cached_property
     def changes(self) -> pd.DataFrame:
-        """The values of limits at which another design is proposed, in words."""
-        columns = ["column", "present", "condition", "value", "then"]
+        """The limits at which another design is proposed, each with a sentence."""
         if self.ranking.pareto.sum() > _MOST_OPTIMAL:
-            return pd.DataFrame(columns=columns)
+            return pd.DataFrame({"column": [], "present": [], "text": []})
         frame = switching_values(self.table).dropna(subset="value")
-        rows = []
-        for change in frame.to_dict("records"):
-            is_tighter = change["direction"] == "tighter"
-            side = "above" if change["end"] == "lower" else "below"
-            value = rounded_limit(change["value"], is_up=is_tighter == (side == "above"))
-            then = "no design is left"
-            if change["design"] is not None:
-                then = f"{change['design']} is proposed"
-            row = {
-                "column": change["column"],
-                "present": change["present"],
-                "condition": f"must be {side}" if is_tighter else "may be",
-                "value": _with_unit(self.table, change["column"], number(value, 6)),
-                "then": then,
-            }
-            rows.append(row)
-        return pd.DataFrame(rows, columns=columns)
+        texts = []
+        for row in frame.to_dict("records"):
+            text = change_text(row, self.table.schema.units.get(row["column"], ""))
+            texts.append(f"{text[0].upper()}{text[1:]}.")
+        return frame.assign(text=texts)
 
     def designs(self) -> tuple[pd.DataFrame, str]:
         """Return the designs by place, then those beyond limits and existing ones, and a title."""
@@ -469,8 +457,7 @@ def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str
             sentences.append(_nearest(table, cost))
         else:
             sentences += _without(choice, cost)
-            for change in choice.changes[choice.changes["column"] == name].itertuples():
-                sentences.append(f"If it {change.condition} {change.value}, {change.then}.")
+            sentences += choice.changes["text"][choice.changes["column"] == name].tolist()
         yield limit_text(table, name), " ".join(filter(None, sentences))
 
 
