@@ -215,6 +215,48 @@ def test_a_maximised_objective_that_is_never_positive():
     assert "sign" not in kinds(F)
 
 
+@pytest.mark.parametrize(
+    ("usual", "suspect"),
+    [
+        ([0, 1, 2, 3, 4, 44], [0, 1, 2, 3, 4, 44.1]),  # ten ranges away
+        ([1, 2, 4, 8, 16, 256], [1, 2, 4, 8, 16, 257]),  # as far as the others, in logarithms
+        ([1, 2000, 3000, 5000, 9999], [1, 2000, 3000, 4999, 9999]),  # a mark a range away
+        ([3e19, 4e19, 5e19, 6e19, 9.99e19], [3e19, 4e19, 5e19, 6e19, 1e20]),  # the least mark
+    ],
+)
+def test_a_value_is_suspect_beyond_a_limit_only(usual, suspect):
+    assert "suspect" not in kinds(np.column_stack([usual, -np.arange(len(usual))]))
+    assert "suspect" in kinds(np.column_stack([suspect, -np.arange(len(suspect))]))
+
+
+def test_four_optimal_designs_do_not_show_what_is_usual():
+    """Those that would be optimal without them may."""
+    front = np.column_stack([[0, 1, 2, 1e6], [3.0, 2, 1, 0]])
+    assert "suspect" not in kinds(front)
+    assert "suspect" in kinds(np.vstack([front, [1.5, 1.5]]))
+    usual = np.column_stack([np.linspace(2e5, 9e5, 8), np.linspace(2.9, 0.1, 8)])
+    assert "suspect" not in kinds(np.vstack([front, usual]))
+
+
+def test_limits_of_cautions_count_themselves():
+    """A number that equals its limit: a hundred times the median, three quarters, twice the range."""
+    decades = np.array([[1.0, 10], [2, 6], [48, 5], [2500, 0]])
+    assert "decades" in kinds(decades)
+    assert "decades" not in kinds(np.minimum(decades, 2499))
+    assert "decades" not in kinds(np.vstack([decades, [300, 1]]))
+    assert "decades" not in kinds(decades - [1, 0])  # 0 has no logarithm
+    twice = [[7.0, 12], [10, 9], [13, 7], [16, 6], [17, 7]]
+    assert "2 times narrower" in said(twice, "outlier")
+    # A tenth of a range is no other choice; a hundredth of the distance is a near tie.
+    assert "tie" not in kinds([[0.0, 10], [1, 2], [2, 1], [10, 0]])
+    assert "tie" in kinds([[0.0, 10], [1, 3], [3, 1], [10, 0]])
+    ends = {"ideal": [0.0, 0.0], "nadir": [128.0, 128.0]}
+    assert "near tie" in kinds([[28.0, 96], [99, 20]], **ends)
+    assert "near tie" not in kinds([[28.0, 96], [99.01, 20]], **ends)
+    yields = pd.DataFrame({"cost": [1.0, 2.0], "yield": [-1.0, 0.0]})
+    assert "sign" in kinds(yields, maximize=["yield"])
+
+
 def test_no_false_alarm_of_values():
     """Published sets, fronts of pymoo's problems, and random designs of these."""
     sets = [F for name in PUBLISHED for F in published(name)]

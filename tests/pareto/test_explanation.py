@@ -120,6 +120,8 @@ def test_a_step_is_a_hundredth_of_the_range_where_there_is_one():
     F = np.column_stack([x, (1 - x) ** 2])
     assert explain(F, 512).neighbours.tolist() == [501, 523]  # 11 / 1024; 0.25 -> 0.2394
     assert explain(F, 5).neighbours.tolist() == [4, 11]  # in f1 nothing is so much better
+    hundred = [[0.0, 100.0], [49.0, 51.0], [49.5, 50.4], [50.0, 50.0], [100.0, 0.0]]
+    assert explain(hundred, 3).neighbours.tolist() == [1, 4]  # better by a hundredth exactly
 
 
 CARS = pd.DataFrame({"price": [20.0, 30.0], "range": [200.0, 400.0]})

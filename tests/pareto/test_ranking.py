@@ -27,6 +27,22 @@ def test_given_ideal_and_nadir():
     assert same.rank.tolist() == rank_of_efficiency(F).rank.tolist()
 
 
+@pytest.mark.parametrize("given", ["ideal", "nadir"])
+def test_one_given_point_is_fixed_beside_that_of_the_set(given):
+    F = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
+    both = {"ideal": [0.0, 0.0], "nadir": [1.0, 1.0]}
+    both[given] = {"ideal": [-1.0, -3.0], "nadir": [2.0, 4.0]}[given]
+    ranking = rank_of_efficiency(F, **{given: both[given]})
+    np.testing.assert_array_equal(ranking.criteria, rank_of_efficiency(F, **both).criteria)
+    again = rank_of_efficiency(rank_of_efficiency(F), **{given: both[given]})
+    np.testing.assert_array_equal(again.criteria, ranking.criteria)
+    # It stays where the other point is given later, and where distances are plain.
+    other = {"ideal": "nadir", "nadir": "ideal"}[given]
+    again = rank_of_efficiency(ranking, **{other: both[other]})
+    np.testing.assert_array_equal(again.criteria, ranking.criteria)
+    assert rank_of_efficiency(ranking, normalize=False).frame.is_fixed
+
+
 def test_what_a_table_is_ranked_under_is_kept_unless_other_is_given():
     F = [[0, 9], [1, 1], [2, 0]]
     table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], F).under(normalize=False)
@@ -91,14 +107,16 @@ def test_mistakes(F, options, kind, message):
     refused(message, rank_of_efficiency, F, error=kind, **options)
 
 
-def test_large_sets_of_four_objectives_are_those_of_comparing_all_pairs(monkeypatch):
-    """They are filtered in slabs; here small ones are, with ties and equal rows across the cuts."""
-    monkeypatch.setattr("pymoo_psi.pareto._dominance._WORTH_SLABS", 2)
-    monkeypatch.setattr("pymoo_psi.pareto._dominance._LARGE", 3)
-    rng = np.random.default_rng(4)
-    for n in range(2, 160):
-        F = rng.integers(-3, 4, (n, 4)) * rng.choice([1.0, 1e300, 1e-300], 4)
-        if n % 3 == 0:
-            F += rng.random((n, 4))
-        worse = (F[:, None] >= F[None]).all(axis=2) & (F[:, None] > F[None]).any(axis=2)
-        assert rank_of_efficiency(F).pareto.tolist() == (~worse.any(axis=1)).tolist()
+@pytest.mark.parametrize("m", [4, 5])
+@pytest.mark.parametrize("kind", ["whole numbers", "few values of the first", "no ties"])
+def test_large_sets_are_those_of_comparing_all_pairs(m, kind):
+    """From 100 000 rows on, four objectives are filtered in slabs of the first; few are different."""
+    rng = np.random.default_rng(m)
+    designs = rng.integers(-3, 4, (200, m)) * np.array([1.0, 1e300, 1e-300, 1.0, 1.0])[:m]
+    if kind == "no ties":
+        designs = rng.dirichlet(np.ones(m), 200) + rng.integers(0, 2, (200, 1)) / 4
+    if kind == "few values of the first":
+        designs[:, 0] = rng.integers(0, 3, 200)
+    worse = (designs[:, None] >= designs).all(axis=2) & (designs[:, None] > designs).any(axis=2)
+    rows = rng.integers(0, 200, 100_000)
+    np.testing.assert_array_equal(nondominated(designs[rows]), ~worse.any(axis=1)[rows])
