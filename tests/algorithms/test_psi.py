@@ -1,5 +1,7 @@
 """PSI as a pymoo algorithm: its results and pymoo's contracts."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from pymoo.core.evaluator import Evaluator
@@ -9,6 +11,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
+    ExecutorRunner,
     Formulation,
     QMCSampling,
     SphereChute,
@@ -24,7 +27,7 @@ CHUTE = VectorizedSphereChute(0.4, model="rolling")
 def test_individuals_are_those_of_pymoos_own_loop():
     """Made from the table at the end, or evaluated by pymoo where a user asks and tells."""
     osy = get_problem("osy")
-    options = {"block_size": 30, "limits": {"f1": -20}}
+    options = {"block_size": 33, "limits": {"f1": -20}}  # a last block of one
     ours = minimize(osy, PSI(100, **options))
     algorithm = PSI(100, evaluator=Evaluator(), **options)
     algorithm.setup(osy)
@@ -141,6 +144,43 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]
     table = investigate(problem, 300, first=3, keep=keep, block_size=block_size)
     assert table.equals(whole.take(mask))
+
+
+@pytest.mark.parametrize(("n", "share"), [(2080, None), (8320, (1, 4))])
+def test_there_are_32_iterations_at_most(n, share):
+    """The last one is smaller; from 2048 points on, 64 designs are too few."""
+    algorithm = PSI(n, share=share)
+    algorithm.setup(CHUTE)
+    algorithm.next()
+    assert (algorithm.n_tested, algorithm.n_left) == (65, 2080 - 65)
+
+
+class Teeth(Problem):
+    """A model of whole numbers that says in how many designs each was evaluated with."""
+
+    def __init__(self, **kwargs):
+        super().__init__(n_var=1, n_obj=1, xl=1, xu=6, vtype=int, **kwargs)
+        self.n_designs = 0
+
+    def fingerprint(self):
+        return {}
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.n_designs += len(X)
+        out["F"] = X[:, :1] ** 2.0
+
+
+def test_a_repeated_design_is_evaluated_once_but_for_workers():
+    """Those of a vectorised model know only their own points."""
+    problem = Teeth()
+    table = investigate(problem, 40)
+    assert (problem.n_designs, table.repeats.sum()) == (6, 34)
+    with ThreadPoolExecutor(2) as threads:
+        problem = Teeth()
+        workers = ExecutorRunner(threads, workers=2)
+        assert investigate(problem, 40, runner=workers).equals(table)
+    few = investigate(Teeth(), 40, keep="pareto", block_size=4)
+    assert few.equals(table.take(table.pareto()))
 
 
 def test_an_algorithm_that_has_run_is_not_set_up_again():

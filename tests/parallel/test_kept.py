@@ -1,6 +1,7 @@
 """Workers are kept for the next call, and never answer by what has changed since."""
 
 import importlib
+import os
 import subprocess
 import sys
 import textwrap
@@ -238,6 +239,21 @@ def test_environment_and_folder_are_those_of_the_call(folder, monkeypatch, tmp_p
     table = folder.tests()
     assert set(table["wanted"]) == {5}
     require(table, 1, 7)
+
+
+LIBRARIES = ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")
+
+
+def test_libraries_of_workers_share_the_cores(monkeypatch):
+    """Unless the user limits them."""
+    names = [f"{library}_NUM_THREADS" for library in LIBRARIES]
+    names += ["VECLIB_MAXIMUM_THREADS", "LOKY_MAX_CPU_COUNT"]
+    for name in names:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("MKL_NUM_THREADS", "3")
+    monkeypatch.setattr(os, "cpu_count", lambda: 9)
+    (limits,) = ProcessRunner(2)(lambda x: {"limits": [os.environ[name] for name in names]}, [1])
+    assert limits["limits"] == ["4", "4", "3", "4", "4", "4", "4"]
 
 
 MAIN = """

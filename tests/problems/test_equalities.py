@@ -168,6 +168,14 @@ def test_a_design_of_others_may_be_rounded_but_not_wrong():
     assert problem.n_not_run == 1
 
 
+def test_the_accuracy_of_an_equality_is_a_share_of_its_terms():
+    """Also where these cancel: half a percent of a + b + 0.1 is 0.995 to 1."""
+    problem = Required(Mixture([0, 0, 0], [200, 200, 1], ["a - b = 0.1"]))
+    X = np.array([[100, 100, 0.5], [100, 99, 0.5], [100, 98.9, 0.5], [99, 100, 0.5]])
+    missed = problem.evaluate(X, return_values_of=["G"])[:, 0]
+    np.testing.assert_allclose(missed, [0, 0, 1, 1.1])
+
+
 @pytest.mark.parametrize(
     "requirements",
     [

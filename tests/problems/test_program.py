@@ -404,6 +404,19 @@ def test_a_listing_says_why_a_program_failed(tmp_path, script, listing, flaw):
     assert problem.run({"x": 0.5}).flaws[0].startswith(flaw)
 
 
+@posix
+def test_a_program_is_one_on_the_path_or_in_its_folder(tmp_path, monkeypatch):
+    outputs = {"m": {"file": "stdout.txt", "pattern": "(.+)"}}
+    problem = shell(tmp_path, "", outputs, {"solver": "#!/bin/sh\necho 1"}, command="solver {x}")
+    (tmp_path / "template" / "solver").chmod(0o755)
+    assert problem.run({"x": 0.5}).outputs == {"m": 1.0}
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "solver").write_text("#!/bin/sh\necho 2")
+    (tmp_path / "bin" / "solver").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=":")
+    assert problem.run({"x": 0.5}).outputs == {"m": 2.0}
+
+
 def test_another_exit_code_may_mean_success(tmp_path):
     outputs = {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}}
     problem = shell(tmp_path, "echo m = 5; exit 1", outputs)
