@@ -146,13 +146,13 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     assert table.equals(whole.take(mask))
 
 
-@pytest.mark.parametrize(("n", "share"), [(2080, None), (8320, (1, 4))])
+@pytest.mark.parametrize(("n", "share"), [(2050, None), (8200, (1, 4))])
 def test_there_are_32_iterations_at_most(n, share):
     """The last one is smaller; from 2048 points on, 64 designs are too few."""
     algorithm = PSI(n, share=share)
     algorithm.setup(CHUTE)
     algorithm.next()
-    assert (algorithm.n_tested, algorithm.n_left) == (65, 2080 - 65)
+    assert (algorithm.n_tested, algorithm.n_left) == (65, 2050 - 65)
 
 
 class Teeth(Problem):

@@ -234,7 +234,7 @@ def test_four_optimal_designs_do_not_show_what_is_usual():
     front = np.column_stack([[0, 1, 2, 1e6], [3.0, 2, 1, 0]])
     assert "suspect" not in kinds(front)
     assert "suspect" in kinds(np.vstack([front, [1.5, 1.5]]))
-    usual = np.column_stack([np.linspace(2e5, 9e5, 8), np.linspace(2.9, 0.1, 8)])
+    usual = np.column_stack([np.linspace(2e5, 9e5, 8), np.linspace(2.9, 1.1, 8)])
     assert "suspect" not in kinds(np.vstack([front, usual]))
 
 
@@ -253,6 +253,9 @@ def test_limits_of_cautions_count_themselves():
     ends = {"ideal": [0.0, 0.0], "nadir": [128.0, 128.0]}
     assert "near tie" in kinds([[28.0, 96], [99, 20]], **ends)
     assert "near tie" not in kinds([[28.0, 96], [99.01, 20]], **ends)
+    circle = [[0.0, 10], [6, 8], [10, 0]]
+    assert kinds(circle) == ["equidistant"]
+    assert "equidistant" not in kinds([*circle, [2, 9.95], [7, 7.9], [8, 7]])  # half of them
     yields = pd.DataFrame({"cost": [1.0, 2.0], "yield": [-1.0, 0.0]})
     assert "sign" in kinds(yields, maximize=["yield"])
 
