@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cloudpickle
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, is_hypothesis_test, settings
 
 # Before NumPy is loaded, here and in what tests start: each process of pytest-xdist has a core, and
 # threads of the linear algebra would only wait for each other.
@@ -17,11 +17,11 @@ gc.set_threshold(20_000, 20, 20)
 
 # On a busy machine, any example may take long.
 UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("untimed", max_examples=25, **UNTIMED)
+settings.register_profile("untimed", max_examples=15, **UNTIMED)
 # A run that decides on a change draws the same examples as the one before it; whoever works on the
 # code draws others each time, and so finds what nobody has thought of.
-settings.register_profile("same", max_examples=30, derandomize=True, **UNTIMED)
-settings.load_profile("same" if os.environ.get("CI") else "untimed")
+settings.register_profile("same", max_examples=15, derandomize=True, **UNTIMED)
+settings.register_profile("slow", max_examples=60, derandomize=True, **UNTIMED)
 
 # What `pytest -m quick` runs: the mathematics of every subpackage, without processes, files in bulk,
 # browsers, figures and command lines.
@@ -46,6 +46,15 @@ QUICK = (
 )
 
 
+def pytest_configure(config):
+    profile = "untimed"
+    if config.option.markexpr == "slow":
+        profile = "slow"
+    elif os.environ.get("CI"):
+        profile = "same"
+    settings.load_profile(profile)
+
+
 def is_quick(path):
     here = Path(__file__).parent
     return any(path.is_relative_to(here / name) for name in QUICK)
@@ -57,14 +66,28 @@ def pytest_ignore_collect(collection_path, config):
     return True if only_quick and not is_quick(collection_path) else None
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     # Workers get the models of a test by value: to import its module takes them a second each.
     for module in {item.module for item in items if isinstance(item, pytest.Function)}:
         cloudpickle.register_pickle_by_value(module)
     quick = {path for path in {item.path for item in items} if is_quick(path)}
+    draws_more = config.option.markexpr == "slow"
     for item in items:
-        if item.path in quick:
+        is_slow = item.get_closest_marker("slow")
+        if item.path in quick and not is_slow:
             item.add_marker("quick")
+        is_random = "draws" in getattr(item, "fixturenames", ()) or is_hypothesis_test(
+            getattr(item, "obj", None)
+        )
+        if draws_more and is_random:
+            item.add_marker("slow")
+
+
+@pytest.fixture
+def draws(request):
+    """Return the seeds of n random examples: a quarter of them, or all in the slow tests."""
+    share = 1 if request.config.option.markexpr == "slow" else 4
+    return lambda n: range(n // share)
 
 
 @pytest.fixture

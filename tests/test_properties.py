@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
@@ -90,7 +90,6 @@ def at_once(n, **options):
 
 
 @pytest.mark.parametrize("run", [at_once, by_surrogates])
-@settings(max_examples=10)
 @given(stops=st.lists(st.integers(0, 14), min_size=1, max_size=3), block=st.integers(1, 20))
 def test_an_interrupted_run_that_is_continued_is_one_run(tmp_path_factory, run, stops, block):
     study = tmp_path_factory.mktemp("run") / "run.db"

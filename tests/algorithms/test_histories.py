@@ -10,8 +10,8 @@ import pytest
 from pymoo_psi import ProgramProblem, Restricted, investigate, lp_tau, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
 from pymoo_psi.problems import ProgramRun
+from tests.helpers.draws import seeds
 
-N_HISTORIES = 30  # of each kind of model
 N_STEPS = 6
 POINTS = lp_tau(32, 2)
 
@@ -160,7 +160,7 @@ class History:
 
 
 @pytest.mark.parametrize("noisy", [False, True])
-@pytest.mark.parametrize("seed", range(N_HISTORIES))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_a_study_has_what_a_dictionary_has(seed, noisy, study_file):
     history = History(seed, study_file, noisy)
     steps = [history.from_elsewhere, history.ask, history.tell, history.solve]

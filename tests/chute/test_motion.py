@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import simpson, solve_ivp
 
@@ -14,6 +14,7 @@ from benchmarks.motion import rival
 from pymoo_psi.chute import ChuteParameters, Motion, criteria, motion
 from tests.chute import designs
 from tests.chute.designs import design, solve, wide
+from tests.helpers.draws import examples
 from tests.refusals import refused
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -82,7 +83,7 @@ class TestMechanics:
 
 
 class TestAnyDesign:
-    @settings(max_examples=100)
+    @examples(4)
     @given(design())
     @example((0.4, 0.5, 0.4, 0.25, 0.125, 4.0, -20.0, 0.0))
     def test_sound(self, row):

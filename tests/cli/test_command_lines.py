@@ -12,6 +12,7 @@ import random
 import pytest
 
 from pymoo_psi.cli import main
+from tests.helpers.draws import seeds
 
 MODELS = """
 import sys
@@ -136,7 +137,7 @@ def command_line(rng):
     return [command, subject, *few, *options]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_every_command_line_ends_well(seed, tmp_path, monkeypatch, undrawn, in_folder):
     """Fifty lines in one folder, with what those before have left there."""
     rng = random.Random(seed)

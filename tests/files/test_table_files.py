@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -16,12 +16,12 @@ from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, i
 from pymoo_psi.files import format_of, read_table, write_table
 from pymoo_psi.study import NOT_VALUES
 from pymoo_psi.table import RESERVED, Decision, Schema
+from tests.helpers.draws import examples
 from tests.processes import posix
 from tests.refusals import refused
 from tests.table.exact_csv import EXACT
 
 CSV = format_of("t.csv", "tests")
-DESIGNS = settings(max_examples=150)
 texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
 finite = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -109,21 +109,20 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("tables")
 
 
-@DESIGNS
+@examples(2)
 @given(table=tables())
 def test_a_round_trip_by_csv_changes_nothing(folder, table):
     table.to_csv(folder / "table.csv")
     check_same(read_table(str(folder / "table.csv")), table)
 
 
-@settings(max_examples=100)
 @given(table=tables(visible))
 def test_a_round_trip_by_workbook_changes_nothing(folder, table):
     write_table(table, folder / "table.xlsx")
     check_same(read_table(folder / "table.xlsx"), table)
 
 
-@DESIGNS
+@examples(2)
 @given(table=tables())
 def test_a_round_trip_by_study_changes_nothing(folder, table):
     path = folder / "table.db"

@@ -111,9 +111,9 @@ def random_front(shape, rng):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_of_random_fronts_only_penalties_are_suspect(shape):
+def test_of_random_fronts_only_penalties_are_suspect(shape, draws):
     """Two to a tenth of the designs have penalties near 1e6; each is the best elsewhere."""
-    for seed in range(20):
+    for seed in draws(20):
         rng = np.random.default_rng(seed)
         F = random_front(shape, rng)
         assert not {"suspect", "decades"}.intersection(kinds(F))
@@ -156,12 +156,12 @@ def test_an_objective_over_decades_gets_its_logarithm():
 
 
 @pytest.mark.parametrize("noise", [0, 0.01])
-def test_an_objective_listed_twice_is_named_if_it_counts(noise):
+def test_an_objective_listed_twice_is_named_if_it_counts(noise, draws):
     """The optimum without it is that of the set before."""
     n_moved = 0
-    for seed, shape in enumerate(SHAPES * 5):
+    for seed in draws(40):
         rng = np.random.default_rng(seed)
-        F = random_front(shape, rng)
+        F = random_front(SHAPES[seed % len(SHAPES)], rng)
         once = rank_of_efficiency(F).salukvadze
         again = F[:, -1] + noise * np.ptp(F[:, -1]) * rng.normal(size=len(F))
         twice = np.column_stack([F, 7 + 2 * again])
@@ -173,7 +173,7 @@ def test_an_objective_listed_twice_is_named_if_it_counts(noise):
                 f"f{F.shape[1] + 1} nearly repeats f{F.shape[1]}, which counts several times. "
                 f"Without f{F.shape[1] + 1} design {once[0]} is proposed."
             )
-    assert n_moved > 10
+    assert n_moved > 2
 
 
 OURS = {"suspect", "sign"}  # of values, whatever the ranking makes of them
@@ -260,7 +260,7 @@ def test_limits_of_cautions_count_themselves():
     assert "sign" in kinds(yields, maximize=["yield"])
 
 
-def test_no_false_alarm_of_values():
+def test_no_false_alarm_of_values(draws):
     """Published sets, fronts of pymoo's problems, and random designs of these."""
     sets = [F for name in PUBLISHED for F in published(name)]
     for name in PROBLEMS.split():
@@ -270,7 +270,7 @@ def test_no_false_alarm_of_values():
             designs = problem.xl + (problem.xu - problem.xl) * lp_tau(n, problem.n_var, first=2)
             sets.append(problem.evaluate(designs, return_values_of=["F"]))
     rng = np.random.default_rng(0)
-    for k in range(120):
+    for k in draws(120):
         shape = rng.integers(3, 200), rng.integers(1, 6)
         sets.append(
             [rng.normal(size=shape), rng.random(shape), np.round(9 * rng.random(shape))][k % 3]

@@ -132,15 +132,15 @@ def test_a_byte_order_mark_is_none_of_the_text(read):
     assert read(f"\ufeff{text}").fingerprint() == read(text).fingerprint()
 
 
-def test_odd_files_give_a_problem_or_an_error_of_the_package(read):
+def test_odd_files_give_a_problem_or_an_error_of_the_package(read, draws):
     messages = []
-    for seed in range(200):
+    for seed in draws(200):
         text = toml_file(mutated(FILE, random.Random(seed)))
         try:
             read(text)
         except PsiError as error:
             messages.append(str(error))
-    assert 50 < len(messages) < 190
+    assert len(draws(200)) / 4 < len(messages) < 0.95 * len(draws(200))
     assert all(text.count("beam.toml: ") == 1 for text in messages)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -100,7 +100,6 @@ SELECTORS = {
 }
 
 
-@settings(max_examples=10)
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
 def test_directions_do_not_matter(F):
     cost = pd.DataFrame(F, columns=["cost", "yield"])

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pymoo_psi import Formulation, PsiError, TestTable
+from tests.helpers.draws import examples
 from tests.refusals import refused
 
 COLUMNS = {
@@ -40,7 +41,7 @@ def longer(parts):
     )  # fmt: skip
 
 
-@settings(max_examples=100)
+@examples(4)
 @given(text=st.recursive(st.sampled_from(["a", "b", "two"]), longer, max_leaves=10))
 def test_precedence_and_values_are_those_of_python_on_arrays(text):
     with np.errstate(all="ignore"):
@@ -100,7 +101,7 @@ def test_unknown_names_and_wrong_values_are_named(text, message):
     refused(message, values, text)
 
 
-@settings(max_examples=150)
+@examples(4)
 @given(text=st.one_of(st.text(), st.text(alphabet="ab12.e*/+-(),` \n\t^_\0")))
 def test_whatever_the_text_the_answer_is_a_column_or_a_message(text):
     try:
