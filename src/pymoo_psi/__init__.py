@@ -19,7 +19,8 @@
   about its optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
   :func:`acceptability`, for how many weights a design is the best;
   :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
-  :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`, :func:`switching_values`.
+  :class:`ReferencePoint`, :class:`Knee`; :class:`Preferences`, whose few questions find the
+  design, and :class:`Preferred`; :func:`robustness`, :func:`switching_values`.
   More in :mod:`.selection`.
 - Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`;
   :func:`live`, the page of a study that grows.

@@ -37,6 +37,7 @@ from .parallel import ExecutorRunner as ExecutorRunner
 from .parallel import JoblibRunner as JoblibRunner
 from .parallel import ProcessRunner as ProcessRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
+from .pareto import Preferences as Preferences
 from .pareto import acceptability as acceptability
 from .pareto import cautions as cautions
 from .pareto import compare_designs as compare_designs
@@ -55,6 +56,7 @@ from .report import decision_report as decision_report
 from .selection import CompromiseProgramming as CompromiseProgramming
 from .selection import EfficientSubset as EfficientSubset
 from .selection import Knee as Knee
+from .selection import Preferred as Preferred
 from .selection import ReferencePoint as ReferencePoint
 from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness

@@ -29,8 +29,9 @@ Example:
 :func:`cautions` returns reasons not to rely on the optimum. :func:`explain` states why a design is
 the optimum and what another would cost. :func:`acceptability` returns for which share of the
 weights each design is the best, :func:`compare_designs` gains and losses, :func:`representatives` a
-few designs that cover the set. All of them accept arrays, frames, test tables, rankings and results
-of pymoo.
+few designs that cover the set. :class:`Preferences` asks which of two designs a person would
+rather have, and finds the design that fits the answers. All of them accept arrays, frames, test
+tables, rankings and results of pymoo.
 
 For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,
@@ -39,7 +40,8 @@ and the templates of all sentences (:data:`SENTENCES`).
 Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`acceptability` and
 :class:`Acceptability`; :func:`cautions` and :class:`Caution`; :func:`explain` and
 :class:`Explanation`; :func:`compare_designs` and :class:`DesignComparison`;
-:func:`representatives` and :class:`Representatives`; :func:`nondominated`; :func:`hypervolume`.
+:class:`Preferences`; :func:`representatives` and :class:`Representatives`; :func:`nondominated`;
+:func:`hypervolume`.
 """
 
 from pymoo_psi._names import attach_names

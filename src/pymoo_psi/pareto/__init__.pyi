@@ -10,6 +10,7 @@ from ._explanation import Explanation as Explanation
 from ._explanation import compare_designs as compare_designs
 from ._explanation import explain as explain
 from ._indicators import hypervolume as hypervolume
+from ._preferences import Preferences as Preferences
 from ._ranking import EfficiencyRanking as EfficiencyRanking
 from ._ranking import rank_of_efficiency as rank_of_efficiency
 from ._representatives import Representatives as Representatives

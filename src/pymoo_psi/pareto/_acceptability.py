@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._numbers import percent
-from pymoo_psi._validation import Array, Integers, integer, invalid
+from pymoo_psi._validation import Array, Integers, Rows, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
@@ -25,7 +25,7 @@ _BLOCKS = 8  # parts of the sample of weights, whose differences give the error
 _PER_BLOCK = 1024  # weights in a block, a power of 2, so that each block is evenly distributed
 _MANY = 10_000  # designs from which on there are a quarter of the weights
 _AT_ONCE = 1 << 18  # distances that are in memory at the same time, so that they fit in a cache
-_P = 32  # the exponent from which on powers of distances would underflow
+P_MOST = 32  # the exponent from which on powers of distances would underflow
 _SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _FACTOR = 2.0  # the factor between weights in the sentence
 
@@ -63,26 +63,20 @@ class Acceptability:
     ) -> Acceptability:
         """Return :func:`acceptability` of a ranking, or of what can be ranked, with its errors."""
         # The comparisons reject NaN, too.
-        if not (1 <= p <= _P or p == np.inf):
-            raise invalid("p", f"a number from 1 to {_P}, or inf", p)
+        if not (1 <= p <= P_MOST or p == np.inf):
+            raise invalid("p", f"a number from 1 to {P_MOST}, or inf", p)
         if factor is not None and not factor > 1:
             raise invalid("factor", "a number above 1, or None for all weights", factor)
         places = integer("places", places, minimum=1)
         ranking = rank_of_efficiency(F)
-        front, values = front_of(ranking)
-        terms = np.maximum(ranking.frame.scaled(values), 0.0)
-        terms /= terms.max() or 1.0  # no sum overflows
-        # An objective that is equal for all needs no weight.
-        weighted = np.flatnonzero(np.ptp(terms, axis=0))
-        if not len(weighted):
-            weighted = np.arange(1)
+        front, terms, weighted = weighted_terms(ranking)
         designs, design_of_row = np.unique(terms[:, weighted], axis=0, return_inverse=True)
         k = len(designs)
         per_block = _PER_BLOCK
         if k > _MANY:
             per_block = _PER_BLOCK // 4
-        weights = _weights(_BLOCKS * per_block, len(weighted), factor)
-        nearest = _nearest(designs, weights, p, min(places, k))
+        weights = simplex_weights(_BLOCKS * per_block, len(weighted), factor)
+        nearest = nearest_designs(designs, weights, p, min(places, k))
         # How many weights of each block give each place to each design, and the sum of its weights.
         # The last design stands for dominated rows.
         counts = np.zeros((k + 1, places, _BLOCKS))
@@ -192,7 +186,23 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
     )
 
 
-def _weights(n: int, m: int, factor: float | None) -> Array:
+def weighted_terms(ranking: EfficiencyRanking) -> tuple[Rows, Array, Rows]:
+    """Return what weights multiply: distances of the Pareto-optimal designs from the ideal point.
+
+    Returns:
+        The Pareto-optimal rows; ``(k, m)`` their distances in each objective, from 0 to 1; and the
+        objectives that have a weight: those that are not equal for all, or the first one.
+    """
+    front, values = front_of(ranking)
+    terms = np.maximum(ranking.frame.scaled(values), 0.0)
+    terms /= terms.max() or 1.0  # no sum overflows
+    weighted = np.flatnonzero(np.ptp(terms, axis=0))
+    if not len(weighted):
+        weighted = np.arange(1)
+    return front, terms, weighted
+
+
+def simplex_weights(n: int, m: int, factor: float | None) -> Array:
     """Return ``(n, m)`` weights of sum 1, uniformly distributed; n is a power of 2."""
     if m == 1:
         return np.ones((n, 1))
@@ -229,7 +239,7 @@ def _on_simplex(cube: Array) -> Array:
     return np.maximum(weights, 0.0)
 
 
-def _nearest(designs: Array, weights: Array, p: float, places: int) -> Integers:
+def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> Integers:
     """Return ``(k, places)`` the nearest design for each weight, the second nearest, ….
 
     Args:

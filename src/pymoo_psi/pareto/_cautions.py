@@ -298,10 +298,7 @@ class _Checks:
 
     def redundant(self) -> Iterator[Caution]:
         """Yield the caution about objectives that nearly repeat others."""
-        first = []  # for each objective the first one that nearly equals it
-        for column in self.d.T:
-            differences = np.sqrt(np.mean((self.d.T - column) ** 2, axis=1))
-            first.append((differences <= SAME).argmax())
+        first = originals(self.d)
         twins = np.flatnonzero(self.varying & (first < np.arange(len(first))))
         if not len(twins):
             return
@@ -311,7 +308,7 @@ class _Checks:
                 "redundant",
                 twins=listed([*self.names[twins]]),
                 repeats="repeats" if len(twins) == 1 else "repeat",
-                originals=listed(self.names[np.array(first)[twins]]),
+                originals=listed([*self.names[first[twins]]]),
                 other=self.name_of(optima[0]),
             )
 
@@ -444,6 +441,20 @@ class _Checks:
             ),
             **texts,
         )
+
+
+def originals(d: Array) -> Rows:
+    """Return for each objective the first one that it nearly repeats; itself if it repeats none.
+
+    Args:
+        d: ``(k, m)`` how far the Pareto-optimal designs are from the best values, in units of the
+            ranges.
+    """
+    first = []
+    for column in d.T:
+        differences = np.sqrt(np.mean((d.T - column) ** 2, axis=1))
+        first.append((differences <= SAME).argmax())
+    return np.array(first)
 
 
 def _n_unlike(values: Array, every: Array) -> int:

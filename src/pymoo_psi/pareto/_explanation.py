@@ -105,6 +105,24 @@ class DesignComparison:
             return sentence("mixed", better=better, worse=worse)
         return better or worse or sentence("equal")
 
+    def amounts(self, k: int) -> tuple[str, str]:
+        """Return what the k-th design compared gains against the first, and what it gives up.
+
+        Example:
+            >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).amounts(1)
+            ('1 of f1', '5 of f2')
+        """
+        gained = []
+        given_up = []
+        for j in _by_size(np.abs(self.shares[k])):
+            gain = self.gains[k, j]
+            text = f"{_amount(self.ranking, j, gain)} of {self.ranking.objectives.names[j]}"
+            if gain > 0:
+                gained.append(text)
+            elif gain < 0:
+                given_up.append(text)
+        return listed(gained), listed(given_up)
+
     def _changes(self, k: int, columns: Rows) -> str:
         """Return by how much some objectives change, listed."""
         if not len(columns):
@@ -159,6 +177,7 @@ class Explanation:
         dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
             somewhere better; -1 if the design is Pareto optimal itself.
         decimal: The decimal mark of the table, "" without one.
+        trades: What answers to questions give up for what.
 
     Example:
         >>> why = explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1)
@@ -174,6 +193,7 @@ class Explanation:
     steps: DesignComparison
     dominated_by: int
     decimal: str = ""
+    trades: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
@@ -211,7 +231,7 @@ class Explanation:
         """
         with decimal_mark(self.decimal):
             order = _by_size(self.shares)
-            return (self.standing, self.costs, *self._step_sentences(order))
+            return (self.standing, self.costs, *self.trades, *self._step_sentences(order))
 
     @property
     def standing(self) -> str:
@@ -304,9 +324,11 @@ def explain(
         F: A test table, of which the feasible designs count; ``(n, m)`` objective values, an array
             or a data frame, whose names and labels are used; a ranking, which has
             directions of its own; or anything else that :func:`pymoo_psi.rank_of_efficiency` takes.
+            Of :class:`pymoo_psi.Preferences` the explanation adds what the answers give up.
         design: The number of the design's test or its label; for an array its row from 0. By
-            default the Salukvadze optimum. A data frame with the labels 0, 1, … is like an array;
-            write other integer labels as texts, because ``3`` may be a label or a row.
+            default the Salukvadze optimum, of preferences the proposal. A data frame with the
+            labels 0, 1, … is like an array; write other integer labels as texts, because ``3`` may
+            be a label or a row.
         row: The row of the design in ``F``, from 0, instead of ``design``.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
         units: Units by name, for the sentences; by default those of a test table.
@@ -328,6 +350,16 @@ def explain(
         C: yield 10 higher. But cost 3 € higher.
         A: cost 1 € lower. But yield 20 lower.
     """
+    decimal = ""
+    trades: tuple[str, ...] = ()
+    if is_table(F):
+        decimal = F.decimal
+    elif hasattr(type(F), "trades"):  # answers to questions; a frame may have such a column
+        decimal = F.decimal
+        trades = F.trades(units)
+        if row is None and design is None:
+            row = F.row_of(F.best)
+        F = F.ranking
     ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
     if row is not None:
         if design is not None:
@@ -370,9 +402,6 @@ def explain(
         # here than among all designs, where the dominance was found.
         dominated_by = int(front[nearest(np.arange(len(front)), 0.0)[0]])
 
-    decimal = ""
-    if is_table(F):
-        decimal = F.decimal
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
     return Explanation(
         ranking,
@@ -383,6 +412,7 @@ def explain(
         _compared(ranking, [*rows]),
         dominated_by,
         decimal,
+        trades,
     )
 
 

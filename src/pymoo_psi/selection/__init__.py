@@ -44,8 +44,8 @@ pymoo's ``Indicator`` and implement ``do(self, F, *args, **kwargs)``. :func:`com
 accepts both.
 
 Public names: :class:`SalukvadzeOptimum`, :class:`EfficientSubset`,
-:class:`CompromiseProgramming`, :class:`ReferencePoint`, :class:`Knee` and their base
-:class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness` and its
+:class:`CompromiseProgramming`, :class:`ReferencePoint`, :class:`Preferred`, :class:`Knee` and their
+base :class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness` and its
 :class:`Robustness`.
 """
 

@@ -5,6 +5,7 @@ from ._robustness import robustness as robustness
 from ._selectors import CompromiseProgramming as CompromiseProgramming
 from ._selectors import EfficientSubset as EfficientSubset
 from ._selectors import Knee as Knee
+from ._selectors import Preferred as Preferred
 from ._selectors import RankingSelector as RankingSelector
 from ._selectors import ReferencePoint as ReferencePoint
 from ._selectors import SalukvadzeOptimum as SalukvadzeOptimum

@@ -10,7 +10,7 @@ the least is meant. :func:`pymoo_psi.selection.compare_selectors` accepts all of
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from functools import partial
 from typing import Any
 
@@ -32,6 +32,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.pareto import (
     EfficiencyRanking,
+    Preferences,
     front_of,
     least_weighted,
     levels,
@@ -215,6 +216,47 @@ class ReferencePoint(RankingSelector):
         scale = ranking.frame.scale
         sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
         return least_weighted(front, (F - point) / scale, sizes, self.weights)
+
+
+class Preferred(RankingSelector):
+    """The design that answers to questions find; see :class:`pymoo_psi.Preferences`.
+
+    Args:
+        answers: Those of :attr:`pymoo_psi.Preferences.answers`: two designs, as rows or labels of
+            what is selected from, and between them ">" if the first is preferred, "=" if they are
+            equally good.
+        p: As for :class:`pymoo_psi.Preferences`.
+        factor: As for :class:`pymoo_psi.Preferences`.
+        normalize: As for :class:`SalukvadzeOptimum`.
+
+    Raises:
+        ArgumentValueError: By ``.do``, if an answer is not about two Pareto-optimal designs.
+
+    Example:
+        >>> import numpy as np
+        >>> F = np.array([[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]])
+        >>> Preferred([]).do(F), Preferred([(1, ">", 2)]).do(F)
+        (array([2]), array([1]))
+    """
+
+    def __init__(
+        self,
+        answers: Iterable[tuple[Any, str, Any]],
+        *,
+        p: float = 2,
+        factor: float | None = None,
+        normalize: bool = True,
+    ) -> None:
+        super().__init__(normalize=normalize)
+        self.answers = [*answers]
+        self.p = p
+        self.factor = factor
+
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
+        person = Preferences(ranking, p=self.p, factor=self.factor)
+        for one, relation, other in self.answers:
+            person.add(one, relation, other)
+        return np.array([person.row_of(person.best)])
 
 
 class Knee(RankingSelector):

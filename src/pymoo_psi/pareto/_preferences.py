@@ -1,0 +1,459 @@
+"""Preferences: a few questions find the design that a person wants.
+
+Nobody likes to state weights, but anyone can say which of two designs they would rather have. The
+value of a design is its weighted distance to the ideal point. Weights are spread over the simplex,
+and each has the probability that the answers give it. An answer is right with a logistic chance of
+the difference in value, so that a wrong one costs something and ruins nothing. The next question is
+the pair of designs after whose answer the proposal is expected to be regretted least.
+
+The weights that fit comparisons are those of UTA (Jacquet-Lagrèze and Siskos, European Journal of
+Operational Research 10, 1982) and of robust ordinal regression (Greco, Mousseau and Słowiński,
+European Journal of Operational Research 191, 2008). Asking what the proposal gains most from is
+Bayesian preference exploration (Lin, Astudillo, Frazier and Bakshy, AISTATS 2022).
+
+The decision page computes the same numbers by the same steps: whatever differs by rounding only
+counts as equal, and of equal ones the first is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._numbers import decimal_mark, percent
+from pymoo_psi._output import Shown
+from pymoo_psi._validation import Array, Rows, counted, invalid
+from pymoo_psi.pareto._acceptability import (
+    P_MOST,
+    nearest_designs,
+    simplex_weights,
+    weighted_terms,
+)
+from pymoo_psi.pareto._cautions import originals
+from pymoo_psi.pareto._explanation import compare_designs
+from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
+from pymoo_psi.pareto._sentences import sentence, wrapped
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RELATIONS = (">", "=", "?")
+"""Of two designs the first is preferred, both are equally good, or the question is skipped."""
+
+_N_WEIGHTS = 1024
+# A person may mean another norm than the assumed one: each of these has this many weights, and all
+# of them together this probability.
+_ORDERS = (1.0, 2.0, np.inf)
+_N_OTHERS = 256
+_OF_OTHERS = 0.2
+_N_DESIGNS = 256  # designs that can be proposed
+_N_MEDIAN = 128  # designs of whose values the median is taken
+_N_ASKED = 12  # designs of which pairs are asked
+_SHARPNESS = 60.0  # a difference of a twentieth of what is at stake is told by a chance of 95 %
+_MISTAKES = 0.15  # the share of answers that have nothing to do with the values
+_VISIBLE = 0.01  # the least difference in two objectives that people can weigh, in ranges
+_CERTAIN = 0.9  # an answer of this probability, mistakes aside, is not asked for
+_ENOUGH = 0.01  # the expected regret at which the questions end
+_WORST = -1.0  # a bad design for weights that are hardly possible does not decide
+_OPEN = 1e-3  # what an open answer counts where no single answer changes the proposal
+_TIE = 1e-9  # what differs by less is equal
+
+
+class Preferences(Shown):
+    """What answers to questions say about the designs of a Pareto set.
+
+    The value of a design for some weights is linear in the weighted distance of
+    :class:`pymoo_psi.CompromiseProgramming`: 1 for the best design, 0 for the median one of the
+    Pareto set, at least -1. The proposal has the greatest expected value, and its
+    expected regret is what this lacks of 1. An objective that nearly repeats an earlier one has no
+    weight of its own, so that nothing counts twice.
+
+    Args:
+        F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
+            accepts: a test table, a frame, a result of pymoo, a ranking.
+        p: Order of the norm that is assumed, from 1 to 32, or ``numpy.inf``. One of five persons
+            is expected to measure by another one of 1, 2 and infinity.
+        factor: Only weights between 1 / factor and factor times equal ones; all unless given.
+        normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
+        maximize: As for :func:`pymoo_psi.rank_of_efficiency`.
+
+    Attributes:
+        ranking: The ranking of the designs.
+        answers: The answers so far: two designs, and between them ">" if the first is preferred,
+            "=" if they are equally good, "?" if the question was skipped.
+        decimal: The decimal mark of the table, "" without one.
+
+    Raises:
+        ArgumentValueError: ``F`` does not fit, several Pareto-optimal designs have the same name,
+            or another argument is out of its range.
+
+    Example:
+        >>> F = [[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]]
+        >>> person = Preferences(F)
+        >>> person.best, person.question()
+        (2, (1, 3))
+        >>> person.answer(1, 3)
+        >>> person.answer(1, 2)
+        >>> person.best, round(person.regret, 2)
+        (1, 0.06)
+    """
+
+    def __init__(
+        self,
+        F: Any,
+        *,
+        p: float = 2,
+        factor: float | None = None,
+        normalize: bool | None = None,
+        maximize: Collection[Any] = (),
+    ) -> None:
+        # The comparisons reject NaN, too.
+        if not (1 <= p <= P_MOST or p == np.inf):
+            raise invalid("p", f"a number from 1 to {P_MOST}, or inf", p)
+        if factor is not None and not factor > 1:
+            raise invalid("factor", "a number above 1, or None for all weights", factor)
+        self.ranking: EfficiencyRanking = rank_of_efficiency(
+            F, normalize=normalize, maximize=maximize
+        )
+        self.answers: list[tuple[Any, str, Any]] = []
+        self.decimal: str = F.decimal if is_table(F) else ""
+        self._front, terms, weighted = weighted_terms(self.ranking)
+        self._names = self._names_of_front()
+        terms = terms[:, weighted]
+        # The distances from the best values in units of the ranges, of which people see a part.
+        self._steps = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
+        first = originals(self._steps)
+        has_weight = first == np.arange(len(first))
+        self._repeated = dict(zip(weighted.tolist(), weighted[first].tolist(), strict=True))
+        self._weighted: Rows = weighted[has_weight]
+        self._terms: Array = terms[:, has_weight]
+        orders = dict.fromkeys(order for order in _ORDERS if order != p)
+        counts = {float(p): _N_WEIGHTS} | dict.fromkeys(orders, _N_OTHERS)
+        m = len(self._weighted)
+        self._weights = {p: simplex_weights(n, m, factor) for p, n in counts.items()}
+        shares = [np.full(_N_WEIGHTS, (1 - _OF_OTHERS) / _N_WEIGHTS)]
+        shares += [np.full(_N_OTHERS, _OF_OTHERS / len(orders) / _N_OTHERS)] * len(orders)
+        # The probabilities of the weights after 0, 1, 2, … answers.
+        self._chances = [np.concatenate(shares)]
+        self._find_candidates()
+
+    def _names_of_front(self) -> list[Any]:
+        """Return what the Pareto-optimal designs are called: rows of an array, or names."""
+        rows = self._front.tolist()
+        if isinstance(self.ranking.objectives.labels, range):
+            return list(rows)
+        names = [self.ranking.name_of(row) for row in rows]
+        if len({*names}) < len(names):
+            rule = "with a name of its own for each Pareto-optimal design"
+            remedy = "F.reset_index(drop=True) of a frame names them by their rows"
+            raise invalid("F", rule, max(names, key=names.count), remedy)
+        return names
+
+    def _find_candidates(self) -> None:
+        """Find the designs that are the best for some weights, and what is at stake."""
+        _, first, design = np.unique(self._terms, axis=0, return_index=True, return_inverse=True)
+        nearest = []
+        for p, weights in self._weights.items():
+            nearest.append(nearest_designs(self._terms, weights, p, 1)[:, 0])
+        best = first[design.ravel()[np.concatenate(nearest)]]  # of equal designs the first
+        counts = np.bincount(best, self._chances[0], len(self._front))
+        most = _by_size(counts)[:_N_DESIGNS]
+        self._candidates: Rows = np.sort(most[counts[most] > 0])
+        k = min(len(self._front), _N_MEDIAN)
+        others = self._distances(np.arange(k) * len(self._front) // k)
+        distances = self._distances(self._candidates)
+        self._least = distances.min(axis=1)
+        # Of few designs, the median one may be the best one.
+        stake = np.maximum(np.median(others, axis=1), others.max(axis=1) / 4) - self._least
+        self._stake = np.maximum(stake, 1e-12)
+        self._values = self._valued(distances)
+        most_valued = self._values.max(axis=1)[:, None]
+        self._winners: Rows = (self._values >= most_valued - _TIE).argmax(axis=1)
+
+    def _distances(self, rows: Rows) -> Array:
+        """``(n_weights, k)`` weighted distances of some Pareto-optimal designs."""
+        terms = self._terms[rows]
+        blocks = []
+        for p, weights in self._weights.items():
+            if np.isinf(p):
+                distances = np.zeros((len(weights), len(rows)))
+                for w, t in zip(weights.T, terms.T, strict=True):
+                    np.maximum(distances, w[:, None] * t, out=distances)
+            else:
+                distances = (weights**p @ (terms**p).T) ** (1 / p)
+            blocks.append(distances)
+        return np.concatenate(blocks)
+
+    def _valued(self, distances: Array) -> Array:
+        """Return values of distances: 1 is the best design, 0 the median one."""
+        losses = (distances - self._least[:, None]) / self._stake[:, None]
+        return np.asarray(np.maximum(1 - losses, _WORST))
+
+    # What the answers say
+
+    @property
+    def _expected(self) -> Array:
+        """``(k,)`` the expected values of the designs that can be proposed."""
+        return self._chances[-1] @ self._values
+
+    @property
+    def best(self) -> Any:
+        """The design that is proposed, as :meth:`question` names it."""
+        return self._names[self._candidates[_first_greatest(self._expected)]]
+
+    @property
+    def regret(self) -> float:
+        """The expected regret of the proposal; 1 is that of the median design."""
+        return max(float(1 - self._expected.max()), 0.0)
+
+    @property
+    def shares(self) -> Array:
+        """``(n,)`` the probability that each design is the best for this person.
+
+        Of equal designs the first one has it.
+        """
+        shares = np.zeros(len(self.ranking.pareto))
+        np.add.at(shares, self._front[self._candidates[self._winners]], self._chances[-1])
+        return shares
+
+    @property
+    def weights(self) -> pd.DataFrame:
+        """The mean weight of each objective, and an interval that holds it with 90 %.
+
+        The weight is 0 for an objective that is equal for all Pareto-optimal designs, or nearly
+        repeats an earlier one.
+
+        Example:
+            >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+            >>> person.answer(0, 1)
+            >>> print(person.weights.round(1))
+                mean  low  high
+            f1   0.8  0.2   1.0
+            f2   0.2  0.0   0.8
+        """
+        import pandas as pd
+
+        names = self.ranking.objectives.names
+        frame = pd.DataFrame(0.0, list(names), ["mean", "low", "high"])
+        chances = self._chances[-1]
+        weights = np.concatenate([*self._weights.values()])
+        for j, column in zip(self._weighted.tolist(), weights.T, strict=True):
+            order = column.argsort(kind="stable")
+            low, high = np.searchsorted(chances[order].cumsum(), [0.05, 0.95])
+            frame.iloc[j] = [chances @ column, column[order[low]], column[order[high]]]
+        return frame
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the designs that can be proposed, the most probable ones first.
+
+        Returns:
+            Index: the designs. Columns: the objectives, and ``share``, the probability that it is
+            the best one for this person.
+
+        Example:
+            >>> print(Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]).to_frame().round(2))
+                f1   f2  share
+            1  0.3  0.4   0.44
+            2  1.0  0.0   0.30
+            0  0.0  1.0   0.25
+        """
+        import pandas as pd
+
+        rows = self._front[self._candidates]
+        objectives = self.ranking.objectives
+        names = [self._names[k] for k in self._candidates.tolist()]
+        frame = pd.DataFrame(objectives.values[rows], names, list(objectives.names))
+        frame["share"] = self.shares[rows]
+        return frame.sort_values("share", ascending=False, kind="stable")
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What is proposed and how sure that is, and what each answer gives up for what.
+
+        Example:
+            >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+            >>> person.answer(0, 1)
+            >>> print(person)
+            Proposed after 1 answer: design 0, with a probability of 81 % the best for this
+            person. The expected regret is 31 % of what is at stake.
+            Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
+        """
+        best = self.row_of(self.best)
+        n_answers = sum(relation != "?" for _, relation, _ in self.answers)
+        with decimal_mark(self.decimal):
+            proposed = sentence(
+                "preferred",
+                design=self.ranking.name_of(best),
+                answers=counted(n_answers, "answer"),
+                share=percent(self.shares[best]),
+                regret=percent(self.regret),
+            )
+        return (proposed, *self.trades(), *self._remarks())
+
+    def _remarks(self) -> Iterator[str]:
+        """Yield which objectives have no weight of their own."""
+        names = self.ranking.objectives.names
+        for twin, original in self._repeated.items():
+            if twin != original:
+                yield sentence("without weight", twin=names[twin], original=names[original])
+
+    def trades(self, units: Mapping[Any, str] | None = None) -> tuple[str, ...]:
+        """Return what each answer gives up for what.
+
+        Args:
+            units: Units of objectives by name; by default those of a test table.
+
+        Example:
+            >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+            >>> person.equal(0, 1)
+            >>> person.trades()
+            ('Design 0 is as good as design 1: you would give up 0.6 of f2 for 0.3 of f1.',)
+        """
+        ranking = with_units(self.ranking, units)
+        sentences = []
+        for one, relation, other in self.answers:
+            pair = compare_designs(ranking, rows=[self.row_of(other), self.row_of(one)])
+            if relation in _TRADES and pair.gains[1].any():
+                with decimal_mark(self.decimal):
+                    better, worse = pair.amounts(1)
+                sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
+        return tuple(sentences)
+
+    def __repr__(self) -> str:
+        """Return :attr:`sentences`, wrapped at 80 columns."""
+        return wrapped(self.sentences)
+
+    # Questions and answers
+
+    def question(self) -> tuple[Any, Any] | None:
+        """Return the two designs whose comparison is expected to help most.
+
+        None is left if the expected regret is below a hundredth, or if no pair is left that differs
+        visibly in two objectives, was not asked, and whose answer is not certain.
+
+        Returns:
+            Two designs, as :meth:`answer` takes them: rows of an array, names of a table or frame.
+        """
+        if self.regret < _ENOUGH:
+            return None
+        chances = self._chances[-1]
+        expected = self._expected
+        likely = np.bincount(self._winners, chances, len(expected))
+        likely[_first_greatest(expected)] += 1  # the proposal is asked about in any case
+        asked = _by_size(likely)[:_N_ASKED]
+        asked = asked[likely[asked] > 0]
+        pair = None
+        most = -np.inf
+        for i, a in enumerate(asked):
+            for b in asked[i + 1 :]:
+                if not self._can_be_asked(a, b):
+                    continue
+                prefers = chances * _chance(self._values[:, a], self._values[:, b])
+                share = prefers.sum()
+                without_mistakes = (share - _MISTAKES / 2) / (1 - _MISTAKES)
+                if not 1 - _CERTAIN < without_mistakes < _CERTAIN:
+                    continue
+                in_favour = prefers @ self._values
+                after = in_favour.max() + (expected - in_favour).max()
+                after += _OPEN * share * (1 - share)
+                if after > most + _TIE:
+                    most = after
+                    pair = a, b
+        if pair is None:
+            return None
+        one, other = self._candidates[[*pair]]
+        return self._names[one], self._names[other]
+
+    def _can_be_asked(self, a: int, b: int) -> bool:
+        """Whether two candidates differ visibly in two objectives, and were not asked about."""
+        one, other = self._candidates[[a, b]]
+        differences = np.abs(self._steps[one] - self._steps[other])
+        names = {self._names[one], self._names[other]}
+        asked = [{one, other} for one, _, other in self.answers]
+        return bool((differences >= _VISIBLE - _TIE).sum() >= 2) and names not in asked
+
+    def answer(self, better: Any, worse: Any) -> None:
+        """Take an answer: one design is preferred to another one.
+
+        Answers that contradict each other make no error; each counts what it is worth.
+
+        Args:
+            better: The label or the name of a Pareto-optimal design, or its row in an array.
+            worse: The other one.
+
+        Raises:
+            ArgumentValueError: There is no such Pareto-optimal design, or they are the same.
+            ArgumentTypeError: A design is neither a row nor a name.
+        """
+        self.add(better, ">", worse)
+
+    def equal(self, one: Any, other: Any) -> None:
+        """Take the answer that two designs are equally good; as :meth:`answer` otherwise."""
+        self.add(one, "=", other)
+
+    def add(self, one: Any, relation: str, other: Any) -> None:
+        """Take an answer as :attr:`answers` has it; a pair skipped by "?" is not asked again.
+
+        Raises:
+            ArgumentValueError: As for :meth:`answer`, or it is another relation.
+        """
+        if relation not in RELATIONS:
+            raise invalid("the relation of an answer", f"one of {' '.join(RELATIONS)}", relation)
+        ks = [self._position(one), self._position(other)]
+        if ks[0] == ks[1]:
+            raise invalid("the designs of an answer", "two different ones", one)
+        chances = self._chances[-1]
+        if relation != "?":
+            chance = _chance(*self._valued(self._distances(np.array(ks))).T)
+            if relation == "=":
+                chance = 4 * chance * (1 - chance)
+            chances = chances * chance
+        self._chances.append(chances / chances.sum())
+        self.answers.append((self._names[ks[0]], relation, self._names[ks[1]]))
+
+    def take_back(self) -> None:
+        """Forget the last answer, if there is one."""
+        if self.answers:
+            self.answers.pop()
+            self._chances.pop()
+
+    def row_of(self, design: Any) -> int:
+        """Return the row in the ranking of a Pareto-optimal design.
+
+        Raises:
+            ArgumentValueError: There is no such Pareto-optimal design.
+            ArgumentTypeError: A design is neither a row nor a name.
+        """
+        return int(self._front[self._position(design)])
+
+    def _position(self, design: Any) -> int:
+        """Return which one of the Pareto-optimal designs a design is."""
+        if isinstance(design, str) and design in self._names:
+            return self._names.index(design)
+        row = self.ranking.row_of(design)
+        if not self.ranking.pareto[row]:
+            rule = "Pareto optimal, as no other one can be the best"
+            raise invalid("a design that is compared", rule, design)
+        return int(np.searchsorted(self._front, row))
+
+
+_TRADES = {">": "rather", "=": "as good"}  # the templates
+
+
+def _chance(values: Array, others: Array) -> Array:
+    """Return the chance that designs of some values are preferred to those of others."""
+    logistic = 1 / (1 + np.exp(-_SHARPNESS * (values - others)))
+    return np.asarray((1 - _MISTAKES) * logistic + _MISTAKES / 2)
+
+
+def _by_size(shares: NDArray[Any]) -> Rows:
+    """Return the positions of values, the greatest first; those that tie as they are."""
+    return np.argsort(-np.round(shares / _TIE), kind="stable")
+
+
+def _first_greatest(values: Array) -> int:
+    """Return the position of the first one of the greatest values."""
+    return int((values >= values.max() - _TIE).argmax())

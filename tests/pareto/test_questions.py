@@ -1,0 +1,203 @@
+"""Questions that find the design of hidden weights, whatever is asked in whatever units."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.core.result import Result
+
+from pymoo_psi import Preferences, Preferred, TestTable, acceptability, explain
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from tests.refusals import refused
+
+FIVE = np.array([[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]])
+SPHERE = np.abs(np.random.default_rng(4).standard_normal((80, 3)))
+SPHERE = 1 - SPHERE / np.linalg.norm(SPHERE, axis=1)[:, None]  # bulges towards the ideal point
+
+
+def distances_for(weights, F, p=2):
+    """The weighted distances of a hidden person."""
+    d = (F - F.min(axis=0)) / np.ptp(F, axis=0)
+    return np.linalg.norm(weights * d, ord=p, axis=1)
+
+
+def dialogue(person, distances, n, wrong=()):
+    """Answer at most n questions by distances, some of them wrongly; return the questions."""
+    asked = []
+    for k in range(n):
+        pair = person.question()
+        if pair is None:
+            break
+        asked.append(pair)
+        better, worse = sorted(pair, key=lambda row: distances[row], reverse=k in wrong)
+        person.answer(better, worse)
+    return asked
+
+
+@pytest.mark.parametrize("p", [1, 2, np.inf])
+def test_few_answers_find_a_design_that_hidden_weights_hardly_regret(p):
+    regrets = []
+    for weights in np.random.default_rng(0).dirichlet(np.ones(3), 12):
+        distances = distances_for(weights, SPHERE, p)
+        stake = np.median(distances) - distances.min()
+        person = Preferences(SPHERE)
+        regrets.append([])
+        for _ in range(3):
+            regrets[-1].append((distances[person.best] - distances.min()) / stake)
+            dialogue(person, distances, 3)
+    before, after_three, after_six = np.mean(regrets, axis=0)
+    assert before > 0.3
+    assert after_three < before / 3
+    assert after_six < 0.05
+
+
+def test_a_wrong_answer_ruins_nothing():
+    distances = distances_for(np.array([0.6, 0.3, 0.1]), SPHERE)
+    person = Preferences(SPHERE)
+    dialogue(person, distances, 12, wrong=(0,))
+    assert distances[person.best] - distances.min() < 0.1 * (np.median(distances) - distances.min())
+
+
+def test_questions_differ_visibly_are_asked_once_and_end():
+    for F in (FIVE, SPHERE):
+        person = Preferences(F)
+        asked = dialogue(person, distances_for(np.full(F.shape[1], 1.0), F), 100)
+        assert 0 < len(asked) < 30
+        assert person.question() is None
+        assert len({frozenset(pair) for pair in asked}) == len(asked)
+        for one, other in asked:
+            assert (np.abs(F[one] - F[other]) / np.ptp(F, axis=0) > 0.0099).sum() >= 2
+
+
+def test_before_any_answer_shares_are_nearly_those_of_the_weights():
+    shares = Preferences(SPHERE).shares
+    assert shares.sum() == pytest.approx(1)
+    assert np.abs(shares - acceptability(SPHERE)[:, 0]).sum() < 0.3  # a fifth has other norms
+    within = Preferences(SPHERE, factor=1.001)
+    assert within.best in np.flatnonzero(acceptability(SPHERE, factor=1.001)[:, 0])
+
+
+def test_a_repeated_objective_changes_no_question_and_no_proposal():
+    doubled = np.column_stack([SPHERE, 3 * SPHERE[:, 0] + 7])
+    nearly = doubled.copy()
+    nearly[:, 3] += 0.02 * np.sin(np.arange(len(nearly)))
+    nearly[:, 3] *= 100
+    distances = distances_for(np.array([0.2, 0.5, 0.3]), SPHERE)
+    plain, twice, almost = map(Preferences, (SPHERE, doubled, nearly))
+    asked = dialogue(plain, distances, 20)
+    assert dialogue(twice, distances, 20) == asked
+    assert np.array_equal(twice.shares, plain.shares)
+    assert twice.weights["mean"].tolist() == [*plain.weights["mean"], 0.0]
+    assert "f4 nearly repeats f1" in twice.sentences[-1]
+    dialogue(almost, distances, 20)
+    assert almost.best == plain.best
+
+
+@pytest.mark.parametrize("F", [FIVE, SPHERE])
+def test_units_directions_and_dominated_designs_change_nothing(F):
+    distances = distances_for(np.linspace(1, 2, F.shape[1]), F)
+    plain = Preferences(F)
+    asked = dialogue(plain, distances, 5)
+    values = np.vstack([F * 1000 - 5, F.max(axis=0) * 1001])
+    values[:, 0] *= -1
+    other = Preferences(values, maximize=[0])
+    assert dialogue(other, distances, 5) == asked
+    assert other.best == plain.best
+    assert other.regret == pytest.approx(plain.regret)
+
+
+def test_answers_count_in_any_order_and_can_be_taken_back():
+    person, other = Preferences(FIVE), Preferences(FIVE)
+    before = person.regret, person.question(), person.shares
+    person.answer(1, 2)
+    person.equal(1, 0)
+    person.add(3, "?", 4)
+    other.equal(0, 1)
+    other.answer(1, 2)
+    assert person.shares == pytest.approx(other.shares)
+    assert person.answers == [(1, ">", 2), (1, "=", 0), (3, "?", 4)]
+    for _ in range(4):
+        person.take_back()
+    assert person.answers == []
+    assert (person.regret, person.question()) == before[:2]
+    assert np.array_equal(person.shares, before[2])
+
+
+def test_an_equal_answer_draws_the_values_of_two_designs_together():
+    person = Preferences(FIVE)
+    person.answer(1, 3)
+    far = person.shares
+    person.equal(1, 3)
+    assert person.shares[2] > far[2]  # between them
+
+
+def test_contradictions_count_against_each_other():
+    person = Preferences(FIVE)
+    for better, worse in ((0, 1), (1, 2), (2, 0)) * 20:
+        person.answer(better, worse)
+    assert np.isfinite(person.regret)
+    assert person.shares.sum() == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    "F", [[[1.0, 2.0]], [[1.0, 2.0]] * 3, [[1.0], [2.0]], [[0.0, 1.0], [1.0, 0.0]]]
+)
+def test_sets_of_one_of_two_and_of_equal_designs(F):
+    person = Preferences(F)
+    pair = person.question()
+    if len(np.unique(F, axis=0)) > 1 and len(F[0]) > 1:
+        person.answer(1, 0)
+        assert {*pair} == {0, 1}
+        assert person.best == 1
+    else:
+        assert (pair, person.best, round(person.regret, 9)) == (None, 0, 0)
+    assert person.question() is None
+
+
+def test_designs_have_the_names_of_their_source():
+    frame = pd.DataFrame(FIVE, list("ABCDE"), ["cost", "mass"])
+    by_label = Preferences(frame)
+    by_row = Preferences(FIVE)
+    labels = tuple("ABCDE"[row] for row in by_row.question())
+    assert by_label.question() == labels
+    by_label.answer("B", "C")
+    by_row.answer(1, 2)
+    assert by_label.best == "ABCDE"[by_row.best]
+    assert by_label.to_frame().loc["B", "share"] == by_row.shares[1]
+    assert by_label.weights.index.tolist() == ["cost", "mass"]
+    table = TestTable.of(np.arange(11, 16), FIVE[:, :1], FIVE)
+    tests = Preferences(table)
+    tests.answer(12, "test 13")
+    assert tests.answers == [("test 12", ">", "test 13")]
+    assert tests.best == f"test {11 + by_row.best}"
+
+
+def test_a_selector_and_a_result_of_pymoo_give_the_same_proposal():
+    result = Result()
+    result.F, result.opt, result.CV = SPHERE, None, None
+    person = Preferences(result)
+    dialogue(person, distances_for(np.array([0.7, 0.2, 0.1]), SPHERE), 4)
+    assert Preferred(person.answers).do(SPHERE).tolist() == [person.best]
+
+
+def test_the_explanation_says_what_the_answers_give_up():
+    frame = pd.DataFrame(FIVE * [1, 100], list("ABCDE"), ["cost", "mass"])
+    person = Preferences(frame)
+    person.answer("B", "C")
+    why = explain(person, units={"cost": "k€", "mass": "kg"})
+    assert "B rather than C: you give up 30 kg of mass for 0.3 k€ of cost." in why.sentences
+    assert why.ranking.name_of(why.row) == person.best
+
+
+def test_what_cannot_be_answered_is_refused():
+    person = Preferences(np.vstack([FIVE, [2.0, 2.0]]))
+    for one, other in ((0, 7), (0, "A"), (-1, 0), (0, 5)):
+        refused("design", person.answer, one, other, error=ArgumentValueError)
+    refused("two different ones", person.equal, 1, 1, error=ArgumentValueError)
+    refused("integer", person.answer, 0, np.nan, error=ArgumentTypeError)
+    refused("one of > = ?", person.add, 0, "<", 1, error=ArgumentValueError)
+    assert person.answers == []
+    refused("p must be", Preferences, FIVE, p=np.nan)
+    refused("factor", Preferences, FIVE, factor=1)
+    refused("F", Preferences, [[np.nan, 1.0]])
+    twins = pd.DataFrame(FIVE, list("ABCDD"))
+    refused("a name of its own", Preferences, twins, error=ArgumentValueError)
