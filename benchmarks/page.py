@@ -126,7 +126,7 @@ def measure_drag(page: Page, session: Any, frame: pd.DataFrame, drag: Drag) -> l
     """Drag a slider, compare the ranks with Python's, and return the times of the steps."""
     thumb = page.get_by_label(drag.label).element_handle()  # once, not at every step
     assert thumb is not None
-    thumb.evaluate("(thumb) => { thumb.closest('details').open = true }")
+    thumb.evaluate("(thumb) => { (thumb.closest('details') ?? {}).open = true }")
     clock = []
     processor = []
     for k in range(1, STEPS + 1):

@@ -13,6 +13,11 @@ def payload_of(page):
     return json.loads(text)
 
 
+def script_of(page):
+    """Return the first script of a page, which needs no document."""
+    return re.findall(r"<script>(.*?)</script>", page.html(), re.DOTALL)[0]
+
+
 def column_of(sent, name):
     """Return the numbers of a column, or the mask "optimal", as the script decodes them."""
     if name == "optimal":

@@ -1,6 +1,8 @@
-// Runs the logic of the page on cases of the tests: node logic_driver.js logic.js < cases > answers.
-const Logic = require(require("path").resolve(process.argv[2]))
-const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
+// Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
+const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
+const names = ["checked", "compareRows", "csv", "decisionOf", "decode", "explain", "initialState", "limited", "metadata", "opened",
+  "ordered", "parsed", "preference", "ranked", "separation", "staying", "switches", "typed", "verdictOn", "written"]
+const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
 // Only fronts, places and orders, one state after the other as a slider passes them.
@@ -8,16 +10,16 @@ function drag({payload, states}) {
   const data = Logic.decode(payload)
   return states.map((given) => {
     const {state} = Logic.checked(data, given)
-    const ranking = Logic.ranked(data, Logic.left(data, state).mask)
+    const ranking = Logic.ranked(data, Logic.limited(data, state).mask)
     const {front, place} = ranking
-    return {front: list(front), place: list(place), order: list(Logic.order(data, ranking, state))}
+    return {front: list(front), place: list(place), order: list(Logic.ordered(data, ranking, state))}
   })
 }
 
 // What decision files are to the page that have other objectives, directions and units.
 function foreign(data) {
-  const {state} = Logic.initial(data)
-  const written = Logic.decision(data, state, "2026-01-31")
+  const {state} = Logic.initialState(data)
+  const written = Logic.decisionOf(data, state, "2026-01-31")
   const {objectives} = written
   return [{objectives: [...objectives].reverse()}, {units: {}},
     {units: {[objectives[0]]: "t"}}, {maximize: [...written.maximize, "other"]},
@@ -34,7 +36,7 @@ function switched(data, state, ranking) {
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {
   const data = Logic.decode(payload)
   return {
-    initial: Logic.initial(data),
+    initial: Logic.initialState(data),
     foreign: foreign(data),
     checked: texts.map((text) => Logic.checked(data, Logic.parsed(text))),
     typed: typed.map((text) => Logic.typed(text)),
@@ -42,18 +44,18 @@ function answer({payload, states, rows, pins, texts, typed, thorough, numbers = 
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)
-      const {mask, count} = Logic.left(data, state)
+      const {mask, count} = Logic.limited(data, state)
       const ranking = Logic.ranked(data, mask, state.fixed ? data.fixed : null)
       const {front, place, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
-      const order = Logic.order(data, ranking, state)
-      const written = JSON.stringify(Logic.decision(data, state, "2026-01-31"))
+      const order = Logic.ordered(data, ranking, state)
+      const written = JSON.stringify(Logic.decisionOf(data, state, "2026-01-31"))
       return {
-        state, remarks, count, verdict: Logic.verdict(data, ranking, -1), written, mask: list(mask),
+        state, remarks, count, verdict: Logic.verdictOn(data, ranking, -1), written, mask: list(mask),
         front: list(front), place: list(place), pareto: list(pareto), best, ideal, nadir,
         mu: [mu1, mu2, mu3].map(list), order: list(order),
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
-        instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),
-        compared: count ? Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]) : null,
+        instead: rows[k].map((row) => Logic.verdictOn(data, ranking, row)?.instead),
+        compared: count ? Logic.compareRows(data, ranking, pins[k].slice(1), pins[k][0]) : null,
         separation: thorough[k] ? Logic.separation(data, ranking, state.positions) : null,
         switches: thorough[k] || !count ? switched(data, state, ranking) : null,
         preferred: list(Logic.preference(data, ranking, state.preference).best),

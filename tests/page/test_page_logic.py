@@ -19,7 +19,7 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import Decision, Formulation
-from tests.page.documents import payload_of
+from tests.page.documents import payload_of, script_of
 from tests.table.asked import kept_by_hand
 
 HOSTILE = [
@@ -42,16 +42,15 @@ TYPED = {
     "58.375": 58.375, "0,001": 0.001, "1.250e2": 125.0, "58,375": None, "1,234.5": 1234.5, "1.234,5": 1234.5, "1,234,5": None,
     "1 000": 1000.0, "12 34": None, "1.2.3": None, "1e999": None, "five": None, "0x10": None, "Infinity": None,
 }  # fmt: skip
-LOGIC = Path(__file__).parents[2] / "src" / "pymoo_psi" / "page" / "logic.js"
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 
 
 def in_node(cases):
     """Return what the logic answers to cases, see logic_driver.js."""
     driver = Path(__file__).with_name("logic_driver.js")
-    done = subprocess.run(
-        ["node", driver, LOGIC], input=json.dumps({"cases": cases}), text=True, capture_output=True
-    )
+    page = decision_page(np.eye(2))
+    asked = json.dumps({"script": script_of(page), "cases": cases})
+    done = subprocess.run(["node", driver], input=asked, text=True, capture_output=True)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

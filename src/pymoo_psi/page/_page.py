@@ -28,6 +28,12 @@ _POLICY = (
     "form-action 'none'; require-trusted-types-for 'script'"
 )
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
+# The scripts of a page, each of its files a subject: those that need no document, and what is seen.
+_SCRIPTS = {
+    "logic": "numbers arrays data dominance ranking limits orders explanations decisions exports",
+    "view": "dom marks scales canvas state charts rows axes scatter verdict positions preferences "
+    "table files page",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,7 +83,7 @@ class DecisionPage(Document):
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
-        scripts = {name: _asset(f"{name}.js") for name in ("logic", "charts", "page")}
+        scripts = {name: _joined(parts) for name, parts in _SCRIPTS.items()}
         source = "'none'"
         scripts["live"] = ""
         if live is not None:
@@ -268,6 +274,12 @@ def _digest(text: str) -> str:
     """Return the hash of a script or style, as a policy names it."""
     digest = sha256(text.encode("utf-8")).digest()
     return f"'sha256-{b64encode(digest).decode('ascii')}'"
+
+
+def _joined(names: str) -> str:
+    """Return files as one script, in which the names of all are known."""
+    parts = [_asset(f"{name}.js") for name in names.split()]
+    return "\n".join(['"use strict"', *parts])
 
 
 def _asset(name: str) -> str:

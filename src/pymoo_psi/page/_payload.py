@@ -56,7 +56,7 @@ def payload(
     further: str,
     live: Entries | None,
 ) -> Values:
-    """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
+    """Return the data that the script of the page reads, see ``decode`` in ``data.js``.
 
     Its arguments are the attributes of :class:`~pymoo_psi.DecisionPage`, and ``live``, settings of
     a page that a server extends; None for a file.
@@ -147,7 +147,7 @@ def _shades(table: TestTable) -> list[Values]:
 
 
 def rows_of(designs: TestTable) -> Values:
-    """Return designs as the script adds them to the page, see ``grow`` in ``logic.js``."""
+    """Return designs as the script adds them to the page, see ``addDesigns`` in ``data.js``."""
     columns = []
     for _, name in roles(designs):
         values = values_of(name, designs)

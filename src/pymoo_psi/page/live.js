@@ -1,8 +1,7 @@
 // The connection of a page to the server of a growing study: new designs, progress, steering.
 {
-  const {$, data, say} = page
-  const list = (id, texts) => page.renew(id, ...texts.map((text) => page.make("li", text)))
-  const proposed = () => data.names[page.ranking.best[0]]
+  const list = (id, texts) => renew(id, ...texts.map((text) => make("li", text)))
+  const proposed = () => data.names[ranking.best[0]]
   const waiting = [] // designs, while a hand drags
   let [count, since] = [data.live.count, data.live.count]
 
@@ -18,10 +17,10 @@
     list("progress", lines)
     list("steered", steered)
     $("since").textContent = count - since
-    $("since").parentElement.hidden = !page.ranking.count
+    $("since").parentElement.hidden = !ranking.count
   }
   setInterval(() => {
-    if (!waiting.length || page.dragging) return
+    if (!waiting.length || dragging) return
     const before = proposed()
     page.grow(waiting.splice(0))
     if (proposed() !== before) since = count
@@ -32,7 +31,7 @@
   $("steering").onclick = async ({target}) => {
     const action = target.name
     if (!action) return
-    const body = {action, name: $("steerer").value, count: Number($("more").value), formulation: page.decision()}
+    const body = {action, name: $("steerer").value, count: Number($("more").value), formulation: decisionNow()}
     const answer = await fetch("steer", {method: "POST", body: JSON.stringify(body)})
     say(answer.ok ? [] : [await answer.text()])
   }

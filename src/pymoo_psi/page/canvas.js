@@ -1,0 +1,214 @@
+// Drawing on canvas: layers, texts, densities, drags and pictures to copy.
+
+const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
+
+// Canvases on top of each other that fill their parent; redraw is called when its size changes.
+function layers(parent, count, redraw) {
+  const canvases = Array.from({length: count}, () => document.createElement("canvas"))
+  for (const canvas of canvases) canvas.setAttribute("aria-hidden", "true")
+  parent.append(...canvases)
+  const size = {width: 0, height: 0, inView: true}
+  const fit = () => {
+    const [width, height] = [parent.clientWidth, parent.clientHeight]
+    if (width === size.width && height === size.height) return
+    Object.assign(size, {width, height})
+    for (const canvas of canvases) {
+      canvas.width = round(width * devicePixelRatio)
+      canvas.height = round(height * devicePixelRatio)
+      // Once: a font makes the browser style the whole page.
+      Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
+    }
+    redraw()
+  }
+  const clean = (k) => {
+    const g = canvases[k].getContext("2d")
+    g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
+    g.clearRect(0, 0, size.width, size.height)
+    g.globalAlpha = 1
+    return g
+  }
+  new ResizeObserver(fit).observe(parent)
+  new IntersectionObserver(([entry]) => { size.inView = entry.isIntersecting }).observe(parent)
+  fit()
+  return {size, clean, fit}
+}
+
+function drawLine(g, colour, x0, y0, x1, y1, lineWidth = 1) {
+  Object.assign(g, {strokeStyle: colour, lineWidth})
+  g.beginPath()
+  g.moveTo(x0, y0)
+  g.lineTo(x1, y1)
+  g.stroke()
+}
+
+function drawText(g, text, x, y, textAlign, textBaseline = "middle", colour = INK.muted) {
+  Object.assign(g, {textAlign, textBaseline, lineWidth: 3, strokeStyle: INK.panel, fillStyle: colour})
+  g.strokeText(text, x, y) // a halo, legible above lines
+  g.fillText(text, x, y)
+}
+
+// What a limit rejects.
+function drawHatch(g, x, y, width, height) {
+  g.save()
+  g.beginPath()
+  g.rect(x, y, width, height)
+  g.clip()
+  for (let at = -height; at < width; at += 6) drawLine(g, INK.context, x + at, y + height, x + at + height, y)
+  g.restore()
+}
+
+// A text in lines that are at most so wide; a longer word is a line.
+function wrapped(g, text, width) {
+  const lines = []
+  for (const word of text.split(" ")) {
+    const longer = lines.length ? `${lines.at(-1)} ${word}` : word
+    if (lines.length && g.measureText(longer).width <= width) lines[lines.length - 1] = longer
+    else lines.push(word)
+  }
+  return lines
+}
+
+// The rows by the colour in which they are drawn.
+function byColour(hues, rows) {
+  if (!hues) return [[LOOKS.other.colour, rows]]
+  const groups = new Map()
+  for (const row of rows) {
+    const {colour} = hues(row)
+    groups.has(colour) ? groups.get(colour).push(row) : groups.set(colour, [row])
+  }
+  return [...groups]
+}
+
+// Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
+// seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
+// long. Former counts on the same axes, by colour, are mended by the rows that come and go.
+//   count(counts, rows, step) adds a step where a mark begins in a line of pixels, from the left, and
+//   takes it away behind its end; a line has one number more than pixels
+const DARKEST = 1000 // marks at a pixel
+function drawDensity(g, groups, total, [least, alpha], count, former) {
+  const {width, height} = g.canvas
+  if (!width || !height) return
+  const many = 2 ** ceil(Math.log2(sum(groups.map(([, rows]) => rows.length)) || 1))
+  for (const [colour, rows] of groups) {
+    const drawn = new Uint8Array(total)
+    for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
+    const last = former.get(colour)
+    const come = last ? picked(rows, (row) => !last.drawn[row]) : rows
+    const go = last ? picked(last.rows, (row) => !drawn[row]) : []
+    const isNew = !last || come.length + go.length >= rows.length
+    const counts = isNew ? new Int32Array((width + 1) * height) : last.counts
+    count(counts, isNew ? rows : come, 1)
+    if (!isNew) count(counts, go, -1)
+    const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+    const shades = new Uint32Array(DARKEST + 1)
+    for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - min(0.5, alpha / many)) {
+      shades[k] = (round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
+    }
+    const image = last?.image ?? new ImageData(width, height)
+    const pixels = new Uint32Array(image.data.buffer)
+    for (let y = 0, from = 0, at = 0; y < height; y++, from++) {
+      let marks = 0
+      for (const end = at + width; at < end; at++) {
+        marks += counts[from++]
+        pixels[at] = shades[marks < DARKEST ? marks : DARKEST]
+      }
+    }
+    former.set(colour, {image, counts, rows, drawn})
+    if (groups.length === 1) g.putImageData(image, 0, 0)
+    else { // above one another
+      const canvas = new OffscreenCanvas(width, height)
+      canvas.getContext("2d").putImageData(image, 0, 0)
+      g.save()
+      g.resetTransform()
+      g.drawImage(canvas, 0, 0)
+      g.restore()
+    }
+  }
+}
+
+// A drag on an element: down(x, y, event) returns {move(x, y), up(x, y, moved)}, or
+// null where nothing is to be dragged. Places are those of
+// the start, as what a drag changes may move the element itself.
+function onDrag(element, down) {
+  element.onpointerdown = (event) => {
+    if (event.button !== 0) return
+    const box = element.getBoundingClientRect()
+    const at = (e) => [e.clientX - box.left, e.clientY - box.top]
+    const job = down(...at(event), event)
+    if (!job) return
+    let moved = false // a hand that shakes by a pixel does not drag
+    const move = (e) => {
+      moved ||= hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
+      if (moved) job.move(...at(e))
+    }
+    const end = (e) => {
+      element.onpointermove = element.onpointerup = element.onpointercancel = null
+      job.up(...at(e), moved)
+    }
+    event.preventDefault()
+    element.setPointerCapture(event.pointerId)
+    element.onpointermove = move
+    element.onpointerup = element.onpointercancel = end
+  }
+}
+
+// The limit that a drag from one share of an axis to another sets. It is open at the ends of the axis,
+// and near the best value of an objective, as no hand means to reject only the best designs.
+const NEAR_BEST = 0.1
+const between = (column, scale, from, to) => [min(from, to), max(from, to)].map((share, k) => {
+  const inside = (at) => (k ? 1 - at : at)
+  const isBetter = isObjective(column) && column.maximize === Boolean(k)
+  return inside(share) > (isBetter ? inside(shareOn(scale)(column.range[k])) + NEAR_BEST : 0) ? valueAt(scale, share) : null
+})
+
+// The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.
+function nearestRow(rows, most, distance) {
+  let [best, least] = [-1, most]
+  for (const row of rows) {
+    const away = distance(row)
+    if (away <= least) [best, least] = [row, away]
+  }
+  return best
+}
+
+// A part of the page as a picture: its canvases, bars and texts where they stand.
+function picture(section) {
+  const box = section.getBoundingClientRect()
+  const canvas = document.createElement("canvas")
+  const scale = 2
+  Object.assign(canvas, {width: scale * box.width, height: scale * box.height})
+  const g = canvas.getContext("2d")
+  g.scale(scale, scale)
+  g.translate(-box.left, -box.top)
+  g.fillStyle = INK.panel
+  g.fillRect(box.left, box.top, box.width, box.height)
+  for (const part of section.querySelectorAll("canvas, .bar, .bar i")) {
+    const {left, top, width, height} = part.getBoundingClientRect()
+    g.fillStyle = getComputedStyle(part).backgroundColor
+    part.tagName === "CANVAS" && part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
+  }
+  const texts = document.createTreeWalker(section, NodeFilter.SHOW_TEXT)
+  while (texts.nextNode()) {
+    const {data: text, parentElement: element} = texts.currentNode
+    const range = document.createRange()
+    range.selectNodeContents(texts.currentNode)
+    const style = getComputedStyle(element)
+    if (element.closest("button, option") || style.visibility === "hidden") continue
+    Object.assign(g, {font: style.font, fillStyle: style.color, textBaseline: "middle", textAlign: "left"})
+    // A line of the text after the other.
+    for (let from = 0, to = 1; to <= text.length; to++) {
+      const top = (k) => { range.setStart(texts.currentNode, k); range.setEnd(texts.currentNode, k + 1); return range.getBoundingClientRect() }
+      if (to < text.length && top(to).top === top(from).top) continue
+      const line = top(from)
+      if (line.width) g.fillText(text.slice(from, to), line.left, (line.top + line.bottom) / 2)
+      from = to
+    }
+  }
+  for (const field of section.querySelectorAll("input[type=text], select")) {
+    const {left, top, height} = field.getBoundingClientRect()
+    const style = getComputedStyle(field)
+    Object.assign(g, {font: style.font, fillStyle: style.color})
+    g.fillText(field.selectedOptions?.[0].text ?? field.value, left + 6, top + height / 2)
+  }
+  return canvas
+}

@@ -1,0 +1,122 @@
+// The designs, without a document, so that they are ranked in the page and in Node. Places, sentences
+// and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
+//
+// Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
+// All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
+// up to rounding; columns, limits, states and sentences are in the original unit and direction.
+
+const bytesOf = (base64) => {
+  const text = atob(base64)
+  const bytes = new Uint8Array(text.length)
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i)
+  return bytes.buffer
+}
+
+const numbersOf = (base64) => new Float64Array(bytesOf(base64))
+
+// The payload of the file as arrays; its numbers are little-endian float64 in base64.
+function decode(payload) {
+  const columns = payload.columns.map((column) => ({
+    ...column,
+    values: column.values === null ? null : numbersOf(column.values),
+    label: column.name + (column.unit && !column.name.endsWith(`[${column.unit}]`) ? ` [${column.unit}]` : ""),
+  }))
+  const data = {
+    ...payload,
+    columns,
+    objectives: columns.filter(isObjective),
+    by: new Map(), // a Map, as any name is one of its keys, also __proto__
+    optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
+    more: [], // what `grow` has added
+  }
+  useMark(payload.decimal ?? ".")
+  // A user's column goes before a geometric one of the same name.
+  for (const column of [...columns].reverse()) data.by.set(column.name, column)
+  return addDesigns(data, payload.more ?? [])
+}
+
+// Add designs that came since, where there is no prototype: `names`, `labels` and the cells of columns.
+function addDesigns(data, more) {
+  for (const {names, labels, columns} of more) {
+    data.names.push(...names)
+    data.labels.push(...labels)
+    data.n = data.names.length
+    columns.forEach(({texts, values}, j) => {
+      const column = data.columns[j]
+      const known = column.texts
+      const places = texts?.map((text) => known.includes(text) ? known.indexOf(text) : known.push(text) - 1)
+      const cells = numbersOf(values).map((cell) => places?.[cell] ?? cell)
+      const all = new Float64Array(data.n)
+      all.set(column.values)
+      all.set(cells, column.values.length)
+      Object.assign(column, {values: all, ends: null, isWhole: null}) // charts.js fills them in
+    })
+  }
+  const {n, names, objectives} = data
+  const all = new Uint8Array(names.length).fill(1)
+  const F = objectives.map(({maximize, values}) => { // equal where they are equal up to rounding
+    const {least, group} = grouped(maximize ? values.map((value) => -value) : values)
+    return gathered(least, group)
+  })
+  const dominator = new Int32Array(n).fill(-1)
+  // What was found stays so, unless new values change which ones are equal up to rounding.
+  const isSame = data.F?.every((column, j) => column.every((value, i) => value === F[j][i]))
+  const {boxes, optimal, last} = isSame || !more.length ? data : {optimal: []}
+  if (isSame) dominator.set(data.dominator)
+  Object.assign(data, {
+    F,
+    total: names.length,
+    designs: upTo(n),
+    prototypes: upTo(names.length).subarray(n),
+    rowOf: new Map(names.map((name, row) => [name, row])),
+    dominator, // a dominator of each design, the one found last, see `frontOf`
+    more: [...data.more, ...more],
+    alphabetic: null,
+    last, // the front before
+  })
+  if (more.length) {
+    // What was dominated stays so; what was optimal is compared with the new designs only.
+    const added = boxesOf(F, data.designs.subarray(optimal.length))
+    const halves = boxes?.halves ?? []
+    data.boxes = halves.length % 50 ? {low: [], rows: [], halves: [...halves, added]} : boxesOf(F, data.designs)
+    data.optimal = Uint8Array.from(data.designs, (i) => optimal[i] !== 0 &&
+      dominatorOf(optimal[i] ? added : data.boxes, F.map((column) => column[i]), all) < 0)
+  }
+  data.whole = ranked(data, all)
+  if (more.length) for (const column of data.columns) if (column.range && column.values) {
+    column.range = [1, -1].map((sign, k) => sign * min(sign * column.range[k], sign * endOf(column.values, sign, data.whole.front)))
+  }
+  data.fixed = fixedFrame(data) // the points U and N of fixed ranges
+  return data
+}
+
+const isObjective = ({role}) => role === "objective"
+// Distances are measured from the U and N of what is left: they move with the limits.
+const isGeometric = ({role}) => role === "geometric"
+const valuesOf = (data, ranking, column) => isGeometric(column) ? ranking[column.field] : column.values
+
+// Ranges in which distances are measured whatever the limits, by name, in increasing order: those
+// that the page was made with, or those of all designs.
+const isFixed = (ranges) => isObject(ranges) && Object.keys(ranges).length > 0
+function fixedFrame({objectives, opens_with: {ranges}, whole}) {
+  if (!isFixed(ranges)) return whole.frame
+  const [low, high] = [0, 1].map((end) => objectives.map(({name, maximize}) =>
+    maximize ? -ranges[name][1 - end] : ranges[name][end]))
+  return {ideal: low, nadir: high}
+}
+const rangesOf = (data, {fixed}) => !fixed ? {} : byName(data.objectives.map(({name, maximize}, j) => {
+  const ends = [data.fixed.ideal[j], data.fixed.nadir[j]].map((value) => (maximize ? -value : value))
+  return [name, maximize ? ends.reverse() : ends]
+}))
+
+const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
+
+const entryOf = (object, name) =>
+  isObject(object) && Object.hasOwn(object, name) ? object[name] ?? undefined : undefined
+
+// Objects by the user's names have no prototype: in them __proto__ is a name as any other.
+const byName = (entries = []) => {
+  const object = Object.create(null)
+  for (const [name, value] of entries) object[name] = value
+  return object
+}

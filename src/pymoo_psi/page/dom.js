@@ -1,0 +1,96 @@
+// Elements of the page. Texts of the user's (names, units, labels, reasons) become text nodes or
+// values, never markup.
+
+const $ = (id) => document.getElementById(id)
+// A name may be "constructor": only what a state says itself counts.
+const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
+const without = ({...object}, name) => { delete object[name]; return object }
+const show = (id, on) => { $(id).hidden = !on }
+const countText = (count) => apart(localized(String(count)))
+
+// An element of "tag.class" with properties, if any, attributes (those with a dash, and role) and children.
+function make(tag, ...children) {
+  const [name, ...classes] = tag.split(".")
+  const properties = children[0]?.constructor === Object ? children.shift() : {}
+  const element = document.createElement(name)
+  if (classes.length) element.className = classes.join(" ")
+  for (const [key, value] of entriesOf(properties)) {
+    if (key.includes("-") || key === "role") element.setAttribute(key, value)
+    else element[key] = value
+  }
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined))
+  return element
+}
+const head = (scope, ...children) => make("th", {scope}, ...children)
+const button = (text, onclick, properties = {}) => make("button.small", {onclick, ...properties}, text)
+
+// Make the children of an element, or of that of an id, like others. What stays is neither laid out
+// nor announced again, and keeps the focus.
+function renew(place, ...children) {
+  const element = typeof place === "string" ? $(place) : place
+  children.forEach((child, k) => {
+    const node = typeof child === "string" ? new Text(child) : child
+    const old = element.childNodes[k]
+    if (!old) element.append(node)
+    else if (old.nodeName !== node.nodeName) old.replaceWith(node)
+    else if (old.nodeType !== Node.TEXT_NODE) renewElement(old, node)
+    else if (old.data !== node.data) old.data = node.data
+  })
+  while (element.childNodes.length > children.length) element.lastChild.remove()
+}
+function renewElement(old, node) {
+  for (const {name, value} of node.attributes) {
+    if (old.getAttribute(name) === value) continue
+    if (name === "style") old.style.cssText = value // the policy allows this
+    else old.setAttribute(name, value)
+  }
+  for (const name of old.getAttributeNames()) if (!node.hasAttribute(name)) old.removeAttribute(name)
+  old.onclick = node.onclick
+  renew(old, ...node.childNodes)
+}
+
+// A name that may go on in a new line behind each underscore or slash, and before a capital within;
+// a unit may not.
+const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\])/).flatMap((part, k) => (k ? [make("wbr"), part] : [part]))
+
+function say(sentences) {
+  $("messages").replaceChildren(...(sentences.length ? [button("Close", () => say([]))] : []),
+    ...sentences.map((text) => make("p", text)))
+}
+
+// A field for a number; `accept` returns what is wrong with it, or "". What is wrong stays to be mended.
+function numberField(name, properties, accept) {
+  const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", "aria-label": name, ...properties})
+  input.onchange = () => {
+    const {value, wrong} = typed(input.value)
+    const why = wrong ?? accept(value)
+    if (why || isWrong(input)) say(why ? [`${name}: ${why}`] : [])
+    input.setAttribute("aria-invalid", String(why !== ""))
+  }
+  return input
+}
+const isWrong = (input) => input.getAttribute("aria-invalid") === "true"
+function showNumber(input, value, changed) {
+  if (changed) input.setAttribute("aria-invalid", "false")
+  const isTyped = input === document.activeElement && typed(input.value).value === value
+  if (!isWrong(input) && !isTyped) input.value = value === null ? "" : countText(value)
+}
+
+function download(content, name) {
+  const link = make("a", {href: URL.createObjectURL(content), download: name})
+  link.click()
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000)
+}
+
+// Copy a part of the page as a picture; where that is forbidden, save it.
+function copyPicture(section, name) {
+  picture(section).toBlob(async (blob) => {
+    try {
+      await navigator.clipboard.write([new ClipboardItem({"image/png": blob})])
+      say(["The picture is in the clipboard."])
+    } catch {
+      download(blob, `${name}.png`)
+      say([`Saved as ${name}.png.`])
+    }
+  })
+}

@@ -1,0 +1,59 @@
+// Files: decisions, pages and tables that are saved, and decisions that are opened.
+
+const decisionNow = () => decisionOf(data, state, new Date().toISOString())
+const isSaved = () => { saved = JSON.stringify(state) }
+const textFile = (text, type) => new Blob([text], {type})
+
+function saveDecision() {
+  const name = `${data.file}-decision.json`
+  download(textFile(`${JSON.stringify(decisionNow(), null, 1)}\n`, "application/json"), name)
+  isSaved()
+  say([`Saved as ${name}. Open it here with "Open…", or in the commands page, rank and report with --decision ${name}.`])
+}
+
+function exportRows() {
+  const name = `${data.file}-shown.csv`
+  download(textFile(csv(data, order, ranking, state), "text/csv"), name)
+  download(textFile(metadata(data, order, state, name), "application/json"), `${name}-metadata.json`)
+  say([`Exported as ${name}. Keep ${name}-metadata.json beside it: the commands read objectives, directions and units there.`])
+}
+
+// The page as it was made, with the decision in place of what it opened with.
+function savePage() {
+  const copy = asWritten.cloneNode(true)
+  const script = copy.querySelector("#payload")
+  const content = {...JSON.parse(script.textContent), opens_with: decisionNow(), more: data.more, live: null}
+  script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
+  download(textFile(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html"), `${data.file}.html`)
+  isSaved()
+  say([`Saved as ${data.file}.html: this page with its limits, choice, comparison, positions and reason.`])
+}
+
+// The positions of files are added, and nothing else changes unless it is asked for; a single file
+// without positions is taken whole.
+async function openFiles(files) {
+  const [remarks, positions] = [[], []]
+  let single // the state of a single file
+  for (const file of files) {
+    const read = opened(data, await file.text())
+    single = files.length === 1 && read.state
+    remarks.push(...read.remarks.map((text) => `${file.name}: ${text}`))
+    positions.push(...read.state?.positions ?? [])
+  }
+  const merged = (next) => checked(data, {...next, positions: [...state.positions, ...positions]}).state
+  const whole = () => take({state: merged(single), remarks})
+  if (!positions.length) return single ? whole() : say([...remarks, "No positions are added."])
+  change(merged(state))
+  say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single ? button("Take those of the file", whole) : null]])
+}
+
+function buildFiles() {
+  const clicks = {save: saveDecision, "save-page": savePage, print: () => print(), export: exportRows, open: () => $("file").click()}
+  for (const [id, action] of entriesOf(clicks)) $(id).onclick = action
+  $("file").onchange = async () => {
+    await openFiles($("file").files)
+    $("file").value = ""
+  }
+  $("menu").onclick = ({target}) => { if (target.tagName === "BUTTON") $("menu").open = false }
+  addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
+}

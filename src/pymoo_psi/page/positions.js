@@ -1,0 +1,70 @@
+// What people hold: a strip of positions, each with a choice, a reason and what the present verdict
+// costs them, and the decision of all.
+
+const dated = (date) => date.slice(0, 10)
+const boxesOfPositions = () => [...$("position-list").querySelectorAll("input")]
+let agreeing // what the ticks were last set for: whose choice is the present one agrees
+
+function showPositions() {
+  const {positions, decided, chosen} = state
+  const held = latest(positions)
+  renew("position-list", ...held.map((one) => make("li", make("span.avatar", {"aria-hidden": "true"}, one.name.slice(0, 1).toUpperCase()),
+    make("div", ...words(one)),
+    make("div.buttons",
+      make("label", make("input", {type: "checkbox", "aria-label": `${one.name} agrees`}), "agrees"),
+      button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
+      button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))
+  const key = JSON.stringify([chosen, held])
+  if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
+  agreeing = key
+  renew("separation", ...separation(data, ranking, positions).map((text) => make("li", text)))
+  show("decide", held.length)
+  $("decide").disabled = chosen === null
+  renew("decide", `Decide for ${chosen ?? "a choice"}`)
+  renew("decided", ...(decided ? [[sentence(data, "decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
+    decided.dissent.length ? sentence(data, "dissent", {dissent: listed(decided.dissent)}) : ""].join(" ")] : []))
+}
+
+// What somebody wants, which limits it breaks, and what the verdict gives up against it.
+function words(one) {
+  const row = rowOf(one.chosen)
+  const numbers = (text, entries) => {
+    const parts = entriesOf(entries).map(([name, value]) => `${name} ${countText(value)}`)
+    return parts.length ? [`${text} ${parts.join(", ")}`] : []
+  }
+  const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
+  const broken = row < 0 || row >= data.n ? [] : broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
+  const facts = [...(one.reason ? [`“${one.reason}”`] : []), ...(row >= 0 && verdict ? [given(row)] : []), ...(limits.length ? [`with ${limits.join(", ")}`] : []),
+    ...numbers("weights", one.weights), ...numbers("aspirations", one.aspiration)].filter(Boolean)
+  return [make("div", make("b", one.name), row < 0 ? " has chosen nothing" : " wants ", row < 0 ? "" : inspectButton(row)),
+    ...(broken.length ? [make("span.beyond", `beyond ${broken.join(", ")}`)] : []), make("div.hint", facts.join(" · "))]
+}
+
+// The greatest loss of the verdict against a choice.
+function given(row) {
+  if (row === verdict.row) return `is ${roleOf(verdict.row)}`
+  const losses = compareRows(data, ranking.count ? ranking : data.whole, [verdict.row], row).filter(({gains}) => gains[0] < 0)
+  losses.sort((a, b) => a.shares[0] - b.shares[0])
+  if (!losses.length) return `the ${roleOf(verdict.row)} design is nowhere worse`
+  const [{column, gains, shares}] = losses
+  return `${roleOf(verdict.row)}: ${column.name} ${amount(column, abs(gains[0]))} worse${isWithin(shares[0]) ? ` (${percent(abs(shares[0]))})` : ""}`
+}
+
+function record() {
+  const name = $("position-name").value.trim()
+  if (!name) return say(["Give the position a name."])
+  const {limits, chosen, reason, preference} = state
+  change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, ...preference, reason}]})
+}
+
+function decide() {
+  const names = latest(state.positions).map(({name}) => name)
+  const agrees = boxesOfPositions().map((box) => box.checked)
+  change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
+}
+
+function buildPositions() {
+  $("keep").onclick = record
+  $("decide").onclick = decide
+  following.push(showPositions)
+}

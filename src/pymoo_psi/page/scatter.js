@@ -1,0 +1,282 @@
+// A scatter plot of two columns: the designs within the limits by name, their front in these two, what
+// limits reject, and who wants which. A drag sets the limits of both, those of a box.
+
+const MOST_SHAPES = 1000 // beyond that points are a density
+const MOST_NAMES = 20
+function scatter(section, key, columns) {
+  const [TOP, RIGHT, BOTTOM] = [10, 12, 24]
+  let LEFT = 40
+  let [x, y] = columns
+  let [boxes, drawn, zoom, windows] = [[], {}, 1, null]
+  let centre = null // of the zoom, in shares of the whole
+  const former = new Map() // densities
+  const area = make("div.plot", {role: "img"})
+  const select = (k) => {
+    const element = make("select", {"aria-label": `${key}, ${k ? "up" : "across"}`}, data.columns.map((column) =>
+      make("option", {value: column.field, selected: column === columns[k]}, column.label)))
+    element.onchange = () => {
+      columns[k] = data.columns.find((column) => column.field === element.value)
+      setAxes()
+      if (isFirst) change({plot: columns.map(({name}) => name)})
+      draw(true)
+    }
+    return element
+  }
+  const isFirst = plots.length === 0
+  const selects = [0, 1].map(select)
+  const hint = make("p.hint")
+  const zooms = [["+", "Zoom in", 1.6], ["−", "Zoom out", 1 / 1.6]].map(([text, label, factor]) =>
+    button(text, () => zoomBy(factor), {"aria-label": `${label}: ${key}`, title: `${label}; Ctrl and the wheel do the same`}))
+  section.append(make("div.heading", make("h2", "How ", selects[1], " and ", selects[0], " trade off"),
+    make("div.buttons", zooms, button("Copy", () => copyPicture(section, `${data.file}-plot`), {title: "Copy as a picture"}))), hint, area)
+  const {size, clean} = layers(area, 3, () => verdict !== undefined && draw(true))
+  const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
+
+  function setAxes() {
+    [x, y] = columns
+    selects.forEach((element, k) => { element.value = columns[k].field })
+    ;[zoom, windows] = [1, null]
+    area.setAttribute("aria-label", `${y.label} against ${x.label}; the table holds the same designs`)
+    const words = columns.filter(isObjective).map(({name, maximize}) => [name, maximize ? "more" : "less"])
+    const [first, second] = words
+    renew(hint, words.length === 2 && first[1] === second[1] ? `${first[1] === "less" ? "Less" : "More"} is better in both; the line is their front.`
+      : words.map(([name, word]) => `${word} ${name}`).join(" and ") + (words.length ? " is better" : "") + (words.length === 2 ? "; the line is their front." : words.length ? "." : ""))
+  }
+
+  // What is shown: the designs within the limits and what is marked, with the limits near them. It
+  // changes when a hand rests, not while it drags.
+  function wholeWindow() {
+    return [x, y].map((column) => {
+      const values = valuesOf(data, ranking, column)
+      const {log, ...ends} = scaleOf(column)
+      const rows = joined(shownRows, Int32Array.from(marked))
+      let [low, high] = [max(ends.low, endOf(values, 1, rows)), min(ends.high, endOf(values, -1, rows))]
+      if (!(low <= high)) [low, high] = [ends.low, ends.high]
+      const isLog = log && low > 0
+      const [to, back] = isLog ? [Math.log, Math.exp] : [Number, Number]
+      const room = 0.08 * (to(high) - to(low)) || abs(to(high)) * 0.03 || 1
+      const [least, most] = (column.texts ? [] : limitOf(column) ?? []).map((end) => (end === null ? NaN : to(end)))
+      let [a, b] = [to(low) - room, to(high) + room]
+      if (least > a - 3 * room && least < b) a = min(a, least - room)
+      if (most < b + 3 * room && most > a) b = max(b, most + room)
+      return {low: back(a), high: back(b), log: isLog}
+    })
+  }
+  function spansOf() {
+    if (!windows || !dragging) windows = wholeWindow()
+    return windows.map((scale, k) => {
+      const from = min(1 - 1 / zoom, max(0, (centre?.[k] ?? 0.5) - 0.5 / zoom))
+      return zoom === 1 ? scale : {...scale, low: valueAt(scale, from), high: valueAt(scale, from + 1 / zoom)}
+    })
+  }
+  function zoomBy(factor, spot = null) {
+    if (!spot && verdict) spot = spotsOf()(verdict.row)
+    const [w, h] = frame()
+    const shares = spot ? [(spot[0] - LEFT) / w, 1 - (spot[1] - TOP) / h] : [0.5, 0.5]
+    // What is at the spot stays there.
+    centre = shares.map((share, k) => {
+      const from = min(1 - 1 / zoom, max(0, (centre?.[k] ?? 0.5) - 0.5 / zoom))
+      const next = max(1, min(1e4, zoom * factor))
+      return from + share / zoom + (0.5 - share) / next
+    })
+    zoom = max(1, min(1e4, zoom * factor))
+    draw(true)
+  }
+
+  let spans = []
+  function spotsOf() {
+    const [w, h] = frame()
+    const [across, up] = spans.map((scale) => shareOn(scale, 0))
+    const [xs, ys] = [x, y].map((column) => valuesOf(data, ranking, column))
+    const at = (row) => [at.u(row), at.v(row)]
+    at.u = (row) => LEFT + across(xs[row]) * w
+    at.v = (row) => TOP + (1 - up(ys[row])) * h
+    return at
+  }
+  const isKnown = ([u, v]) => u === u && v === v
+  const isInside = (row) => [x, y].every((column, k) => {
+    const value = valuesOf(data, ranking, column)[row]
+    return value >= spans[k].low && value <= spans[k].high
+  })
+
+  function drawAxes() {
+    const g = clean(0)
+    former.clear()
+    const [across, up] = spans
+    const ty = tickTexts(up, max(2, (size.height - TOP - BOTTOM) / (y.texts ? 15 : 45)), y.texts)
+    LEFT = ceil(max(24, ...ty.texts.map((text) => g.measureText(text).width + 10)))
+    const [w, h] = frame()
+    const tx = tickTexts(across, max(2, w / (x.texts ? 120 : 80)), x.texts)
+    const [px, py] = [shareOn(across), shareOn(up)]
+    tx.values.forEach((value, k) => drawText(g, tx.texts[k], LEFT + px(value) * w, TOP + h + 7, "center", "top"))
+    ty.values.forEach((value, k) => drawText(g, ty.texts[k], LEFT - 6, TOP + (1 - py(value)) * h, "right"))
+    if (tx.factor) drawText(g, tx.factor, LEFT + w + RIGHT, TOP + h - 8, "right")
+    if (ty.factor) drawText(g, ty.factor, 0, 6, "left")
+    drawLine(g, INK.grid, LEFT, TOP, LEFT, TOP + h)
+    drawLine(g, INK.grid, LEFT, TOP + h, LEFT + w, TOP + h)
+  }
+
+  // Points as squares of a density.
+  function countPoints(counts, rows, step) {
+    const {u: across, v: up} = spotsOf()
+    const line = round(size.width * devicePixelRatio) + 1
+    const half = round((data.total > 5000 ? 1 : 1.5) * devicePixelRatio)
+    for (let k = 0; k < rows.length; k++) {
+      const [u, v] = [across(rows[k]), up(rows[k])]
+      if (u !== u || v !== v) continue
+      const first = round(v * devicePixelRatio - half) * line + round(u * devicePixelRatio - half)
+      for (let i = first; i <= first + 2 * half * line; i += line) {
+        counts[i] += step
+        counts[i + 2 * half + 1] -= step
+      }
+    }
+  }
+
+  // The designs within the limits that are best in these two, in their order.
+  function frontOfTwo() {
+    if (![x, y].every(isObjective)) return []
+    const [a, b] = [x, y].map((column) => data.F[data.objectives.indexOf(column)])
+    let least = Infinity
+    return argsort(a, argsort(b, ranking.front)).filter((row) => b[row] < least && ((least = b[row]), true))
+  }
+
+  function drawLeft() {
+    const g = clean(1)
+    const at = spotsOf()
+    const isFew = shownRows.length <= MOST_SHAPES
+    if (!isFew) drawDensity(g, byColour(hues, shownRows), data.total, [0.5, 2000], countPoints, former)
+    drawLimits(g)
+    g.beginPath()
+    frontOfTwo().forEach((row, k) => g[k ? "lineTo" : "moveTo"](...at(row)))
+    Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
+    g.stroke()
+    for (const row of isFew ? shownRows : []) {
+      const look = LOOKS[shapeOf(row)]
+      const spot = at(row)
+      if (isKnown(spot)) drawShape(g, hues?.(row) ?? {...look, size: shownRows.length > 100 ? 2 : look.size}, ...spot)
+    }
+    for (const {row, look} of marks) if (isKnown(at(row))) drawShape(g, LOOKS[look], ...at(row))
+    drawEdges(g)
+    boxes = drawNames(g, at)
+  }
+  const shapeOf = (row) => (look(row) === "best" ? "other" : look(row))
+
+  // What limits reject is hatched.
+  function drawLimits(g) {
+    const [w, h] = frame()
+    spans.forEach((scale, k) => {
+      const column = [x, y][k]
+      ;((column.texts ? null : limitOf(column)) ?? []).forEach((end, side) => {
+        const share = end === null ? NaN : shareOn(scale)(end)
+        if (!(share >= 0 && share <= 1)) return
+        const [from, to] = side ? [share, 1] : [0, share]
+        const box = k ? [LEFT, TOP + (1 - to) * h, w, (to - from) * h] : [LEFT + from * w, TOP, (to - from) * w, h]
+        drawHatch(g, ...box)
+        const [u, v] = [LEFT + share * w, TOP + (1 - share) * h]
+        k ? drawLine(g, INK.text, LEFT, v, LEFT + w, v, 2) : drawLine(g, INK.text, u, TOP, u, TOP + h, 2)
+      })
+    })
+  }
+
+  // What lies beyond an axis is at its end: how many there are, and how many have no value.
+  function drawEdges(g) {
+    const [w, h] = frame()
+    const [across, up] = [x, y].map((column, k) => beyond(column, valuesOf(data, ranking, column), shownRows, spans[k]))
+    const ends = [[across[0], "◂ beyond", LEFT + 4, TOP + h / 2, "left"], [across[1], "beyond ▸", LEFT + w - 4, TOP + h / 2, "right"],
+      [up[1], "beyond ▴", LEFT + w / 2, TOP + 9, "center"], [up[0], "beyond ▾", LEFT + w / 2, TOP + h - 9, "center"]]
+    for (const [count, word, u, v, align] of ends) if (count) drawText(g, `${count} ${word}`, u, v, align, "middle", INK.accent)
+    const [xs, ys] = [x, y].map((column) => valuesOf(data, ranking, column))
+    let missing = 0
+    if (across[2] + up[2]) for (const row of shownRows) if (xs[row] !== xs[row] || ys[row] !== ys[row]) missing++
+    if (missing) drawText(g, `${missing} without a value`, LEFT + w - 4, TOP + h - 9, "right")
+    drawn = {points: shownRows.length - missing, missing, beyond: [...across.slice(0, 2), ...up.slice(0, 2)]}
+  }
+
+  // Names beside their points, where they cover neither one another nor a point that has a name. A
+  // line leads to one that is farther off; one without room is left out.
+  function drawNames(g, at) {
+    const people = new Map()
+    for (const {name, chosen} of latest(state.positions)) people.set(chosen, [...people.get(chosen) ?? [], name])
+    const isMark = new Set(marked)
+    const rows = new Set([...marked].reverse())
+    for (const row of shownRows.length <= MOST_NAMES ? shownRows : []) rows.add(row)
+    for (const name of people.keys()) if (rowOf(name) >= 0 && left.mask[rowOf(name)]) rows.add(rowOf(name))
+    const spots = new Map([...rows].filter((row) => isInside(row)).map((row) => [row, at(row)]))
+    const [w, h] = frame()
+    const taken = [...spots.values()].map(([u, v]) => ({x: u - 5, y: v - 5, width: 10, height: 10}))
+    const hits = (a) => taken.some((b) => a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)
+    const found = []
+    for (const [row, [u, v]] of spots) {
+      const isShown = row === verdict?.row
+      g.font = isShown ? `600 ${FONT}` : FONT
+      const lines = wrapped(g, [called(row), ...people.get(called(row)) ?? []].join(" · "), w * 0.6)
+      const width = max(...lines.map((line) => g.measureText(line).width))
+      const height = 14 * lines.length
+      const places = [10, 18, 30, 46, 64, 84].flatMap((r) => [[r, -height / 2], [-r - width, -height / 2], [-width / 2, -r - height], [-width / 2, r - 4],
+        [4, -r - height + 4], [4, r - 4], [-4 - width, -r - height + 4], [-4 - width, r - 4]].map(([dx, dy]) => [r, u + dx, v + dy]))
+      for (const [r, x, y] of places) {
+        const box = {row, x, y, width, height}
+        if (x < LEFT + 2 || x + width > LEFT + w + RIGHT || y < 0 || y + height > TOP + h - 1 || hits(box)) continue
+        if (r > 18) drawLine(g, INK.field, u, v, min(max(u, x), x + width), min(max(v, y), y + height))
+        lines.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", "middle", isShown ? INK.accent : isMark.has(row) ? INK.text : INK.muted))
+        taken.push(box)
+        found.push(box)
+        break
+      }
+    }
+    g.font = FONT
+    return found
+  }
+
+  function markRow(row) {
+    const g = clean(2)
+    if (row >= 0 && isInside(row)) drawShape(g, {shape: "ring", size: 10, colour: INK.accent}, ...spotsOf()(row))
+  }
+
+  let formerWindows = ""
+  function draw(all) {
+    if (isFirst && state.plot.length === 2 && String(state.plot) !== String(columns.map(({name}) => name))) {
+      columns.splice(0, 2, ...state.plot.map((name) => data.by.get(name)))
+      setAxes()
+    }
+    if (!size.width) return
+    spans = spansOf()
+    const ends = JSON.stringify(spans)
+    if (all || ends !== formerWindows) drawAxes()
+    formerWindows = ends
+    drawLeft()
+  }
+
+  function rowAt(u, v) {
+    const at = spotsOf()
+    const name = boxes.find((box) => u >= box.x && u <= box.x + box.width && v >= box.y && v <= box.y + box.height)
+    return name ? name.row : nearestRow([...shownRows, ...marked], 9, (row) => {
+      const [a, b] = at(row)
+      return hypot(a - u, b - v)
+    })
+  }
+
+  // What is dragged along one axis sets no limit of the other.
+  const limits = (u, v, a, b) => {
+    const [[w, h], [across, up]] = [frame(), spans]
+    const sides = [[x, a - u, across, (u - LEFT) / w, (a - LEFT) / w], [y, b - v, up, 1 - (v - TOP) / h, 1 - (b - TOP) / h]]
+    return sides.filter(([column, way]) => !column.texts && !isGeometric(column) && abs(way) > 4)
+      .map(([column, , scale, ...shares]) => [column, between(column, scale, ...shares).map((end) => (end === null ? null : readable(column, end)))])
+  }
+  onDrag(area, (u, v) => ({
+    move: (a, b) => setLimits(limits(u, v, a, b), false),
+    up: (a, b, moved) => (moved ? setLimits(limits(u, v, a, b), true) : inspect(rowAt(a, b))),
+  }))
+  area.addEventListener("pointermove", (event) => { // a brush takes onpointermove
+    if (!event.buttons && verdict !== undefined) hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
+  })
+  area.onpointerleave = () => hover(-1)
+  area.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey && !event.metaKey) return
+    event.preventDefault()
+    zoomBy(event.deltaY < 0 ? 1.25 : 0.8, [event.offsetX, event.offsetY])
+  }, {passive: false})
+  setAxes()
+  plots.push({draw, mark: markRow, spot: (row) => spotsOf()(row),
+    get names() { return boxes }, get inView() { return size.inView }, get drawn() { return drawn }})
+}

@@ -1,0 +1,214 @@
+// The state of the page and its history. It is one value that nothing changes in place: every control
+// makes a new one through change(), and the page is made from it, at most once a frame. Parts of the
+// page are functions in two lists, which their files extend.
+
+const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
+const data = decode(JSON.parse($("payload").textContent))
+const initial = initialState(data)
+let {state} = initial
+const past = [] // states as text, for undo and redo
+let at = -1 // the present one
+let saved = "" // the state that a file has
+let left, ranking, verdict, order
+let filtered = "" // the part of the state that left and ranking were made from
+let inspected = -1 // what is looked at, which chooses nothing
+
+const leading = [] // what is shown in the frame after a change,
+const following = [] // and what may come after it
+const filtering = [] // what is to be done when other designs are left
+
+// Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
+let dragging = false
+function change(changes, done = true) {
+  state = {...state, ...changes}
+  dragging = !done
+  if (done) commit()
+  soon()
+}
+
+function commit() {
+  const text = JSON.stringify(state)
+  if (text === past[at]) return
+  past.splice(++at, Infinity, text)
+  address()
+}
+
+function goTo(step) {
+  at = max(0, min(step, past.length - 1))
+  state = JSON.parse(past[at])
+  address()
+  soon()
+}
+
+function take({state, remarks}) {
+  say(remarks)
+  if (state) change(state)
+}
+
+// The address holds what differs from the state in which the page opened, so that a link shows it.
+function address() {
+  const changes = entriesOf(state).filter(([key, value]) => JSON.stringify(value) !== JSON.stringify(initial.state[key]))
+  const hash = changes.length ? `#${encodeURIComponent(JSON.stringify(Object.fromEntries(changes)))}` : ""
+  try {
+    history.replaceState(null, "", hash || location.pathname + location.search)
+  } catch { /* a document without an address, in a notebook */ }
+}
+function addressed() {
+  if (location.hash.length < 2) return
+  try {
+    take(checked(data, {...initial.state, ...parsed(decodeURIComponent(location.hash.slice(1)))}))
+  } catch {
+    say(["The address holds no state of this page."])
+  }
+}
+
+let waiting = false
+let pending = false
+function soon() {
+  if (waiting) return
+  waiting = true
+  requestAnimationFrame(() => {
+    if (!waiting) return
+    lead(false)
+    if (pending) return
+    pending = true // once the frame is painted
+    requestAnimationFrame(() => setTimeout(() => { if (pending) follow() }, 0))
+  })
+}
+
+// Everything on the page from the state: first what decides, in the next frame; then the rest.
+function update(everything = false) {
+  lead(everything)
+  follow()
+}
+
+function lead(everything) {
+  const keepFocus = focusKept()
+  waiting = false
+  const filter = JSON.stringify([state.limits, state.fixed, state.positions])
+  if (filter !== filtered) {
+    filtered = filter
+    left = limited(data, state)
+    ranking = left.count < data.n || state.fixed ? ranked(data, left.mask, state.fixed ? data.fixed : null) : data.whole
+    for (const job of filtering) job()
+  }
+  verdict = verdictOn(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
+  for (const part of leading) part(everything)
+  keepFocus()
+  enter()
+}
+
+function follow() {
+  const keepFocus = focusKept()
+  pending = false
+  order = searched(data, $("search").value.trim(), ordered(data, ranking, state))
+  for (const part of following) part()
+  keepFocus()
+  enter()
+}
+
+let entered // the text of the field in focus, as it was entered or taken last
+const enter = () => { entered = document.activeElement?.value }
+
+// Buttons go or are disabled: who works by keys stays at the first beside the one that was pressed.
+function focusKept() {
+  const element = document.activeElement
+  const place = element?.closest("section .bar, section, .actions")
+  return () => {
+    if (!place || (element.isConnected && !element.disabled && element.checkVisibility())) return
+    ;(place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
+  }
+}
+
+// Designs.
+
+const rowOf = (name) => data.rowOf.get(name) ?? -1
+const called = (row) => data.names[row]
+const chosenRow = () => rowOf(state.chosen)
+const proposedRow = () => ranking.best[0] ?? -1
+const isPinned = (row) => state.pins.includes(called(row))
+const placed = (row) => placeText(data, ranking, row)
+const limitable = data.columns.filter((column) => !isGeometric(column))
+const limitOf = (column) => own(state.limits, column.name)
+
+function look(row) {
+  if (row >= data.n) return "prototype"
+  if (!ranking.pareto[row]) return "dominated"
+  return ranking.place[row] === 1 ? "best" : "other"
+}
+
+// On a scale over decades the digits follow the size of the number, not the range of the column.
+const valueText = (column, value) => column.log && isNumber(value) ? short(value) : written(column, value)
+const cellText = (column, row) => valueText(column, valuesOf(data, ranking, column)[row])
+const awayText = ({unit}, value) => amount({unit: unit === "%" ? unit : ""}, abs(value)) // as in the sentences
+const shareText = (share) => (isWithin(share) ? percent(abs(share)) : "beyond")
+
+// A click inspects, a button or C chooses. A reason belongs to its choice.
+function inspect(row) {
+  inspected = row
+  soon()
+}
+function choose(row) {
+  if (row < 0) return
+  inspected = -1
+  change({chosen: state.chosen === called(row) ? null : called(row), reason: "", decided: null})
+  if (state.chosen !== null) update(), $("reason").focus()
+}
+
+function pin(row) {
+  if (row < 0) return
+  const pins = isPinned(row) ? state.pins.filter((name) => name !== called(row)) : [...state.pins, called(row)]
+  if (pins.length > MOST_PINS) return say([`Five designs are pinned. Unpin one before you pin ${called(row)}.`])
+  change({pins})
+}
+
+const pinButton = (row) => button("Compare", () => pin(row),
+  {"aria-pressed": isPinned(row), "aria-label": `Compare: ${called(row)}`})
+const chooseButton = (row) => button("Choose", () => choose(row),
+  {title: "C", "aria-pressed": state.chosen === called(row), "aria-label": `Choose: ${called(row)}`})
+const inspectButton = (row) => make("button.link", {onclick: () => inspect(row)}, called(row))
+
+// Limits on columns, [null, null] for none.
+function setLimits(pairs, done) {
+  let {limits} = state
+  for (const [{name}, limit] of pairs) {
+    limits = without(limits, name)
+    if (limit.some((end) => end !== null)) limits = {...limits, [name]: limit}
+  }
+  change({limits}, done)
+}
+const setLimit = (column, limit, done) => setLimits([[column, limit]], done)
+
+// A hand gives what can be read: the digits that the column is written with, so that the limit in
+// force is the number in its field.
+const readable = ({log, notation: {decimals, powers}}, value) => Number(log ? value.toPrecision(4)
+  : powers ? value.toExponential(decimals) : value.toFixed(decimals))
+
+// A limit on a column in words.
+function limitTexts(column, limit) {
+  if (column.texts && limit) return [`${column.name}: ${limit.join(", ") || "none"}`]
+  return (limit ?? []).flatMap((end, k) => (end === null ? [] : [limitText(column, k, end)]))
+}
+// The limits that a design breaks.
+const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [data.by.get(name)] : []))
+
+const hasValues = (column) => column.values.some(isNumber)
+const isLog = (column) => Boolean(column.log) !== state.rows.turned.includes(column.name)
+
+// The ends of the axis of a column: of all designs but outliers, and of what is marked.
+let marked = [] // rows that no axis leaves out
+let scales = new Map()
+function scaleOf(column) {
+  if (scales.has(column)) return scales.get(column)
+  let [low, high] = column.texts ? [0, column.texts.length - 1] : column.axis ?? column.range
+  if (isGeometric(column)) [low, high] = [1, -1].map((sign) =>
+    endOf(valuesOf(data, data.whole, column), sign, state.dominated ? data.whole.rows : data.whole.front))
+  if (!(low <= high)) [low, high] = [0, 1]
+  for (const row of marked) {
+    const value = valuesOf(data, ranking, column)[row]
+    if (isNumber(value)) [low, high] = [min(low, value), max(high, value)]
+  }
+  if (high - low <= 1e-12 * max(abs(low), abs(high))) high = low // rounding is no distance
+  scales.set(column, {low, high, log: !column.texts && low > 0 && isLog(column)})
+  return scales.get(column)
+}

@@ -1,0 +1,135 @@
+// The table of designs: only the rows in view are in the document.
+
+const table = (() => {
+  const HEIGHT = 29
+  const box = $("table")
+  const head = make("div.head", {role: "row"})
+  const body = make("div.body", {role: "rowgroup"})
+  box.append(head, body)
+  let cursor = 0
+  // The height is kept: asking after changes would make the browser lay out the page at every step.
+  const view = {top: 0, height: box.clientHeight}
+  // As wide as the longest text: of numbers those at the ends of the range have it.
+  const longest = (texts) => texts.reduce((most, text) => max(most, text.length), 1)
+  const length = (column) => column.texts ? longest(column.texts) : isGeometric(column) ? 9
+    : longest([1, -1].map((sign) => valueText(column, endOf(column.values, sign))))
+  // A name of which, where it is too long, the end stays: it is what tells such names apart.
+  const ended = (name) => name.match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", part))
+  const columns = [
+    {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ".label"},
+    {text: "place", width: 10, order: {by: "distance"}, cell: (row) => placed(row).replace("place ", ""), kind: ""},
+    ...[...limitable, ...data.columns.filter(isGeometric)].map((column) => ({
+      text: isGeometric(column) ? column.name.split(" ")[0] : column.label, width: length(column), order: {by: "column", name: column.name},
+      cell: (row) => cellText(column, row), kind: column.texts ? "" : isGeometric(column) ? ".number.hint" : ".number"})),
+  ]
+  const pixels = columns.map(({width, text}) => ceil(max(7.4 * width + 22, min(7.2 * text.length + 34, 150), 62)))
+  const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))
+  box.style.setProperty("--columns", widths.join(" "))
+  head.style.width = body.style.width = `calc(${widths.join(" + ")})`
+  const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
+
+  const heads = columns.map((column) => {
+    const head = make("button", {title: `Sort by ${column.text}`}, broken(column.text))
+    head.onclick = () => {
+      change({order: {...column.order, down: isSorted(column) && !state.order.down}})
+      home()
+    }
+    head.onkeydown = (event) => event.stopPropagation()
+    return make(`div.cell${column.kind}`, {role: "columnheader"}, head)
+  })
+  head.append(...heads)
+
+  // A line for each row in view, made once: only its texts and marks change.
+  const newLine = () => make("div.row", {role: "row"}, columns.map(({kind}) => make(`div.cell${kind}`, {role: "gridcell"})))
+  function fill(line, k) {
+    const row = order[k]
+    const marks = {row: true, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
+    const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
+      "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
+    const [name, ...texts] = columns.map(({cell}) => cell(row))
+    const content = JSON.stringify([attributes, look(row), name, texts])
+    if (line.content === content) return
+    line.content = content
+    for (const [name, value] of entriesOf(attributes)) line.setAttribute(name, value)
+    line.style.top = `${k * HEIGHT}px`
+    renew(line.firstChild, ...ended(name))
+    texts.forEach((text, j) => renew(line.children[j + 1], ...(j ? [] : [icon(look(row))]), text))
+  }
+
+  function show() {
+    cursor = max(0, min(cursor, order.length - 1))
+    body.style.height = `${order.length * HEIGHT}px`
+    body.style.minHeight = `${min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
+    const first = max(0, min(order.length, floor(view.top / HEIGHT)) - 2)
+    const last = min(order.length, ceil((view.top + view.height) / HEIGHT))
+    while (body.children.length < last - first) body.append(newLine())
+    while (body.children.length > max(0, last - first)) body.lastChild.remove()
+    for (let k = first; k < last; k++) fill(body.children[k - first], k)
+    box.setAttribute("aria-rowcount", order.length + 1)
+    box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
+    columns.forEach((column, k) => {
+      heads[k].setAttribute("aria-sort", !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending")
+    })
+    for (const id of ["choose", "pin"]) $(id).disabled = current() < 0
+  }
+
+  function go(k) {
+    cursor = max(0, min(order.length - 1, k))
+    const top = cursor * HEIGHT
+    const room = box.clientHeight - head.offsetHeight - HEIGHT
+    if (top < view.top) box.scrollTop = top
+    else if (top > view.top + room) box.scrollTop = top - room
+    view.top = box.scrollTop
+    show()
+  }
+
+  const home = () => { box.scrollTop = cursor = 0 }
+  const current = () => order[cursor] ?? -1
+
+  const keys = {
+    ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
+    PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
+    Enter: () => inspect(order[cursor]), c: () => choose(order[cursor]), p: () => pin(order[cursor]), Escape: () => inspect(-1),
+  }
+  box.onkeydown = (event) => {
+    const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key] ?? keys[event.key.toLowerCase()]
+    if (!action || !order.length) return
+    event.preventDefault()
+    action()
+  }
+  body.onclick = (event) => {
+    const element = event.target.closest(".row")
+    if (!element) return
+    go(Number(element.dataset.k))
+    inspect(order[cursor])
+  }
+  body.onpointermove = (event) => {
+    const line = event.target.closest(".row")
+    mark(line ? order[Number(line.dataset.k)] : -1)
+  }
+  body.onpointerleave = () => mark(-1)
+  box.onscroll = () => { // once a frame
+    view.top = box.scrollTop
+    show()
+  }
+  new ResizeObserver(() => {
+    view.height = box.clientHeight
+    if (order) show()
+  }).observe(box)
+  return {show, home, current}
+})()
+
+function showOrder() {
+  renew("export", `${countText(order.length)} shown as CSV`)
+  $("export").disabled = order.length === 0
+  renew("shown", `${countText(order.length)} ${$("search").value ? "found" : "shown"}`)
+}
+
+function buildTable() {
+  for (const id of ["choose", "pin"]) $(id).onclick = () => (id === "pin" ? pin : choose)(table.current())
+  $("search").oninput = () => {
+    table.home()
+    soon()
+  }
+  following.push(showOrder, table.show)
+}

@@ -1,0 +1,155 @@
+// What is proposed, chosen or looked at, what others would give up, and how sure it is.
+
+// What was computed when the page was made holds for the limits and ranges that it opened with.
+const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
+const isAsOpened = () => asked(state) === asked(initial.state)
+const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
+
+function showVerdict() {
+  const chosen = chosenRow()
+  const isInspected = inspected >= 0 && inspected !== chosen
+  const word = isInspected ? "Inspected: " : chosen >= 0 ? "Chosen: " : "Proposed: "
+  if (verdict) {
+    const {row, proposed, instead, remarks, standing} = verdict
+    renew("verdict-title", word, make("em", called(row)))
+    const beyond = broke(row).map(({name}) => name)
+    renew("verdict-words",
+      make("p.lead", instead || standing),
+      ...(beyond.length ? [make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`)] : []),
+      ...remarks.map((text) => make("p.caution", text)))
+    renew("verdict-actions",
+      chosen >= 0 && !isInspected ? button("Clear choice", () => choose(chosen)) : button("Choose", () => choose(row), {className: "small main", title: "C", "aria-label": `Choose: ${called(row)}`}),
+      pinButton(row),
+      ...(instead && proposed >= 0 ? [button("Compare with the proposal", () => pin(proposed), {"aria-pressed": isPinned(proposed)})] : []),
+      ...(isInspected ? [button("Back", () => inspect(-1), {title: "Esc"})] : []))
+    const parts = data.columns.filter(({role}) => role === "variable")
+      .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
+    renew("verdict-variables", parts.length ? `${parts.join(", ")}.` : "")
+  } else {
+    renew("verdict-title", "No design is left")
+    renew("verdict-words", make("p.lead", "Below: the single limits at which there is one."), ...(chosen >= 0 ? [make("p.warning", `${called(chosen)} is chosen.`)] : []))
+    renew("verdict-actions", ...(chosen >= 0 ? [button("Clear choice", () => choose(chosen))] : []))
+    renew("verdict-variables")
+  }
+  show("cautions", verdict && data.cautions.length)
+  renew($("cautions").querySelector("p"), validity())
+  renew("shaded", isShaded ? validity() : "")
+  show("reasoning", chosen >= 0 && !isInspected)
+  renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
+  if ($("reason").value !== state.reason) $("reason").value = state.reason
+  renew("reason-printed", state.reason || "–")
+  showCounts()
+}
+
+function showCounts() {
+  const set = entriesOf(state.limits).length
+  renew("count", left.count === 0 ? "No design is left"
+    : set ? `${countText(left.count)} of ${countText(data.n)} within the limit${set > 1 ? "s" : ""}` : counted(data.n, "design"))
+  $("count").classList.toggle("warning", left.count === 0)
+  // Not disabled in earnest: a key that is held would go on with the button beside it.
+  $("undo").setAttribute("aria-disabled", at <= 0)
+  $("redo").setAttribute("aria-disabled", at >= past.length - 1)
+  $("fixed").checked = state.fixed
+  $("dominated").checked = state.dominated
+  const what = state.dominated ? counted(shownRows.length, "design") : `${counted(ranking.front.length, "design")} that no other dominates`
+  const within = set ? " within the limits" : ""
+  const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
+  renew("foot", `Lines: the ${what}${within}. Per cent: ${measure}.`)
+  const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
+  const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not change."] : []
+  renew("record-limits", ...[...(lines.length ? lines : ["None."]), ...ranges].map((text) => make("li", text)))
+}
+
+function showSteps() {
+  const {steps} = verdict ?? {steps: []}
+  show("steps", steps.length)
+  renew("steps-list", ...steps.map((next) => make("div", make("h3", inspectButton(next.row)), make("p", `Towards ${listed(next.names)}: ${next.text}.`), pinButton(next.row))))
+}
+
+// Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
+let thinking = 0
+function switchLater() {
+  clearTimeout(thinking)
+  renew("stays")
+  const search = switches(data, state, ranking)
+  const found = []
+  const think = () => {
+    for (const end = performance.now() + 10; performance.now() < end;) {
+      const {value, done} = search.next()
+      if (done) thinking = 0
+      if (done) return showSwitches(found)
+      if (value) found.push(value)
+    }
+    thinking = setTimeout(think, 0)
+  }
+  thinking = setTimeout(think, 250)
+}
+
+function showSwitches(found) {
+  show("relax", found.length)
+  const keepFocus = focusKept()
+  renew("stays", staying(data, ranking, found))
+  const moved = ({name, end}, value) => {
+    const limit = [...(limitOf(data.by.get(name)) ?? [null, null])]
+    limit[end] = value
+    setLimit(data.by.get(name), limit, true)
+  }
+  const cell = (one) => {
+    if (!one || one.value === null) return [one ? "the same at any" : "–"]
+    const {name, end, looser, value, row, next, exact} = one
+    const column = data.by.get(name)
+    return [`${looser ? "from" : end ? "below" : "above"} ${valueText(column, value)}${exact ? "" : " (of values tried)"} `, row < 0 ? "none is left" : inspectButton(row), " ",
+      next === null ? null : button("Set", () => moved(one, next), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`})]
+  }
+  renew("relax-table", make("thead", make("tr", ["Limit", "Tighter", "Looser"].map((text) => head("col", text)))),
+    make("tbody", found.filter(({looser}) => !looser).map((one) => {
+      const column = data.by.get(one.name)
+      const limit = limitOf(column)?.[one.end] ?? null
+      const looser = found.find(({name, end, looser}) => looser && name === one.name && end === one.end)
+      return make("tr", head("row", limit === null ? `${column.name} without a limit` : limitText(column, one.end, limit)),
+        make("td", cell(one)), make("td", cell(looser),
+          looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
+    })))
+  keepFocus()
+}
+
+// Comparison: what it holds and against what is comparison()'s.
+function showCompare() {
+  const parts = comparison(data, ranking, state, inspected)
+  const rows = parts.map(({row}) => row)
+  show("compare", rows.length > 1)
+  renew("compare-hint", `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
+  if (rows.length < 2) return renew("compare-table")
+  const heads = parts.map(({row, roles}) => {
+    const name = called(row)
+    return head("col", make("div.named", left.mask[row] ? icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name)),
+      make("div.roles", [...roles, placed(row)].join(", ")),
+      make("div.buttons",
+        isPinned(row) ? button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
+  })
+  renew("compare-table",
+    make("thead", make("tr", head("col", "Objective"), heads)),
+    make("tbody", compareRows(data, ranking, rows, rows[0]).map((objective) => compareRow(rows, objective))))
+}
+
+function compareRow(rows, {column, gains, shares}) {
+  return make("tr", head("row", broken(column.label)), rows.map((row, k) => {
+    const text = make("div", cellText(column, row))
+    if (k === 0) return make("td.number", text)
+    if (gains[k] === 0) return make("td.number", text, make("div.hint", "the same"))
+    return make("td.number", text,
+      make(gains[k] > 0 ? "div.gain" : "div.loss", `${awayText(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
+      isWithin(shares[k]) ? make("div.hint.shares", percent(shares[k])) : null)
+  }))
+}
+
+function buildVerdict() {
+  $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
+  renew($("cautions").querySelector("b"), String(data.cautions.length))
+  $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", text)))
+  $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
+  if (data.further) renew("next", "16 more tests inside these limits: save the decision where the search was run, and run there ", make("code", data.further))
+  filtering.push(switchLater)
+  leading.push(showVerdict)
+  following.push(showSteps, showCompare)
+}
