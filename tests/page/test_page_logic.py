@@ -351,7 +351,7 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
                 continue
             at = int(np.searchsorted(rows, row))
             why = explain(ranking, row=at, units=units)
-            assert one["standing"] == why.sentences[0]
+            assert [one["standing"], one["costs"]] == list(why.sentences[:2])
             for step, text in zip(one["steps"], why.sentences[2:], strict=True):
                 assert text.endswith(f": {step['text']}.")
             away = [objective["away"] for objective in one["objectives"]]

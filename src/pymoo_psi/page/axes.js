@@ -126,6 +126,7 @@ const axes = (() => {
       if (end === null) return
       const [x, edge] = [xOf(end), isTurned(column) === Boolean(k) ? 0 : size.width]
       drawHatch(g, min(x, edge), y - 18, abs(x - edge), 36)
+      drawLine(g, INK.text, x, y - 19, x, y + 19, 3)
     })
     if (isObjective(column) && ranking.count) {
       const j = data.objectives.indexOf(column)

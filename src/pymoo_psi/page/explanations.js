@@ -2,6 +2,7 @@
 
 const TIE = 1e-9 // as in pareto
 const STEP = 0.01
+const MOST_COSTS = 6
 
 const sentence = (data, name, parts) =>
   data.sentences[name].replace(/\{(\w+)\}/g, (_, part) => parts[part])
@@ -153,7 +154,21 @@ function explain(data, ranking, row) {
     weakest,
     steps,
     standing: standingOf(data, ranking, row, dominatedBy),
+    costs: costsOf(data, ranking, behind, shares),
   }
+}
+
+// How far a design is from the best values, the greatest share of a range first.
+function costsOf(data, ranking, behind, shares) {
+  const places = bySize(shares).filter((j) => behind[j] > 0)
+  if (!places.length) return sentence(data, "all best", {})
+  const changes = places.slice(0, MOST_COSTS).map((j, k) => {
+    const column = data.objectives[j]
+    return sentence(data, `${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
+      amount: amount(column, behind[j]), share: percent(shares[j]), range: ranking.fixed ? "fixed range" : "range"})
+  })
+  if (places.length > MOST_COSTS) changes.push(`${counted(places.length - MOST_COSTS, "other objective")} less`)
+  return sentence(data, "costs", {changes: listed(changes)})
 }
 
 function standingOf(data, ranking, row, dominatedBy) {

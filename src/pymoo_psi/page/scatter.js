@@ -40,7 +40,7 @@ function scatter(section, key, columns) {
     const words = columns.filter(isObjective).map(({name, maximize}) => [name, maximize ? "more" : "less"])
     const [first, second] = words
     renew(hint, words.length === 2 && first[1] === second[1] ? `${first[1] === "less" ? "Less" : "More"} is better in both; the line is their front.`
-      : words.map(([name, word]) => `${word} ${name}`).join(" and ") + (words.length ? " is better" : "") + (words.length === 2 ? "; the line is their front." : words.length ? "." : ""))
+      : words.map(([name, word]) => `${word} ${name}`).join(" and ").replace(/^./, (first) => first.toUpperCase()) + (words.length ? " is better" : "") + (words.length === 2 ? "; the line is their front." : words.length ? "." : ""))
   }
 
   // What is shown: the designs within the limits and what is marked, with the limits near them. It

@@ -10,11 +10,11 @@ function showVerdict() {
   const isInspected = inspected >= 0 && inspected !== chosen
   const word = isInspected ? "Inspected: " : chosen >= 0 ? "Chosen: " : "Proposed: "
   if (verdict) {
-    const {row, proposed, instead, remarks, standing} = verdict
+    const {row, proposed, instead, remarks, standing, costs} = verdict
     renew("verdict-title", word, make("em", called(row)))
     const beyond = broke(row).map(({name}) => name)
     renew("verdict-words",
-      make("p.lead", instead || standing),
+      make("p.lead", instead || `${standing.replace(`Proposed: ${called(row)}`, "").replace(/^, the/, "The")} ${costs}`),
       ...(beyond.length ? [make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`)] : []),
       ...remarks.map((text) => make("p.caution", text)))
     renew("verdict-actions",
@@ -63,7 +63,10 @@ function showCounts() {
 function showSteps() {
   const {steps} = verdict ?? {steps: []}
   show("steps", steps.length)
-  renew("steps-list", ...steps.map((next) => make("div", make("h3", inspectButton(next.row)), make("p", `Towards ${listed(next.names)}: ${next.text}.`), pinButton(next.row))))
+  renew("steps-list", ...steps.map(({row, text}) => {
+    const [gain, ...costs] = text.split(". ")
+    return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs.length ? `${costs.join(". ")}.` : ""), pinButton(row))
+  }))
 }
 
 // Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
