@@ -27,7 +27,9 @@ function checked(data, anything) {
       reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}})
     if (remarks.length) lost.add("positions")
     const [name, date] = [one.name, one.date].map((text) => (isText(text) ? text.slice(0, 60) : ""))
-    return {name, date, chosen, limits, ...preference, reason}
+    const answers = (Array.isArray(one.answers) ? one.answers : []).filter((answer) => // two designs and a relation
+      Array.isArray(answer) && answer.length === 3 && answer.every(isText) && [">", "=", "?"].includes(answer[1]))
+    return {name, date, chosen, limits, ...preference, reason, answers}
   }
 
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.

@@ -294,7 +294,11 @@ class Preferences(Shown):
         return (proposed, *self.trades(), *self._remarks())
 
     def _remarks(self) -> Iterator[str]:
-        """Yield which objectives have no weight of their own."""
+        """Yield why there is no question, and which objectives have no weight of their own."""
+        if self.regret < _ENOUGH:
+            yield sentence("enough")
+        elif self.question() is None:
+            yield sentence("none left")
         names = self.ranking.objectives.names
         for twin, original in self._repeated.items():
             if twin != original:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 import numpy as np
@@ -40,7 +40,8 @@ class Decision:
         reason: Why it was chosen.
         positions: Positions of people, one mapping for each person and date: ``name``; ``date`` in
             ISO 8601, or empty; ``chosen``, the name of a design or None; ``limits``, ``weights``
-            and ``aspiration`` of objectives by name; ``reason``. Positions with the same name are a
+            and ``aspiration`` of objectives by name; ``reason``; ``answers`` to questions, those of
+            :attr:`pymoo_psi.Preferences.answers`. Positions with the same name are a
             history. They are kept by date, each once, so that positions of several files can be
             joined in any order.
         decided: The decision of a group, None if there is none: ``chosen``, the name of a design,
@@ -245,6 +246,7 @@ class _Position(msgspec.Struct, forbid_unknown_fields=True):
     weights: dict[str, Annotated[float, msgspec.Meta(ge=0)]] = {}
     aspiration: dict[str, float] = {}
     reason: str = ""
+    answers: list[tuple[str, Literal[">", "=", "?"], str]] = []
 
 
 class _Group(msgspec.Struct, forbid_unknown_fields=True):

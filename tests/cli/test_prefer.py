@@ -1,0 +1,160 @@
+"""``pymoo-psi prefer``: questions in a terminal and without one, and the file of the answers."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from pymoo_psi import Decision, Preferences, read_table
+from pymoo_psi.cli import main
+
+CARS = """\
+car,mass,price,range,trunk
+"Lane, North",1200,31,420,small
+Town,900,22,210,small
+Coast,1500,36,560,large
+Country,1350,30.5,430,large
+A>B,1700,45,640,large
+Old,1800,46,600,small
+"""
+OPTIONS = ("--maximize", "range", "--units", "mass=kg,price=k€")
+
+
+@pytest.fixture(autouse=True)
+def cars(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cars.csv").write_text(CARS, "utf-8")
+
+
+def test_answers_without_a_dialogue_are_those_of_python_and_continue(capsys):
+    answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "A>B?Town"]
+    assert main(["prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json"]) == 0
+    printed = capsys.readouterr().out
+    assert "you give up 9 k€ of price and 300 kg of mass for 210 of range." in printed
+    decision = Decision.read_json("d.json")
+    table = read_table("cars.csv", decision)
+    person = Preferences(table)
+    person.answer("Lane, North", "Town")
+    person.equal("Coast", "Country")
+    person.add("A>B", "?", "Town")
+    assert f"Proposed after 2 answers: {person.best}" in printed
+    assert decision.chosen == person.best
+    first = decision.positions[0]
+    assert [tuple(answer) for answer in first["answers"]] == person.answers
+    assert (first["name"], first["chosen"]) == ("me", person.best)
+
+    again = ["--decision", "d.json", "--answers", "Country>Coast", "--out", "d.json"]
+    assert main(["prefer", "cars.csv", *again]) == 0
+    assert "Proposed after 3 answers" in capsys.readouterr().out
+    positions = Decision.read_json("d.json").positions
+    assert [len(position["answers"]) for position in positions] == [3, 4]
+    for command in ("rank", "report"):
+        assert main([command, "cars.csv", "--decision", "d.json"]) == 0
+        assert "Chosen: " in capsys.readouterr().out or command == "report"
+
+
+def test_answers_of_several_people_stay_apart(capsys):
+    for name, answer, read in (("Ada", "Town>Coast", ()), ("Bo", "A>B>Town", ["d.json"])):
+        person = ["--as", name, "--answers", answer, "--out", "d.json"]
+        source = [word for path in read for word in ("--decision", path)]
+        assert main(["prefer", "cars.csv", *OPTIONS, *person, *source]) == 0
+    decision = Decision.read_json("d.json")
+    chosen = {position["name"]: position["chosen"] for position in decision.positions}
+    assert chosen["Ada"] == decision.chosen  # nobody has decided for both
+    assert chosen["Bo"] != chosen["Ada"]
+    capsys.readouterr()
+    assert main(["prefer", "cars.csv", "--decision", "d.json", "--answers", "Town>Coast"]) == 2
+    assert "several positions, got Ada, Bo" in capsys.readouterr().err
+
+
+def test_answers_that_fit_no_longer_stay_in_the_file(capsys):
+    given = ["--answers", "Town>Coast, Country>Coast", "--out", "d.json"]
+    assert main(["prefer", "cars.csv", *OPTIONS, *given]) == 0
+    more = ["--decision", "d.json", "--limits", "mass<=1400", "--answers", "Country?Town"]
+    assert main(["prefer", "cars.csv", *more, "--out", "e.json"]) == 0
+    assert "of these: Town>Coast, Country>Coast." in capsys.readouterr().out
+    [*_, last] = Decision.read_json("e.json").positions
+    assert ["".join(answer) for answer in last["answers"]] == [
+        "Town>Coast",
+        "Country>Coast",
+        "Country?Town",
+    ]
+    assert last["limits"] == {"mass": [None, 1400]}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "where no terminal can be asked"),
+        (["--answers", "Lane>Town"], "pairs of designs such as A>B"),
+        (["--answers", "Town"], "pairs of designs such as A>B"),
+        (["--answers", "Town>Town"], "two different ones"),
+        (["--answers", "Old>Town"], "Pareto optimal"),
+        (["--answers", ""], "pairs of designs such as A>B"),
+        (["--answers", "Town>Coast", "--as", " "], "--as must be"),
+        (["--answers", "Town>Coast", "--out", "d.txt"], ".json"),
+        (["--answers", "Town>Coast", "--out", "other.json"], "one that pymoo-psi has written"),
+        (["--answers", "Town>Coast", "--limits", "mass<=1"], "no feasible design"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_and_writes_nothing(words, message, tmp_path, capsys):
+    (tmp_path / "other.json").write_text('{"mine": 1}')
+    assert main(["prefer", "cars.csv", *OPTIONS, *words]) == 2
+    assert message in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {"cars.csv", "other.json"}
+    assert json.loads((tmp_path / "other.json").read_text()) == {"mine": 1}
+
+
+class Terminal:
+    """The command in a terminal, whose keys are pressed when it asks."""
+
+    def __init__(self, *words):
+        self.keyboard, terminal = os.openpty()
+        command = [sys.executable, "-m", "pymoo_psi", "prefer", "cars.csv", *OPTIONS, *words]
+        self.process = subprocess.Popen(
+            command, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        os.close(terminal)
+
+    def press(self, keys):
+        for key in keys:
+            for line in self.process.stdout:
+                if line.startswith("a, b: "):
+                    break
+            while self.process.poll() is None and not self._is_raw():
+                pass
+            os.write(self.keyboard, key.encode())
+
+    def _is_raw(self):
+        import termios
+
+        return not termios.tcgetattr(self.keyboard)[3] & termios.ICANON
+
+    def end(self):
+        out, err = self.process.communicate(timeout=60)
+        os.close(self.keyboard)
+        return self.process.returncode, out, err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+def test_one_key_answers_takes_back_and_ends():
+    terminal = Terminal("--out", "d.json")
+    terminal.press("abuxsq")
+    code, out, _ = terminal.end()
+    assert code == 0
+    assert "2 answers of me in d.json" in out
+    [position] = Decision.read_json("d.json").positions
+    first, second = position["answers"]
+    assert (first[1], second[1]) == (">", "?")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+@pytest.mark.parametrize("key", ["\x03", "\x04"])
+def test_an_interruption_loses_no_answer(key):
+    terminal = Terminal()
+    terminal.press(["a", "e", key])
+    code, out, err = terminal.end()
+    assert code == (130 if key == "\x03" else 0)
+    assert "--out FILE.json keeps them: --answers '" in out + err
