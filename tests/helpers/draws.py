@@ -7,8 +7,12 @@ from hypothesis import settings
 def seeds(n):
     """Parameters of a test: n seeds, of which a quarter runs each time."""
     often = n // 4
-    rare = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(often, n)]
-    return [*range(often), *rare]
+    return [*range(often), *rarely(*range(often, n))]
+
+
+def rarely(*values):
+    """Parameters of a test that are slow."""
+    return [pytest.param(value, marks=pytest.mark.slow) for value in values]
 
 
 def examples(factor):

@@ -46,17 +46,17 @@ def closed(statistic, q, spread, mean):
 
 
 @pytest.mark.parametrize(
-    ("statistic", "q", "within"), [("mean", 0.5, 1e-3), ("cvar", 0.5, 0.01), ("cvar", 0.9, 0.01)]
+    ("statistic", "q", "within"), [("mean", 0.5, 1e-12), ("cvar", 0.5, 0.01), ("cvar", 0.9, 0.03)]
 )
 def test_a_linear_model_with_normal_tolerances_and_a_normal_load(statistic, q, within):
     text = statistic if statistic == "mean" else f"{statistic}:{q}"
     robust = Robust(
         Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
-        criteria=text, n_scenarios=1023, failure_probability=0.25,
+        criteria=text, n_scenarios=255, failure_probability=0.25,
     )  # fmt: skip
     F, G = robust.evaluate(X)
     spread = np.sqrt((A**2 @ SIGMA**2) + 0.1**2)
-    np.testing.assert_allclose(F, closed(statistic, q, spread, X @ A.T + 0.3), atol=within * 2)
+    np.testing.assert_allclose(F, closed(statistic, q, spread, X @ A.T + 0.3), atol=within)
     spread = np.sqrt((SIGMA**2).sum() + 0.1**2)
     share = stats.norm.sf((2 - 0.3 - X.sum(axis=1)) / spread)
     np.testing.assert_allclose(G[:, 0], share - 0.25, atol=0.01)
