@@ -33,33 +33,6 @@ def test_what_is_loaded(code, modules, loaded):
     assert done.stderr.strip() == loaded
 
 
-def mypy_report(folder, text):
-    """Return what mypy reports of a file under its strict rules; empty if nothing.
-
-    What the package itself imports is left out: its types take ten times as long to read.
-    """
-    (folder / "names.py").write_text(text)
-    (folder / "mypy.ini").write_text(
-        "[mypy]\nstrict = True\nfollow_imports = silent\n"
-        f"[mypy-{','.join(f'{name}.*' for name in HEAVY)}]\n"
-        "follow_imports = skip\nfollow_imports_for_stubs = True\n"
-    )
-    command = [sys.executable, "-m", "mypy", "names.py"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
-    assert not done.stderr
-    return done.stdout if done.returncode else ""
-
-
-def test_type_checkers_find_every_public_name(tmp_path):
-    """Names must be public explicitly, with a py.typed."""
-    names = [
-        f"from {module} import {name}"
-        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.plots", "pymoo_psi.page")
-        for name in import_module(module).__all__
-    ]
-    assert mypy_report(tmp_path, "\n".join(names)) == ""
-
-
 # Calls with a word, and what one may type instead of it.
 WORDS = {
     "investigate(bnh, 8, keep={})": ("pareto", "parto"),
@@ -74,15 +47,43 @@ WORDS = {
 }
 
 
-def test_type_checkers_know_the_words_of_arguments(tmp_path):
-    lines = ["from typing import Any", "bnh: Any = None"]
-    lines += [f"from pymoo_psi import {call.partition('(')[0]}" for call in WORDS]
-    right = [call.format(repr(word)) for call, (word, _) in WORDS.items()]
-    wrong = [call.format(repr(word)) for call, (_, word) in WORDS.items()]
-    report = mypy_report(tmp_path, "\n".join(lines + right + wrong))
-    for k in range(len(wrong)):
-        assert f"names.py:{len(lines + right) + k + 1}: error: Argument" in report
-    assert f"Found {len(wrong)} errors" in report
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    """What mypy reports under its strict rules, of all public names and of right and wrong words.
+
+    What the package itself imports is left out: its types take ten times as long to read.
+    """
+    names = []
+    for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.plots", "pymoo_psi.page"):
+        names += [f"from {module} import {name}" for name in import_module(module).__all__]
+    words = ["from typing import Any", "bnh: Any = None"]
+    words += [f"from pymoo_psi import {call.partition('(')[0]}" for call in WORDS]
+    words += [call.format(repr(right)) for call, (right, _) in WORDS.items()]
+    words += [call.format(repr(wrong)) for call, (_, wrong) in WORDS.items()]
+    folder = tmp_path_factory.mktemp("types")
+    (folder / "names.py").write_text("\n".join(names))
+    (folder / "words.py").write_text("\n".join(words))
+    (folder / "mypy.ini").write_text(
+        "[mypy]\nstrict = True\nfollow_imports = silent\n"
+        f"[mypy-{','.join(f'{name}.*' for name in HEAVY)}]\n"
+        "follow_imports = skip\nfollow_imports_for_stubs = True\n"
+    )
+    command = [sys.executable, "-m", "mypy", "names.py", "words.py"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    assert not done.stderr
+    return done.stdout
+
+
+def test_type_checkers_find_every_public_name(reported):
+    """Names must be public explicitly, with a py.typed."""
+    assert "names.py" not in reported
+
+
+def test_type_checkers_know_the_words_of_arguments(reported):
+    last = 2 + 3 * len(WORDS)
+    for line in range(last - len(WORDS) + 1, last + 1):
+        assert f"words.py:{line}: error: Argument" in reported
+    assert f"Found {len(WORDS)} errors" in reported
 
 
 def test_every_dependency_has_a_floor():

@@ -16,5 +16,5 @@ def rarely(*values):
 
 
 def examples(factor):
-    """Let Hypothesis draw a multiple of its usual number of examples."""
-    return settings(max_examples=factor * settings.default.max_examples)
+    """Let Hypothesis draw a multiple, or a part, of its usual number of examples."""
+    return settings(max_examples=int(factor * settings.default.max_examples))

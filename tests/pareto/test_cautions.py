@@ -246,7 +246,7 @@ def test_limits_of_cautions_count_themselves():
     assert "decades" not in kinds(np.vstack([decades, [300, 1]]))
     assert "decades" not in kinds(decades - [1, 0])  # 0 has no logarithm
     twice = [[7.0, 12], [10, 9], [13, 7], [16, 6], [17, 7]]
-    assert "2 times narrower" in said(twice, "outlier")
+    assert "outlier" in kinds(twice)
     # A tenth of a range is no other choice; a hundredth of the distance is a near tie.
     assert "tie" not in kinds([[0.0, 10], [1, 2], [2, 1], [10, 0]])
     assert "tie" in kinds([[0.0, 10], [1, 3], [3, 1], [10, 0]])
