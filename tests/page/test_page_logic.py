@@ -516,7 +516,9 @@ def test_numbers_are_written_as_python_writes_them(cases):
         notation = (dice.randrange(9), dice.random() < 0.3)
         value = dice.choice([-1, 1]) * dice.randrange(1, 2**14) / 2 ** dice.randrange(20)
         numbers.append((notation, value))  # halves of a digit are frequent, as in points of LPtau
-    formats = [(NumberFormat(*notation), value) for notation, value in numbers]
+    formats = [
+        (NumberFormat(*notation, minus="\N{MINUS SIGN}"), value) for notation, value in numbers
+    ]
     patterns = [(number_format.pattern, value) for number_format, value in formats]
     (answer,) = in_node([cases[0].asked() | {"states": [], "numbers": patterns}])
     assert answer["numbers"] == [number_format.text(value) for number_format, value in formats]

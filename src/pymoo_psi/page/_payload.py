@@ -277,11 +277,13 @@ def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Values:
         log: Whether the column is a logarithmic variable.
     """
     number_format, (low, high, crowded) = _format_and_scale(values, optimal, log=log)
+    least, most = _ends(without_outliers(values[np.isfinite(values)]))
     return {
         "texts": None,
         "values": _base64(values),
         "notation": number_format.pattern,
         "range": [low, high],
+        "axis": [min(low, least), max(high, most)],
         "log": crowded or (log and low > 0),
     }
 
@@ -327,6 +329,8 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
 def without_outliers(values: Array) -> Array:
     """Return the ``(n,)`` values without those that are far beyond the first and last tenth."""
     measured = values
+    if len(values) == 0:
+        return values
     # Values over decades are measured by their logarithms: of 1, 10, …, 1e6 none is an outlier.
     if values.min() > 0 and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25):
         measured = np.log(values)

@@ -156,7 +156,7 @@ const axes = (() => {
       const isLeft = isTurned(column) === Boolean(k)
       if (counts[k]) drawText(g, isLeft ? `◂ ${counts[k]}` : `${counts[k]} ▸`, isLeft ? 0 : size.width, y - 14, isLeft ? "left" : "right", "middle", INK.accent)
     })
-    const error = data.by.get(column.error)
+    const error = errorOf(column)
     for (const {row, look} of marks) {
       const value = values[row]
       if (value !== value) continue

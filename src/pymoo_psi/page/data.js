@@ -84,7 +84,9 @@ function addDesigns(data, more) {
   }
   data.whole = ranked(data, all)
   if (more.length) for (const column of data.columns) if (column.range && column.values) {
-    column.range = [1, -1].map((sign, k) => sign * min(sign * column.range[k], sign * endOf(column.values, sign, data.whole.front)))
+    for (const ends of [column.range, column.axis]) [1, -1].forEach((sign, k) => {
+      ends[k] = sign * min(sign * ends[k], sign * endOf(column.values, sign, data.whole.front))
+    })
   }
   data.fixed = fixedFrame(data) // the points U and N of fixed ranges
   return data

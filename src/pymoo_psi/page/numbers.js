@@ -51,16 +51,19 @@ function percent(share) {
 }
 
 // A number with the digits that tell designs of its column apart; a text is itself.
-function written(column, value) {
-  if (column.texts) return column.texts[value] || "–"
+function written({texts, notation}, value) {
+  if (texts) return texts[value] || "–"
   if (value === null || Number.isNaN(value)) return "–"
-  if (!isNumber(value)) return value > 0 ? "∞" : "-∞"
-  const {decimals, powers} = column.notation
+  if (!isNumber(value)) return value > 0 ? "∞" : "−∞"
+  return localized(withDigits(notation, value)).replaceAll("-", "−")
+}
+
+function withDigits({decimals, powers}, value) {
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (powers || abs(value) >= 1e7) return value === 0 ? "0" : localized(roundedText(value, 1 + (powers ? decimals : 3)).replace("+", ""))
+  if (powers || abs(value) >= 1e7) return value === 0 ? "0" : roundedText(value, 1 + (powers ? decimals : 3)).replace("+", "")
   const significant = decimals + 1 + floor(log10(abs(value)))
   const even = significant > 0 ? Number(roundedText(value, significant)) : value // toFixed rounds a half up
-  return apart(localized(even.toFixed(decimals).replace(/^-(?=[0.]*$)/, ""))) // no -0
+  return apart(even.toFixed(decimals).replace(/^-(?=[0.]*$)/, "")) // no -0
 }
 
 // A difference of values in their unit; of per cent it is points.

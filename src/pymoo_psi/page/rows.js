@@ -105,10 +105,10 @@ function rowOfColumn(column) {
   const worse = worseEnd(column)
   const fields = worse ? [...control.fields].reverse() : control.fields
   if (isObjective(column)) fields[1].label.classList.add("other")
-  control.log = low > 0 && high >= 10 * low ? button("", () => {
+  control.log = low > 0 && high >= 100 * low ? button("", () => {
     const {turned} = state.rows
     changeRows({turned: turned.includes(name) ? turned.filter((one) => one !== name) : [...turned, name]})
-  }, {"aria-label": `Logarithmic axis: ${name}`}) : null
+  }, {title: "Axis"}) : null
   control.axis = make("div.axis", {role: "cell"}, control.thumbs)
   control.cells = ["value", "best", "share"].map((kind) => make(`div.${kind}`, {role: "cell"}))
   control.fill = make("i")
@@ -210,12 +210,12 @@ function showRow({column, row, fields, thumbs, note, boxes, cells, fill, log}) {
   })
   // Where both ends meet, the lower one is the one that can still move.
   thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
-  if (log) renew(log, scale.log ? "log" : "linear"), log.setAttribute("aria-pressed", String(scale.log))
+  if (log) renew(log, scale.log ? "log" : "linear", make("span.unseen", ` axis of ${column.name}`))
   const one = verdict?.objectives[data.objectives.indexOf(column)]
   const texts = ["", "", ""]
   if (verdict) texts[0] = cellText(column, verdict.row)
   if (one) {
-    const error = data.by.get(column.error)
+    const error = errorOf(column)
     if (error) texts[0] += ` ± ${valueText(column, error.values[verdict.row])}`
     texts[1] = valueText(column, one.best)
     texts[2] = one.share < 0 ? "–" : shareText(one.share)

@@ -192,6 +192,7 @@ function limitTexts(column, limit) {
 // The limits that a design breaks.
 const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [data.by.get(name)] : []))
 
+const errorOf = ({name}) => data.by.get(`${name} standard error`)
 const hasValues = (column) => column.values.some(isNumber)
 const isLog = (column) => Boolean(column.log) !== state.rows.turned.includes(column.name)
 

@@ -5,16 +5,25 @@ const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
 const isAsOpened = () => asked(state) === asked(initial.state)
 const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
 
+// What the heading does not say yet: in what the proposal is the best, what it costs, and its probability.
+function leadText({row, standing, costs}) {
+  const best = standing.replace(`Proposed: ${called(row)}`, "").replace(/^[.,] */, "")
+  const sure = data.cautions.filter((text) => isAsOpened() && row === initialBest && text.startsWith(data.sentences.confidence.split("{")[0]))
+  return [best && best[0].toUpperCase() + best.slice(1), costs, ...sure].filter(Boolean).join(" ")
+}
+
+let initialBest = -1 // what was proposed when the page was made
 function showVerdict() {
+  if (initialBest < 0) initialBest = proposedRow()
   const chosen = chosenRow()
   const isInspected = inspected >= 0 && inspected !== chosen
   const word = isInspected ? "Inspected: " : chosen >= 0 ? "Chosen: " : "Proposed: "
   if (verdict) {
-    const {row, proposed, instead, remarks, standing, costs} = verdict
+    const {row, proposed, instead, remarks} = verdict
     renew("verdict-title", word, make("em", called(row)))
     const beyond = broke(row).map(({name}) => name)
     renew("verdict-words",
-      make("p.lead", instead || `${standing.replace(`Proposed: ${called(row)}`, "").replace(/^, the/, "The")} ${costs}`),
+      make("p.lead", instead || leadText(verdict)),
       ...(beyond.length ? [make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`)] : []),
       ...remarks.map((text) => make("p.caution", text)))
     renew("verdict-actions",
