@@ -169,7 +169,7 @@ def test_every_public_name_is_there():
 SUBPACKAGES = [name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))]
 
 
-def test_every_public_name_is_in_the_overview_of_its_subpackage():
+def test_every_public_name_is_in_an_overview():
     """Some ninety names are a promise to users; what subpackages share beside them is none."""
     public = set(pymoo_psi.__all__) - set(SUBPACKAGES)
     for module in [pymoo_psi, *(getattr(pymoo_psi, name) for name in SUBPACKAGES)]:
@@ -200,7 +200,7 @@ def test_every_name_in_an_overview_can_be_imported(name):
         (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "parato", "object has no attribute"),
     ],
 )
-def test_who_tries_a_name_of_another_package_is_told_the_one_here(owner, name, instead):
+def test_names_of_other_packages_lead_to_ours(owner, name, instead):
     with pytest.raises(AttributeError, match=instead):
         getattr(owner, name)
 

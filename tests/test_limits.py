@@ -213,7 +213,7 @@ def separations(table, names):
 
 @examples(0.2)
 @given(seed=SEEDS)
-def test_means_of_tests_are_as_sure_as_without_rejected_designs(seed):
+def test_rejected_designs_change_no_certainty_of_means(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(4, 12))
     X = np.repeat(rng.random((n, 1)), rng.integers(2, 5, n), axis=0)

@@ -26,7 +26,7 @@ def last_place(text):
 
 
 @given(COLUMNS)
-def test_a_text_is_off_by_half_a_unit_of_its_last_digit_at_most(values):
+def test_a_text_is_off_by_half_its_last_digit(values):
     column = NumberFormat.of(values)
     for value in values:
         text = column.text(value)

@@ -65,7 +65,7 @@ def test_runs_are_shown_as_their_tables(tmp_path):
         assert len(rows) == ROWS + 2
 
 
-def test_a_page_is_framed_whole_and_kept_from_the_notebook(table):
+def test_a_page_is_kept_from_the_notebook(table):
     page = decision_page(table, title=EVIL)
     (frame,) = ET.fromstring(f"<div>{page._repr_html_()}</div>")
     assert frame.tag == "iframe"
@@ -73,7 +73,7 @@ def test_a_page_is_framed_whole_and_kept_from_the_notebook(table):
     assert "allow-same-origin" not in frame.get("sandbox")
 
 
-def test_of_a_long_table_the_first_rows_are_shown_with_units_and_said_to_be_the_first(table):
+def test_a_long_table_shows_its_first_rows(table):
     text, (heading, _, *rows) = shown(table)
     assert f"The first {ROWS} of 40 rows" in text
     assert heading == ["", "width [mm<i>]", EVIL, "gain (max)", "status"]
@@ -117,7 +117,7 @@ def write(path, text="new"):
         written.write_text(text)
 
 
-def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
+def test_a_failed_write_leaves_the_old_file(tmp_path):
     file = tmp_path / "front.csv"
     write(file, "old")
     # The error comes after half of the file.
@@ -128,7 +128,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     assert os.listdir(tmp_path) == ["front.csv"]
 
 
-def test_an_error_is_about_the_file_that_was_asked_for(tmp_path):
+def test_an_error_names_the_file_asked_for(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"absent.front\.csv'$"):
         write(tmp_path / "absent" / "front.csv")
 

@@ -102,7 +102,7 @@ def test_both_optima_are_as_in_the_tables(mu):
     assert [numbers(cell) for cell in cells] == [printed, rolling[1:], full[1:]]
 
 
-def test_the_citation_is_that_of_the_file_and_of_this_version(capsys):
+def test_the_citation_is_that_of_this_version(capsys):
     assert main(["--cite"]) == 0
     entries = capsys.readouterr().out
     assert entries == pymoo_psi.__citation__

@@ -72,7 +72,7 @@ def test_what_cannot_be_meant_is_refused(told, error, message):
     refused(message, minimize, Model(**told), PSI(4), error=error)
 
 
-def test_no_direction_of_the_problem_is_lost_to_an_argument():
+def test_no_direction_of_the_problem_is_lost():
     refused(
         "that includes the problem's own, gain, got", investigate, Model(**TOLD), 4, maximize=["f1"]
     )
@@ -80,7 +80,7 @@ def test_no_direction_of_the_problem_is_lost_to_an_argument():
     assert both.schema.maximize == ("f1", "gain")
 
 
-def test_outputs_are_those_of_the_model_however_the_tests_are_made(study_file):
+def test_outputs_are_those_of_the_model(study_file):
     """By blocks, by asking and telling, from a study that is continued, in workers or not."""
     whole = investigate(One(**TOLD), 48)
     assert "failed" in whole.status
@@ -101,7 +101,7 @@ def test_outputs_are_those_of_the_model_however_the_tests_are_made(study_file):
     assert told.table.equals(whole)
 
 
-def test_a_vectorised_model_gives_the_outputs_of_one_that_takes_one_design():
+def test_vectorised_and_elementwise_models_give_the_same_outputs():
     """A column or a row of n; NaN of a design is no failure."""
 
     class Further(Model):
@@ -140,7 +140,7 @@ def test_what_is_not_kept_is_told(name, value, message):
     assert table.schema.outputs == ("heat",)
 
 
-def test_names_and_directions_of_the_tests_of_a_study_are_those_it_began_with(study_file):
+def test_a_study_keeps_its_first_names_and_directions(study_file):
     first = investigate(Model(), 8, study=study_file)
     for told, message in (
         ({"names": {"f1": "mass"}}, 'objectives.0 is "f1" in the study, "mass" asked'),

@@ -41,7 +41,7 @@ class Queue(ElementwiseProblem):
         out["F"] = model(x, seed)
 
 
-def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
+def test_tests_have_seeds_and_designs_the_means_of_tests():
     problem = Queue()
     table = investigate(problem, 16, repeat=3)
     calls = np.array(problem.calls)
@@ -57,7 +57,7 @@ def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
     assert investigate(others, 16, repeat=3).equals(table)
 
 
-def test_a_study_keeps_every_test_and_makes_only_what_is_missing(study_file):
+def test_a_study_makes_only_the_tests_that_are_missing(study_file):
     interrupted(investigate, Queue(12), 8, repeat=2, study=study_file)
     problem = Queue()
     investigate(problem, 8, repeat=2, study=study_file)
@@ -112,9 +112,7 @@ def test_a_seed_in_a_command_makes_a_program_noisy(program, said):
     assert "--noisy" in said("solve", "zdt1", "--repeat", "2", code=2)
 
 
-def test_an_export_keeps_every_test_and_says_that_they_repeat(
-    program, tmp_path, study_file, capsys, said
-):
+def test_an_export_keeps_every_test_of_a_design(program, tmp_path, study_file, capsys, said):
     solve = ["solve", str(program), "--points", "4", "--repeat", "2", "--study"]
     said(*solve, study_file)
     for name in ("tests.csv", "copy.db"):
@@ -128,7 +126,7 @@ def test_an_export_keeps_every_test_and_says_that_they_repeat(
     assert "8 of them from the study" in said(*solve, tmp_path / "copy.db")
 
 
-def test_surrogates_of_a_noisy_model_propose_new_designs_and_continue_after_a_kill(study_file):
+def test_surrogates_of_a_noisy_model_propose_new_designs(study_file):
     table = minimize(Queue(), SurrogatePSI(28)).algorithm.table
     assert len(np.unique(table.X, axis=0)) == 28
     interrupted(minimize, Queue(24), SurrogatePSI(28, study=study_file))

@@ -67,7 +67,7 @@ print(*bits(run_within_budget(unified, FailureTolerant(Steps()), 200)))
 """
 
 
-def test_a_seed_repeats_a_run_under_constraints_in_any_process(monkeypatch, capsys):
+def test_a_seed_repeats_a_run_in_any_process(monkeypatch, capsys):
     """Whatever the state of NumPy's own generator, and the hashes of texts."""
     command = (sys.executable, "-W", "error", "-c", CONSTRAINED, "3")
     environment = os.environ | {"PYTHONHASHSEED": "7"}

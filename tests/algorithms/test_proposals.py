@@ -38,7 +38,7 @@ def test_proposals_are_new_feasible_and_on_the_front():
     assert (np.abs(y - np.maximum(0.3, 0.5 - x)) < 0.05).mean() >= 0.5
 
 
-def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_all_alike():
+def test_proposals_are_near_a_limit_that_no_design_keeps():
     _, made = proposals(limits={"f1": -0.5})
     x, y = made.T
     assert x.min() < 0.01

@@ -108,7 +108,7 @@ class Sometimes(Problem):
 
 @pytest.mark.parametrize("block_size", [1, 3, 64])
 @pytest.mark.parametrize("keep", ["feasible", "pareto"])
-def test_tests_without_an_output_that_has_a_limit_are_infeasible(keep, block_size):
+def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
     """However the tests are cut into blocks, of which whole ones may lack the output."""
     limits, whole = {"heat": 0.5}, investigate(Sometimes(), 64)
     expected = (whole.X[:, 0] >= 0.75) & (whole.X[:, 1] <= 0.5)
@@ -120,7 +120,7 @@ def test_tests_without_an_output_that_has_a_limit_are_infeasible(keep, block_siz
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
-def test_a_limit_on_an_output_that_no_test_has_is_refused_at_the_end(keep, tmp_path):
+def test_limits_on_outputs_of_no_test_are_refused(keep, tmp_path):
     """Only then is it known that no test has it; what was computed is in the study."""
     problem, limits, study = Sometimes(gives=False), {"heat": 0.5}, tmp_path / "s.db"
     refused(
@@ -183,7 +183,7 @@ def test_a_repeated_design_is_evaluated_once_but_for_workers():
     assert few.equals(table.take(table.pareto()))
 
 
-def test_an_algorithm_that_has_run_is_not_set_up_again():
+def test_an_algorithm_is_set_up_once():
     algorithm = PSI(8)
     minimize(CHUTE, algorithm, copy_algorithm=False)
     refused(

@@ -95,7 +95,7 @@ def population(result):
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
+def test_an_interrupted_run_goes_on_without_a_difference(tmp_path, name):
     make, algorithm = RUNS[name]
     plain = make()
     whole = solved(FailureTolerant(plain) if name != "mixed" else plain, algorithm())
@@ -151,7 +151,7 @@ def test_what_is_returned_is_pymoos(tmp_path):
     assert (out["test_point"].item(), out["F"].shape) == (1, (2,))
 
 
-def test_names_senses_and_outputs_are_those_of_the_problem_or_told(tmp_path):
+def test_names_directions_and_outputs_are_those_of_the_problem(tmp_path):
     class Winged(Model):
         def _evaluate(self, x, out, *args, **kwargs):
             super()._evaluate(x, out, *args, **kwargs)
@@ -202,7 +202,7 @@ def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as):
         assert list(table.reasons.values()) == [f.reason for f in expected.failures]
 
 
-def test_a_failure_ends_the_run_when_everything_is_stored_and_comes_again(tmp_path):
+def test_a_failure_ends_the_run_when_everything_is_stored(tmp_path):
     X = batch(12)
     model = Model(fails=True)
     messages = []
@@ -232,7 +232,7 @@ def test_failures_are_tried_again_if_asked_for(tmp_path):
 # The study
 
 
-def test_a_test_of_another_run_that_is_corrected_has_its_new_values(study_file):
+def test_a_corrected_test_of_another_run_has_new_values(study_file):
     first = investigate(Model(), 2, study=study_file)
     problem = recorded(Model(), study_file)
     assert values(problem, first.X)[0].tolist() == first.F.tolist()
@@ -266,7 +266,7 @@ def test_what_cannot_be_kept_is_refused(tmp_path, make, message):
 # With pymoo's tools
 
 
-def test_an_investigation_of_a_recorded_problem_has_numbers_of_its_own(tmp_path):
+def test_an_investigation_of_a_recorded_problem_has_own_numbers(tmp_path):
     """Those of the study are none of its outputs, of which it would warn."""
     problem = Recorded(Model(), study=tmp_path / "s.db")
     problem.evaluate(np.full((1, 3), 0.5))

@@ -114,7 +114,7 @@ class Kronecker(UniformSampling):
 
 
 @pytest.mark.parametrize("share", [None, (2, 3)])
-def test_a_sequence_of_ones_own_is_continued_and_known_by_its_attributes(tmp_path, share):
+def test_a_sequence_of_users_is_known_by_its_attributes(tmp_path, share):
     path, options = tmp_path / "s", {"block_size": 4, "share": share}
     whole = minimize(PROBLEM, PSI(40, sampling=Kronecker(), **options)).algorithm.table
     np.testing.assert_array_equal(whole.X, Kronecker().unit_points(40, 4)[whole.numbers - 1])

@@ -47,7 +47,7 @@ def table():
     return investigate(Bar(), 96)
 
 
-def test_a_section_is_that_of_the_model_within_its_band(table):
+def test_sections_are_those_of_the_model_within_bands(table):
     frame = sections(table, 7)
     design = dict(zip(table.schema.variables, table.X[table.row_of(7)], strict=True))
     assert frame["variable"].unique().tolist() == ["a", "n", "c"]

@@ -28,7 +28,7 @@ def test_mistakes(options, message, in_folder):
     refused(message, investigate, CHUTE, 8, **options)
 
 
-def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path):
+def test_processes_give_the_table_of_one_core(tmp_path):
     whole = investigate(CHUTE, 3000)
     kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")
     assert kept.equals(whole.take(whole.pareto()))

@@ -37,7 +37,7 @@ def shuffled(x):
 @pytest.mark.parametrize(
     ("study", "make"), [(True, JoblibRunner), (True, ProcessRunner), (False, ProcessRunner)]
 )
-def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, make):
+def test_the_order_of_arrival_changes_no_table(tmp_path, study, make):
     plain = minimize(Sum(), PSI(100)).algorithm.table
     problem = Sum(shuffled, elementwise_runner=make(2))
     path = tmp_path / "s.db" if study else None
@@ -74,7 +74,7 @@ class Held:
         self.gate.touch()
 
 
-def test_workers_go_on_while_a_block_waits_for_its_slowest_design(tmp_path):
+def test_no_worker_waits_for_the_slowest_of_a_block(tmp_path):
     """All points are tested before the first block is complete: no block is a barrier."""
     held, told = Held(tmp_path), []
     problem = Sum(held, elementwise_runner=ProcessRunner(3))
@@ -99,7 +99,7 @@ def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     assert 10 <= len(read_table(path)) <= 26
 
 
-def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
+def test_a_copy_of_a_run_ahead_continues_alone():
     """Copies take what has arrived; what is being evaluated stays with the run."""
     algorithm = PSI(40, block_size=10)
     algorithm.setup(Sum(elementwise_runner=ProcessRunner(1)))
@@ -131,7 +131,7 @@ class TakingLong(ProcessRunner):
 
 
 @pytest.mark.parametrize("seconds", [0.01, 7.0, 30.0])
-def test_results_of_long_computing_do_not_wait_for_others_to_be_stored(tmp_path, seconds):
+def test_results_of_long_computing_are_stored_at_once(tmp_path, seconds):
     """At most 20 seconds of computing may be lost, though less than a second has passed."""
     path, stored = tmp_path / "s.db", []
     runner = TakingLong(seconds, lambda n: stored.append(len(read_table(path))))
@@ -180,7 +180,7 @@ IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
         (IN_BLOCKS, "", signal.SIGTERM),
     ],
 )
-def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, run):
+def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):
     path = tmp_path / "s.db"
     code = ENDED.replace("RUN\n", run + "\n").replace("RUNNER", runner)
     if how == signal.SIGINT:  # a job in the background ignores it
@@ -199,7 +199,7 @@ def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, r
 
 
 @pytest.mark.parametrize("study", [None, "s.db"])
-def test_an_interrupt_says_what_is_kept_and_how_to_continue(tmp_path, study):
+def test_an_interrupt_says_how_to_continue(tmp_path, study):
     def stop(x):
         if x[0] == 0.875:
             raise KeyboardInterrupt
@@ -228,7 +228,7 @@ class Rarely(ElementwiseProblem):
 
 @pytest.mark.parametrize("block_size", [1, 4, 64])
 @pytest.mark.parametrize("study", [False, True])
-def test_a_repeated_design_has_the_outputs_of_its_first_test(tmp_path, block_size, study):
+def test_repeated_designs_have_the_outputs_of_the_first(tmp_path, block_size, study):
     """Also in a block none of whose designs gives an output that others give."""
     path = tmp_path / "s.db" if study else None
     table = investigate(Rarely(), 20, study=path, block_size=block_size)

@@ -69,7 +69,7 @@ def undisturbed():
 
 
 @pytest.mark.slow
-def test_it_finds_in_few_tests_what_points_do_not_in_many():
+def test_few_proposals_find_what_many_points_do_not():
     osy = get_problem("osy")
     table, points = run(osy, 52).table, investigate(osy, 4096)
     mine, theirs = (t.F[t.pareto()] for t in (table, points))
@@ -86,7 +86,7 @@ def test_one_criterion_and_an_optimum_on_no_test_point():
 
 
 @pytest.mark.parametrize("limit", [(5.0, 30.0), *rarely((None, 20.0), (60.0, None))])
-def test_a_limit_on_a_maximised_objective_is_that_on_its_negative(limit):
+def test_limits_on_a_maximised_objective_are_on_its_negative(limit):
     """Maximised under its name, f1 is -F; the designs are those for the same limit on F."""
     bnh, (low, high) = get_problem("bnh"), limit
     turned = tuple(None if end is None else -end for end in (high, low))
@@ -142,7 +142,7 @@ def test_fixed_ranges_say_which_objective_counts():
     assert (np.sign(medians["f1"] - medians["f2"]) == [1, -1]).all()
 
 
-def test_limits_may_be_on_variables_of_every_kind_and_outputs():
+def test_limits_on_variables_and_outputs_direct_proposals():
     limits = {"n": (4, 6), "a": (None, 0.5), "weight": (3, None), "c": ["wood", "3"]}
     made = run(Mixed(), 34, limits=limits).table.take(np.arange(20, 34)).to_frame()
     assert made["n"].between(4, 6).all()
@@ -152,7 +152,7 @@ def test_limits_may_be_on_variables_of_every_kind_and_outputs():
 
 
 @pytest.mark.parametrize("limit", [(1.1, 1.3), *rarely((None, 1.4), (1.2, None))])
-def test_designs_without_a_value_that_has_a_limit_are_not_promising(limit):
+def test_designs_without_a_limited_value_are_not_promising(limit):
     """The best objectives are where the model gives no heat, and there no limit is kept."""
 
     class Silent(ElementwiseProblem):
@@ -169,7 +169,7 @@ def test_designs_without_a_value_that_has_a_limit_are_not_promising(limit):
 
 
 @pytest.mark.slow
-def test_where_everything_fails_designs_are_spread_and_tests_go_on():
+def test_where_everything_fails_designs_are_spread():
     class Fragile(ElementwiseProblem):
         def _evaluate(self, x, out, *args, **kwargs):
             if x[0] < 0.97:
@@ -182,7 +182,7 @@ def test_where_everything_fails_designs_are_spread_and_tests_go_on():
     assert (algorithm.table.status[20:] == "ok").sum() >= 5
 
 
-def test_what_stands_for_no_value_does_not_blind_the_surrogates():
+def test_penalties_do_not_blind_the_surrogates():
     class Penalised(ElementwiseProblem):
         def __init__(self, penalty):
             super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
@@ -205,7 +205,7 @@ def test_what_stands_for_no_value_does_not_blind_the_surrogates():
 # What it keeps
 
 
-def test_the_first_tests_are_the_points_of_psi_and_the_table_says_so(undisturbed):
+def test_the_first_tests_are_the_points_of_psi(undisturbed):
     points = minimize(Mixed(), PSI(20)).algorithm.table
     table = undisturbed.table
     assert table.numbers.tolist() == list(range(1, 45))
@@ -291,7 +291,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
 
 
-def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(study_file):
+def test_another_run_of_a_study_learns_from_the_first(study_file):
     first = run(get_problem("bnh"), 28, study=study_file)
     second = run(get_problem("bnh"), 25, study=study_file, batch=5)
     assert second.evaluator.n_eval == 25  # proposals only, as more than 20 tests are known
@@ -315,7 +315,7 @@ def test_what_cannot_be_is_told(options, message):
     refused(message, SurrogatePSI, **{"n_evaluations": 8, **options})
 
 
-def test_tests_of_psi_are_its_first_where_both_are_recorded(tmp_path):
+def test_recorded_tests_of_psi_are_the_first(tmp_path):
     problem = Recorded(get_problem("bnh"), study=tmp_path / "run.db")
     minimize(problem, PSI(30))
     table = run(problem, 42, n_points=30).table

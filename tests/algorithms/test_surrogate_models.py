@@ -57,7 +57,7 @@ def process(tests, request):
     return GaussianProcess(appended, t)
 
 
-def test_mean_and_deviation_are_those_of_the_conditional_normal_distribution(tests, process):
+def test_predictions_are_those_of_the_conditional_normal_distribution(tests, process):
     Z, t = tests
     at = np.random.default_rng(2).random((40, D)) * 1.5 - 0.25  # beyond the cube, too
     K, k = covariances(Z, Z) + np.exp(SHARES[0]) * np.eye(N), covariances(at, Z)
@@ -85,7 +85,7 @@ EVEN = np.linspace(1.0, 2.0, 20)
         ([*-EVEN, -1e9, -1e9], [*-EVEN, -1e9, -1e9]),  # nor does the best value
     ],
 )
-def test_what_several_tests_share_far_beyond_all_others_stands_for_no_value(values, expected):
+def test_a_far_value_of_several_tests_is_a_penalty(values, expected):
     """Whatever proposals have: the tests at uniform points decide, and each objective for itself."""
     F = np.column_stack([values, np.arange(float(len(values)))])
     proposals = [[1.5, 2e9], [3e10, 1.0]]
@@ -151,7 +151,7 @@ def second_order(Z):
         (4, lambda Z: 1 / (Z[:, 0] + 0.002) ** 3 + Z[:, 1:].sum(axis=1)),
     ],
 )
-def test_beside_a_pole_predictions_are_those_of_the_best_scale_within_twice_the_worst(d, output):
+def test_beside_a_pole_predictions_are_those_of_a_reciprocal(d, output):
     Z = lp_tau(128, d)
     y = output(Z)
     at = np.random.default_rng(0).random((1000, d))

@@ -53,7 +53,7 @@ def test_what_the_last_doubling_brought(bnh):
 
 
 @pytest.mark.parametrize("columns", [1, 2])
-def test_where_one_design_is_the_best_in_everything_its_values_are_told(columns):
+def test_a_design_that_is_best_in_everything_is_named(columns):
     """Distances have no unit then: no share of one, and no infinite share, of nothing."""
     X = lp_tau(64, 2, first=2)
     value = np.where(np.arange(64) < 40, 3.0, 1.0) + 1e-3 * X[:, 0]
@@ -66,7 +66,7 @@ def test_where_one_design_is_the_best_in_everything_its_values_are_told(columns)
     assert "%" not in found.verdict()
 
 
-def test_many_objectives_are_done_in_seconds_and_say_how_sure():
+def test_many_objectives_are_sampled_with_their_accuracy():
     X = lp_tau(256, 7)
     F = np.column_stack([X, 1 - X.mean(axis=1)])
     found = convergence(TestTable.of(range(1, 257), X, F))

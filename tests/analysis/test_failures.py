@@ -27,7 +27,7 @@ def designs(random, n, d):
     ],
 )
 @pytest.mark.parametrize("wrong", [0, 2])
-def test_a_planted_rule_is_found_and_its_requirement_keeps_the_others(value, words, wrong):
+def test_a_planted_rule_on_failures_is_found(value, words, wrong):
     random = np.random.default_rng(1)
     for _ in range(20):
         X = designs(random, 100, int(random.integers(2, 8)))
@@ -41,7 +41,7 @@ def test_a_planted_rule_is_found_and_its_requirement_keeps_the_others(value, wor
         assert (is_met != is_beyond).mean() >= 1 - 0.01 * wrong
 
 
-def test_random_failures_and_those_in_a_ball_are_no_rule():
+def test_failures_at_random_or_in_balls_have_no_rule():
     random = np.random.default_rng(2)
     n_random = 0
     for _ in range(100):
@@ -52,7 +52,7 @@ def test_random_failures_and_those_in_a_ball_are_no_rule():
     assert n_random <= 1
 
 
-def test_signs_choices_fixed_variables_and_other_names_are_no_trouble():
+def test_rules_on_failures_take_variables_of_every_kind():
     random = np.random.default_rng(3)
     offset = random.integers(-9, 10, 60)
     X = []

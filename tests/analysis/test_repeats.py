@@ -46,7 +46,7 @@ def test_rows_with_one_label_are_one_design(file):
     assert any("3 designs, 8 tests" in remark for remark in table.remarks)
 
 
-def test_a_design_of_five_tests_has_a_variance_of_its_own():
+def test_five_tests_give_a_design_its_own_variance():
     counts = [5, 3, 4]
     f = np.random.default_rng(2).normal(size=sum(counts)) * np.repeat([5.0, 1.0, 1.0], counts)
     F = np.column_stack([f, -f])
@@ -69,7 +69,7 @@ def test_computed_columns_and_limits_are_of_means(file):
     assert sorted(np.array(table.names)[table.feasible()]) == ["B", "C"]  # A has 5.2 on average
 
 
-def test_designs_of_one_usable_test_each_have_means_and_no_confidence():
+def test_single_usable_tests_have_means_and_no_confidence():
     F = [[1.0, 2.0], [np.nan, np.nan], [2.0, 1.0]]
     table = averaged(TestTable.of([1, 2, 3], [[0], [0], [1]], F))
     assert table.F.tolist() == [[1, 2], [2, 1]]
@@ -86,7 +86,7 @@ def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
     assert table["tests"].tolist() == [3.0, 1.0]
 
 
-def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
+def test_failed_tests_do_not_count_in_means():
     schema = Schema.of(["x"], ["f"], ["g"])
     X = np.array([[1.0], [1.0], [2.0], [2.0], [3.0]])
     F = [[1.0], [3.0], [5.0], [np.nan], [np.nan]]
@@ -201,7 +201,7 @@ def test_two_designs_have_the_probability_of_a_normal_difference():
     assert (frame["near_best"] >= frame["best"]).all()
 
 
-def test_shrunk_means_are_nearer_to_the_truth_than_the_tests():
+def test_shrunk_means_are_nearer_to_the_truth():
     generator = np.random.default_rng(3)
     t = generator.random(200)
     truth = np.column_stack([t, (1 - t) ** 2]) + 0.1 * generator.random((200, 1))

@@ -75,7 +75,7 @@ def mixed(u):
 
 @pytest.mark.parametrize("n", [64, 128, 256, 512, 1024])
 @pytest.mark.parametrize("first", [1, 1000])
-def test_variables_of_every_kind_that_matter_and_that_do_not(n, first):
+def test_variables_of_every_kind_matter_or_not(n, first):
     """Also in the place where others explain all: few points of a sequence confound variables."""
     X, effects = mixed(lp_tau(n, 9, first=first))
     weights = np.vstack([np.ones(4), np.eye(4), [1, 0, 2, 0]])
@@ -90,7 +90,7 @@ def test_variables_of_every_kind_that_matter_and_that_do_not(n, first):
         assert (rows["first_order"][truth == 0] < 0.1).all()
 
 
-def test_columns_by_name_in_any_sense_and_failures_left_out():
+def test_columns_are_named_and_failures_left_out():
     X = lp_tau(512, 3) * [1, 1, 0] + [0, 0, 0.5]  # the third is fixed
     F = np.column_stack([-X[:, 0], X[:, 1] - X[:, 0], np.ones(512)])
     F[::50] = np.nan
@@ -130,7 +130,7 @@ def test_what_terms_explain_by_chance_is_taken_off():
     assert abs(found["first_order"].unstack()["x2"].mean()) < 0.01
 
 
-def test_of_a_surrogates_study_the_points_before_the_proposals_count():
+def test_only_points_before_proposals_are_a_sample():
     problem = get_problem("bnh")
     table = minimize(problem, SurrogatePSI(64, n_points=48), seed=1).algorithm.table
     part, said = even_part(table)
@@ -151,7 +151,7 @@ def test_what_an_algorithm_has_chosen_is_no_even_sample(study_file):
             refused("that an algorithm has chosen", ask, asked)
 
 
-def test_a_run_whose_tests_are_all_those_of_another_is_no_sample(study_file):
+def test_a_run_within_another_is_no_sample(study_file):
     problem = get_problem("bnh")
     import_tests(problem, investigate(problem, 64), RunOptions(study=study_file))
     investigate(problem, 64, study=study_file)

@@ -71,7 +71,7 @@ class TestMechanics:
             sign = np.array([-1.0, 1.0, 1.0]) if name == "exit_spin" else 1.0
             np.testing.assert_array_equal(getattr(n, name) * sign, field)
 
-    def test_a_sphere_that_rolls_from_the_start_rolls_in_both_models(self):
+    def test_a_sphere_that_starts_rolling_rolls_in_both_models(self):
         """With r ω_X = v_P and r ω_Y = c there is no slip, and the models are one."""
         p = ChuteParameters(mu=0.4, c=0.5, r=0.1, omega0=(20.0, 5.0, 1.0))
         full, rolling = (motion([0.1, 0.7, 1.3], 2.0, p, model=m) for m in ("full", "rolling"))

@@ -41,7 +41,7 @@ EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2"]
 
 @pytest.mark.parametrize("algorithm", EVERY)
 @pytest.mark.parametrize("budget", [2, 257])
-def test_every_algorithm_spends_exactly_its_budget_inside_the_same_bounds(algorithm, budget):
+def test_every_algorithm_spends_exactly_its_budget(algorithm, budget):
     problem = Counted()
     result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm])
     X = np.vstack(problem.calls)
@@ -54,7 +54,7 @@ def test_every_algorithm_spends_exactly_its_budget_inside_the_same_bounds(algori
     assert sorted(map(tuple, found)) == sorted(map(tuple, best))
 
 
-def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
+def test_only_the_budget_ends_a_run():
     """NSGA-II gives itself criteria, by which this one would end after some 300 evaluations."""
     result = compare(
         get_problem("bnh"), n_evaluations=400, seeds=1,
@@ -83,7 +83,7 @@ def test_of_an_algorithm_without_chance_one_run_counts():
     assert [run.task.seed for run in result.runs[:2]] == [None, None]
 
 
-def test_an_algorithm_that_asks_for_more_than_its_budget_is_stopped_there():
+def test_an_algorithm_is_stopped_at_its_budget():
     class Greedy(NSGA2):
         def _infill(self):
             self.problem.evaluate(self.pop.get("X"))  # past the evaluator, uncounted by it
@@ -98,7 +98,7 @@ def test_an_algorithm_that_asks_for_more_than_its_budget_is_stopped_there():
     assert run["hypervolume"] > 0
 
 
-def test_an_algorithm_that_finds_nothing_has_hypervolume_0_and_the_rest_goes_on():
+def test_an_algorithm_that_finds_nothing_has_hypervolume_0():
     objectives = [lambda x: x[0], lambda x: 1 - x[0]]
     rare = FunctionalProblem(2, objectives, constr_ieq=[lambda x: 0.999 - x[1]], xl=0, xu=1)
     result = compare(rare, n_evaluations=[16, 2048], seeds=2, algorithms=["psi", "psi-scrambled"])
@@ -109,7 +109,7 @@ def test_an_algorithm_that_finds_nothing_has_hypervolume_0_and_the_rest_goes_on(
     assert np.isfinite(result.summary().query("evaluations == 2048")["hypervolume"]).all()
 
 
-def test_all_runs_share_one_reference_and_it_holds_what_all_of_them_found():
+def test_all_runs_share_the_reference_of_all_results():
     result = compare(get_problem("bnh"), n_evaluations=[64, 128], seeds=3)
     union = np.vstack([run.F for run in result.runs])
     best = np.unique(union[nondominated(union)], axis=0)
@@ -149,7 +149,7 @@ def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
 # Conclusions
 
 
-def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
+def test_the_better_algorithm_is_named_for_every_indicator():
     result = compare(
         get_problem("osy"), n_evaluations=1024, seeds=6, algorithms=["psi-scrambled", "nsga3"],
     )  # fmt: skip
@@ -242,7 +242,7 @@ def test_wrong_arguments_are_named(change, message):
     refused(message, compare, get_problem("bnh"), **arguments)
 
 
-def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
+def test_an_objective_with_equal_optima_tells_runs_apart():
     """One design beats all others: it has no span, yet a run that misses it is worse."""
 
     class Bowl(Problem):
@@ -282,9 +282,7 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
 
 
 @pytest.mark.parametrize("problem", [get_problem("bnh"), get_problem("dtlz2")])
-def test_an_algorithm_that_does_not_suit_the_problem_is_found_out_in_its_first_run(
-    problem, tmp_path
-):
+def test_an_unsuitable_algorithm_is_found_in_its_first_run(problem, tmp_path):
     """NSGA-III with two directions of two objectives, MOEA/D, which takes no constraints."""
     moead, nsga3 = MOEAD(np.eye(2)), NSGA3(np.eye(2))
     algorithms = {"psi-scrambled": "psi-scrambled", "unfit": nsga3 if problem.n_obj > 2 else moead}

@@ -391,7 +391,7 @@ def test_every_source_gives_the_same_table(tmp_path):
     refused("variables must be left out for a table", read_table, table, variables=["x1"])
 
 
-def test_objects_in_json_are_designs_and_time_stamps_are_texts(tmp_path):
+def test_objects_of_json_are_designs(tmp_path):
     stamps = pd.DatetimeIndex(["2026-01-02 03:04:05", "2026-01-03 00:00:01"])
     frame = pd.DataFrame({**COST, "begun": stamps, "took": stamps - stamps[0]})
     table = read_table(frame, Formulation(["cost", "mass"]))
@@ -545,7 +545,7 @@ def test_what_is_read_is_what_was_written(path, style, told):
     ),
     decimal=st.sampled_from([None, ".", ","]),
 )
-def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, decimal):
+def test_any_file_gives_numbers_or_a_message(path, text, decimal):
     path.write_bytes(text)
     try:
         table = read_table(path, decimal=decimal)
@@ -554,7 +554,7 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
     assert np.isfinite(table.F).all()
 
 
-def test_the_frame_of_a_test_table_has_lost_its_directions():
+def test_the_frame_of_a_table_has_no_directions():
     table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -2.0], [2.0, -3.0]],
                          schema=Schema.of(1, 2, maximize=["f2"]))  # fmt: skip
     refused("give the table itself", read_table, table.to_frame())

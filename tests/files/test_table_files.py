@@ -141,7 +141,7 @@ EXAMPLE = TestTable.of(
 )
 
 
-def test_options_that_could_be_taken_for_others_keep_their_types(tmp_path):
+def test_options_that_look_alike_keep_their_types(tmp_path):
     cells = ["12", 12, 12.0, True, "true", '"oak"', "oak", "NaN", "[1]", "{", "", " 7 ", "1e5", "null", "a\r\nb\rc", "_x000D_ _x005F_"]  # fmt: skip
     table = TestTable.of(np.arange(1, 17), [[cell] for cell in cells], np.ones((16, 1)))
     table.to_csv(tmp_path / "t.csv")
@@ -230,7 +230,7 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
 
 
 @pytest.mark.parametrize("source", ["file", "folder"])
-def test_a_run_continues_the_study_of_a_table_under_limits(tmp_path, study_file, source):
+def test_a_run_continues_the_study_of_a_limited_table(tmp_path, study_file, source):
     """Limits say how tests are asked; what is stored are the tests, and the file keeps both."""
     problem = VectorizedSphereChute()
     asked = investigate(problem, 32).under(limits={"f1": 2.5}, normalize=False)
@@ -245,7 +245,7 @@ def test_a_run_continues_the_study_of_a_table_under_limits(tmp_path, study_file,
 
 
 @pytest.mark.parametrize("suffix", ["csv", "xlsx"])
-def test_a_spreadsheet_shows_the_designs_alone_and_all_comes_back(tmp_path, suffix):
+def test_a_spreadsheet_shows_designs_and_keeps_everything(tmp_path, suffix):
     """The first line names the columns, nothing stands beside the rows, the choice is kept."""
     schema = Schema.of(1, ["mass", "Ø"], maximize=["Ø"], units={"mass": "µg"})
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1 / 3, -3.0], [np.nan, -4.0]], schema=schema)
@@ -275,7 +275,7 @@ def test_a_spreadsheet_shows_the_designs_alone_and_all_comes_back(tmp_path, suff
 
 
 @given(table=tables())
-def test_a_csv_is_the_header_and_the_rows_for_every_reader(folder, table):
+def test_a_csv_is_a_header_and_rows(folder, table):
     path = folder / "plain.csv"
     table.to_csv(path)
     frame = pd.read_csv(path, dtype=str, keep_default_na=False, **EXACT)
@@ -319,7 +319,7 @@ def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
     assert read.problem == table.problem
 
 
-def test_metadata_are_written_with_the_file_and_those_of_others_kept(tmp_path):
+def test_metadata_of_others_are_kept(tmp_path):
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
     path, metadata = tmp_path / "t.csv", tmp_path / "t.csv-metadata.json"
     table.to_csv(path)
@@ -341,7 +341,7 @@ def test_metadata_are_written_with_the_file_and_those_of_others_kept(tmp_path):
 
 
 @posix
-def test_metadata_stand_beside_the_file_of_a_link_and_a_pipe_has_none(tmp_path):
+def test_links_have_metadata_and_pipes_have_none(tmp_path):
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
     (tmp_path / "there").mkdir()
     (tmp_path / "t.csv").symlink_to(tmp_path / "there" / "t.csv")

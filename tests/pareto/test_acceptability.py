@@ -41,7 +41,7 @@ def test_shares_are_those_of_numerical_integration(F, p, factor):
     assert (difference < 4 * result.errors + 0.003).all()
 
 
-def test_a_weighted_sum_of_two_objectives_has_intervals_of_weights():
+def test_designs_of_a_weighted_sum_have_intervals_of_weights():
     """A design is the best between the weights at which it ties with its neighbours on the hull."""
     d = np.diff(TWO, axis=0)
     ties = -d[:, 1] / (d[:, 0] - d[:, 1])  # of the first objective; all five are on the hull
@@ -65,7 +65,7 @@ def test_central_weights_make_the_design_the_best():
         assert CompromiseProgramming(1, weights=result.central[design]).do(THREE) == [design]
 
 
-def test_equal_designs_share_their_place_and_dominated_ones_have_none():
+def test_equal_designs_share_places_and_dominated_have_none():
     F = np.vstack([TWO, TWO[2], [2.0, 2.0]])
     shares = acceptability(F)
     assert np.array_equal(shares[:5], acceptability(TWO))
@@ -74,7 +74,7 @@ def test_equal_designs_share_their_place_and_dominated_ones_have_none():
 
 
 @pytest.mark.parametrize("constant", [3.0, 0.0, -1e9])
-def test_an_objective_that_is_equal_for_all_has_no_weight(constant):
+def test_an_objective_equal_for_all_has_no_weight(constant):
     F = np.insert(THREE, 1, constant, axis=1)
     result, without = Acceptability.of(F, factor=2), Acceptability.of(THREE, factor=2)
     assert np.array_equal(result.shares, without.shares)
@@ -100,7 +100,7 @@ def test_many_designs_have_fewer_weights(n, n_weights):
     assert (counts % 4 != 0).any()
 
 
-def test_a_single_optimal_design_is_the_best_for_all_weights():
+def test_a_single_optimum_is_best_for_all_weights():
     result = Acceptability.of([[3.0, 3.0], [1.0, 2.0], [1.0, 2.0]])
     assert result.shares.tolist() == [[0, 0, 0], [1, 0, 0], [1, 0, 0]]
     assert not result.errors.any()

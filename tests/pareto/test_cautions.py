@@ -74,7 +74,7 @@ def test_on_a_concave_set_the_advice_is_an_extreme(m):
     assert "tie" in kinds(F)  # the corners are all at distance 1
 
 
-def test_a_set_in_pieces_where_another_piece_is_as_good():
+def test_another_piece_of_the_set_is_as_good():
     """ZDT3: the next piece across the gap is as near within half a percent."""
     f2 = 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)
     assert "farther from the best values: f1 0." in said(np.column_stack([X, f2]), "near tie")
@@ -84,7 +84,7 @@ def test_a_set_in_pieces_where_another_piece_is_as_good():
 
 
 @pytest.mark.parametrize("m", [3, 5])
-def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_hardly_nearer(m):
+def test_a_plane_facing_away_has_no_near_compromise(m):
     """Where m - 1 objectives can be bad at once (inverted DTLZ1) the least distance is flat."""
     F = 1 - bulging(1, m, 400)
     assert explain(F, int(rank_of_efficiency(F).salukvadze[0])).shares.min() > 0.5
@@ -346,7 +346,7 @@ def test_leaving_out_every_single_design_finds_the_same(F):
         assert bool(hanging) == (most > 0.1)
 
 
-def test_a_point_of_the_users_own_stays_where_it_is():
+def test_a_point_of_the_user_stays():
     """Without the extreme design the ideal would move if it were not given."""
     F = np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-1.0, 1.5]]])
     assert "outlier" in kinds(F, normalize=False)
@@ -354,7 +354,7 @@ def test_a_point_of_the_users_own_stays_where_it_is():
     assert "outlier" not in kinds(F, nadir=[0.5, 0.5])  # within the front
 
 
-def test_another_design_may_be_the_best_for_more_of_the_weights():
+def test_another_design_is_best_for_more_weights():
     F = pd.DataFrame({"f1": [0, 0.05, 0.6, 1], "f2": [1, 0.9, 0.6, 0]}, index=list("LABR"))
     shares = 100 * acceptability(F, factor=2)[:, 0]
     expected = f"B is the best in {shares[2]:.0f} % .* A in {shares[1]:.0f} %"

@@ -114,7 +114,7 @@ def test_rounding_is_no_difference():
     assert explain(F, 1).neighbours.tolist() == [2, -1]
 
 
-def test_a_step_is_a_hundredth_of_the_range_where_there_is_one():
+def test_a_step_is_a_hundredth_of_the_range():
     """On a dense front the nearest better design of all would tell nothing."""
     x = np.arange(1025) / 1024
     F = np.column_stack([x, (1 - x) ** 2])
@@ -179,7 +179,7 @@ REVERSED = table_of([14, 13, 12, 11, 10])
         (REVERSED, "name 12", 1),
     ],
 )
-def test_a_design_goes_by_its_label_or_the_number_of_its_row_or_test(source, design, row):
+def test_a_design_goes_by_label_or_number(source, design, row):
     assert explain(source, design).row == row
     if design is not None:
         assert compare_designs(source, [design, design]).rows.tolist() == [row, row]

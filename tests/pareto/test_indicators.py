@@ -48,7 +48,7 @@ def test_igd_plus_and_epsilon_by_their_definitions(F, R):
 
 
 @given(arrays(np.float64, (40, 3), elements=st.floats(0, 1)), st.integers(3, 12))
-def test_a_spread_subset_covers_the_set_at_most_twice_as_badly_as_any_other_could(F, size):
+def test_a_spread_subset_covers_half_as_well_as_any(F, size):
     chosen = spread_subset(F, size)
     assert len(set(chosen.tolist())) <= len(chosen) == size
     assert set(F.argmin(axis=0).tolist()) <= set(chosen.tolist())

@@ -34,7 +34,7 @@ def dialogue(person, distances, n, wrong=()):
 
 
 @pytest.mark.parametrize("p", [1, 2, np.inf])
-def test_few_answers_find_a_design_that_hidden_weights_hardly_regret(p):
+def test_few_answers_find_what_hidden_weights_prefer(p):
     regrets = []
     for weights in np.random.default_rng(0).dirichlet(np.ones(3), 12):
         distances = distances_for(weights, SPHERE, p)
@@ -68,7 +68,7 @@ def test_questions_differ_visibly_are_asked_once_and_end():
             assert (np.abs(F[one] - F[other]) / np.ptp(F, axis=0) > 0.0099).sum() >= 2
 
 
-def test_before_any_answer_shares_are_nearly_those_of_the_weights():
+def test_shares_without_answers_are_those_of_weights():
     shares = Preferences(SPHERE).shares
     assert shares.sum() == pytest.approx(1)
     assert np.abs(shares - acceptability(SPHERE)[:, 0]).sum() < 0.3  # a fifth has other norms
@@ -105,7 +105,7 @@ def test_units_directions_and_dominated_designs_change_nothing(F):
     assert other.regret == pytest.approx(plain.regret)
 
 
-def test_answers_count_in_any_order_and_can_be_taken_back():
+def test_answers_count_in_any_order():
     person, other = Preferences(FIVE), Preferences(FIVE)
     before = person.regret, person.question(), person.shares
     person.answer(1, 2)
@@ -122,7 +122,7 @@ def test_answers_count_in_any_order_and_can_be_taken_back():
     assert np.array_equal(person.shares, before[2])
 
 
-def test_an_equal_answer_draws_the_values_of_two_designs_together():
+def test_an_equal_answer_draws_two_designs_together():
     person = Preferences(FIVE)
     person.answer(1, 3)
     far = person.shares
@@ -171,7 +171,7 @@ def test_designs_have_the_names_of_their_source():
     assert tests.best == f"test {11 + by_row.best}"
 
 
-def test_a_selector_and_a_result_of_pymoo_give_the_same_proposal():
+def test_a_selector_gives_the_proposal_of_the_answers():
     result = Result()
     result.F, result.opt, result.CV = SPHERE, None, None
     person = Preferences(result)

@@ -12,7 +12,7 @@ from pymoo_psi.pareto import nondominated
 from tests.refusals import refused
 
 
-def test_equally_near_designs_share_a_place_and_frames_are_ordered_by_it():
+def test_equally_near_designs_share_a_place():
     F = [[5.0, 5.0], [0.0, 4.0], [1.0, 1.0], [4.0, 0.0], [3.0, 0.5], [4.0, 4.0]]
     frame = rank_of_efficiency(F).to_frame()
     assert frame.index.tolist() == [2, 4, 1, 3, 5, 0]
@@ -28,7 +28,7 @@ def test_given_ideal_and_nadir():
 
 
 @pytest.mark.parametrize("given", ["ideal", "nadir"])
-def test_one_given_point_is_fixed_beside_that_of_the_set(given):
+def test_one_given_point_fixes_the_frame(given):
     F = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
     both = {"ideal": [0.0, 0.0], "nadir": [1.0, 1.0]}
     both[given] = {"ideal": [-1.0, -3.0], "nadir": [2.0, 4.0]}[given]
@@ -43,7 +43,7 @@ def test_one_given_point_is_fixed_beside_that_of_the_set(given):
     assert rank_of_efficiency(ranking, normalize=False).frame.is_fixed
 
 
-def test_what_a_table_is_ranked_under_is_kept_unless_other_is_given():
+def test_a_table_is_ranked_under_its_formulation():
     F = [[0, 9], [1, 1], [2, 0]]
     table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], F).under(normalize=False)
     plain = rank_of_efficiency(F, normalize=False)

@@ -26,7 +26,7 @@ def distances(F, normalize):
 
 
 @given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
-def test_no_choice_covers_the_set_with_less_than_half_the_radius_and_shares_add_up(F, k, normalize):
+def test_no_choice_covers_with_less_than_half_the_radius(F, k, normalize):
     front, apart, ranking = distances(F, normalize)
     few = representatives(F, k, normalize=normalize)
     assert few.rows[0] == ranking.salukvadze[0]

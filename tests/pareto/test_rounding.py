@@ -126,7 +126,7 @@ def test_hard_cases(case):
     upwards=st.booleans(),
     normalize=st.booleans(),
 )
-def test_an_objective_that_is_constant_but_for_noise_changes_nothing(
+def test_an_objective_constant_but_for_noise_changes_nothing(
     F, size, noise, seed, upwards, normalize
 ):
     column = size * (1 + noise * np.random.default_rng(seed).standard_normal(len(F)))
@@ -143,9 +143,7 @@ def test_an_objective_that_is_constant_but_for_noise_changes_nothing(
     size=st.sampled_from([1e-290, 0.3, -7.0, 1e9]),
     normalize=st.booleans(),
 )
-def test_noise_in_a_constant_objective_is_no_reason_for_caution_nor_a_range(
-    seed, n, size, normalize
-):
+def test_noise_in_a_constant_objective_has_no_range(seed, n, size, normalize):
     """Two designs of equal cost, computed in two ways, are not the two ends of a range."""
     rng = np.random.default_rng(seed)
     F = on_sphere(rng, n, 2)
@@ -183,7 +181,7 @@ chains = arrays(float, st.tuples(st.integers(1, 40), st.integers(1, 3)), element
 
 
 @given(F=chains)
-def test_values_without_rounding_keep_their_order_and_move_by_noise_only(F):
+def test_without_rounding_values_move_by_noise_only(F):
     calm = without_rounding(F)
     assert (np.abs(calm - F) <= 65 * EPS * np.abs(calm)).all()
     np.testing.assert_array_equal(without_rounding(calm), calm)

@@ -106,7 +106,7 @@ def test_nothing_is_the_result_where_all_designs_fail(name):
 @pytest.mark.parametrize(
     "make", [lambda: PSI(300), GA, DE, PSO, ISRES, NelderMead, lambda: CMAES(x0=np.full(3, 0.5))]
 )
-def test_no_algorithm_of_one_objective_warns_or_returns_a_failed_design(make, hole):
+def test_no_algorithm_of_one_objective_returns_failed_designs(make, hole):
     """With some designs failing, nearly all, and all."""
     result = minimize(FailureTolerant(Half(hole, n_obj=1)), make(), ("n_gen", 5), seed=1)
     if hole == 0.3:
@@ -118,7 +118,7 @@ def test_no_algorithm_of_one_objective_warns_or_returns_a_failed_design(make, ho
         assert (np.atleast_1d(result.opt.get("failure")) == "").all()
 
 
-def test_penalties_are_worse_than_all_before_and_a_design_keeps_its_own():
+def test_penalties_are_worse_than_all_before():
     problem = FailureTolerant(Half(0.5, -1e6), failed_as="penalty")
     assert not problem.has_constraints()
     X = np.random.default_rng(1).random((200, 3))

@@ -63,7 +63,7 @@ class Model(ElementwiseProblem):
         out["F"] = self._k * (x @ self.weights)
 
 
-def test_a_name_may_be_a_text_and_names_a_list():
+def test_names_may_be_a_text_or_a_list():
     for problem in (Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})):
         assert investigate(problem, 4).schema.variables == ("width", "height")
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
@@ -78,7 +78,7 @@ class Heir(Model):
 @pytest.mark.parametrize(
     "changed", [{"k": 3}, {"weights": (1.0, 2.5)}, {"data": range(1, 1001)}], ids=str
 )
-def test_constants_of_base_classes_and_large_ones_are_part_of_a_study(tmp_path, changed):
+def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     """What counts evaluations, or is a path, is not."""
     study, given = tmp_path / "model.db", {"k": 2, "data": range(1000)}
     for folder in ("one/run", "other/run"):

@@ -6,7 +6,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi.problems import design_space
 
 
-def test_limits_on_integers_are_kept_by_the_points_at_their_ends():
+def test_points_at_the_ends_keep_bounds_of_integers():
     for n in (1, 7, 13, 49):
         space = design_space(Problem(n_var=1, n_obj=2, xl=3, xu=n + 2, vtype=int))
         (variable,) = space.variables

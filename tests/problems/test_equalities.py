@@ -158,7 +158,7 @@ def test_proposals_meet_equalities_and_inequalities():
     assert (table.X[12:, 0] <= table.X[12:, 1]).all()
 
 
-def test_a_design_of_others_may_be_rounded_but_not_wrong():
+def test_designs_of_others_may_be_rounded():
     problem = Required(Mixture(*THREE[:3]))
     X = np.array([[0.333333, 0.333333, 0.333334], [0.3333333333, 0.3333333333, 0.3333333333]])
     assert (problem.evaluate(X, return_values_of=["G"]) == 0).all()
@@ -168,7 +168,7 @@ def test_a_design_of_others_may_be_rounded_but_not_wrong():
     assert problem.n_not_run == 1
 
 
-def test_the_accuracy_of_an_equality_is_a_share_of_its_terms():
+def test_an_equality_is_as_accurate_as_its_terms():
     """Also where these cancel: half a percent of a + b + 0.1 is 0.995 to 1."""
     problem = Required(Mixture([0, 0, 0], [200, 200, 1], ["a - b = 0.1"]))
     X = np.array([[100, 100, 0.5], [100, 99, 0.5], [100, 98.9, 0.5], [99, 100, 0.5]])

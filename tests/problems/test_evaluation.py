@@ -239,7 +239,7 @@ class Counted(Problem):
         out["F"] = X
 
 
-def test_designs_are_evaluated_again_where_a_call_for_many_raises():
+def test_a_call_that_raises_is_repeated_by_design():
     """Only those of its part, one by one."""
     problem = Counted(n_var=1, n_obj=1, xl=0, xu=1)
     reasons = evaluate_designs(problem, np.arange(1000.0)[:, None])["failure"]
@@ -280,7 +280,7 @@ def test_problems_that_transform_designs_are_not_bypassed():
     assert out["failure"].tolist() == ["ValueError: hole", "", ""]
 
 
-def test_further_values_stay_with_their_designs_and_equalities_are_met():
+def test_further_values_stay_with_their_designs():
     class Talkative(ElementwiseProblem):
         def _evaluate(self, x, out, *args, **kwargs):
             if x[0] in (0, 2):

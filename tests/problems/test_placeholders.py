@@ -69,7 +69,7 @@ def test_a_placeholder_is_filled_and_other_braces_stay(tmp_path):
         *("{x:d}", "{x:s}", "{width:s}", "{x:.2q}"),
     ],
 )
-def test_what_could_be_a_placeholder_is_refused_by_its_line(tmp_path, text):
+def test_what_could_be_a_placeholder_is_refused(tmp_path, text):
     refused(
         r"in\.txt, line 2: a placeholder must be \{name\} or \{name:FORMAT\}.*marks = '@name@'",
         problem_with,
@@ -226,7 +226,7 @@ class RandomFile:
         }
 
 
-def test_random_files_are_filled_as_plainly_or_refused_by_line(tmp_path, draws):
+def test_random_files_are_filled_or_refused_by_line(tmp_path, draws):
     """Each file is filled as by plain replacement, or refused by file and line."""
     (tmp_path / "template").mkdir()
     path = tmp_path / "model.toml"

@@ -175,7 +175,7 @@ def shell(tmp_path, script, outputs, template=None, **program):
     )
 
 
-def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
+def test_results_in_the_template_belong_to_no_design(tmp_path):
     """A program that writes no file fails; the file of an earlier run stays in the template."""
     outputs = {"n": {"file": "in", "pattern": "n=(.+)"}, "m": {"file": "out", "pattern": "(.+)"}}
     problem = shell(tmp_path, "echo n=2 > in", outputs, {"out": "7", "in": "n=1\n"})
@@ -241,7 +241,7 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
 
 
 @posix
-def test_what_a_program_leaves_running_ends_and_its_numbers_do_not_count(tmp_path):
+def test_what_a_program_leaves_running_ends(tmp_path):
     """In its group and outside of it; what ends within a moment is waited for."""
     half = "(printf 1; echo $$ > pid; sleep 60; printf 2) > out & setsid sleep 61 &\necho $! > pid2"
     problem = shell(tmp_path, half, {"m": {"file": "out", "pattern": "(.+)"}})
@@ -258,7 +258,7 @@ def test_what_a_program_leaves_running_ends_and_its_numbers_do_not_count(tmp_pat
 
 @posix
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_program_ends_with_the_process_that_has_started_it(tmp_path, how):
+def test_a_program_ends_with_the_process_above_it(tmp_path, how):
     script = "echo $$ > ../../pid; setsid sleep 62 & echo $! > ../../pid2; sleep 63"
     shell(tmp_path, script, {"m": {"file": "out", "pattern": "(.+)"}})
     code = """
@@ -400,7 +400,7 @@ def test_a_listing_says_why_a_program_failed(tmp_path, script, listing, flaw):
 
 
 @posix
-def test_a_program_is_one_on_the_path_or_in_its_folder(tmp_path, monkeypatch):
+def test_programs_are_on_the_path_or_in_the_folder(tmp_path, monkeypatch):
     outputs = {"m": {"file": "stdout.txt", "pattern": "(.+)"}}
     problem = shell(tmp_path, "", outputs, {"solver": "#!/bin/sh\necho 1"}, command="solver {x}")
     (tmp_path / "template" / "solver").chmod(0o755)
@@ -456,7 +456,7 @@ def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, m
     assert runs(tmp_path) == []
 
 
-def test_the_study_knows_the_key_but_not_what_an_editor_or_python_leaves(beam, tmp_path):
+def test_a_study_knows_no_files_of_editors(beam, tmp_path):
     study, hidden = tmp_path / "beam.db", tmp_path / "model" / "__pycache__"
     first = investigate(beam(), 2, study=study)
     hidden.mkdir()

@@ -132,7 +132,7 @@ def test_a_byte_order_mark_is_none_of_the_text(read):
     assert read(f"\ufeff{text}").fingerprint() == read(text).fingerprint()
 
 
-def test_odd_files_give_a_problem_or_an_error_of_the_package(read, draws):
+def test_odd_files_give_a_problem_or_an_error(read, draws):
     messages = []
     for seed in draws(200):
         text = toml_file(mutated(FILE, random.Random(seed)))
@@ -165,6 +165,6 @@ def test_numbers_and_arrays_of_numpy_are_values_too(read):
         ("<= 0.1234567890124", "stress<=0.1234567890124"),
     ],
 )
-def test_a_constraint_is_named_by_all_digits_of_its_limit(read, limit, text):
+def test_constraints_have_all_digits_of_their_limits(read, limit, text):
     problem = read(toml_file(FILE | {"limits": {"stress": limit}}))
     assert problem.names["g1"] == text

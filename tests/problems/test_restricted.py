@@ -140,7 +140,7 @@ def test_another_algorithm_stays_in_the_part(make, box, is_inside, tolerant):
 
 
 @pytest.mark.parametrize("width", [1.5, (1.25, 1.75)])
-def test_a_part_of_a_part_is_the_part_by_both(width):
+def test_parts_of_parts_are_the_part_by_both(width):
     outer, inner = {"width": (1.0, 2.0), "metal": "steel"}, {"width": width, "ribs": (None, 4)}
     twice = Restricted(Restricted(Beam(), outer), inner)
     assert investigate(twice, 16).equals(investigate(Restricted(Beam(), outer | inner), 16))

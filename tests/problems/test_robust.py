@@ -48,7 +48,7 @@ def closed(statistic, q, spread, mean):
 @pytest.mark.parametrize(
     ("statistic", "q", "within"), [("mean", 0.5, 1e-12), ("cvar", 0.5, 0.01), ("cvar", 0.9, 0.03)]
 )
-def test_a_linear_model_with_normal_tolerances_and_a_normal_load(statistic, q, within):
+def test_linear_models_with_normal_tolerances_have_closed_forms(statistic, q, within):
     text = statistic if statistic == "mean" else f"{statistic}:{q}"
     robust = Robust(
         Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
@@ -103,7 +103,7 @@ class Brittle(ElementwiseProblem):
         out["F"] = x[0] if x[0] >= 0 else np.inf
 
 
-def test_scenarios_that_fail_are_violated_and_the_statistics_are_of_the_others():
+def test_scenarios_that_fail_are_violated():
     robust = Robust(Brittle(), tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
     F, G = robust.evaluate(np.array([[0.5], [0.25], [1.0], [9.0]]))
     assert G[:, 0] == pytest.approx([-0.1, 15 / 63 - 0.1, 31 / 63 - 0.1, 0.9])
@@ -115,7 +115,7 @@ def test_scenarios_that_fail_are_violated_and_the_statistics_are_of_the_others()
     assert set(table.status) == {"ok", "infeasible"}
 
 
-def test_a_share_of_violated_scenarios_may_be_exactly_the_probability():
+def test_the_share_of_violations_may_equal_the_probability():
     """1 - 0.7 is more than 0.3 in float64; 3 of 10 are not."""
     for n in (3, 10, 49):
         for k in range(1, n):
@@ -149,7 +149,7 @@ def test_its_study_is_its_own(study_file):
     minimize(Robust(chute, **given), PSI(16, study=study_file))
 
 
-def test_names_of_the_problem_are_kept_but_those_of_its_constraints():
+def test_names_are_kept_but_those_of_constraints():
     problem = Linear()
     problem.names = {"x1": "width", "f2": "yield", "g1": "stress"}
     problem.maximize, problem.units = ("yield",), {"width": "mm", "stress": "MPa"}

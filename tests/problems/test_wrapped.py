@@ -92,7 +92,7 @@ def same(table, expected):
 
 @pairs
 @around
-def test_investigations_of_a_new_wrapper_are_those_of_the_problem_written_by_hand(pair, wrap):
+def test_a_new_wrapper_equals_a_problem_by_hand(pair, wrap):
     wrapped, written = map(wrap, pair())
     expected = investigate(written, 48)
     same(investigate(wrapped, 48), expected)
@@ -132,7 +132,7 @@ def test_a_study_tells_wrappers_with_other_arguments_apart(study_file):
     )
 
 
-def test_the_front_of_a_wrapper_that_changes_values_is_unknown():
+def test_a_wrapper_that_changes_values_has_no_front():
     class Taxed(WrappedProblem):
         def values_from(self, X, evaluate):
             values = evaluate(X)

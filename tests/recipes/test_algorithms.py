@@ -107,7 +107,7 @@ def table_of(make, problem=BNH):
 # interface/minimize, interface/result, algorithms/usage
 
 
-def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make, algorithm):
+def test_a_run_leaves_the_algorithm_as_it_is(make, algorithm):
     first, second = minimize(BNH, algorithm, seed=1), minimize(BNH, algorithm, seed=1)
     assert (algorithm.problem, algorithm.n_tested) == (None, 0)
     assert first.algorithm.table.equals(second.algorithm.table)

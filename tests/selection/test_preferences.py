@@ -51,7 +51,7 @@ def test_the_ideal_as_reference_point_is_the_chebyshev_compromise(F, normalize):
 
 
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
-def test_the_knee_of_two_objectives_is_the_least_sum_where_it_bulges(F):
+def test_a_knee_is_the_least_sum_where_it_bulges(F):
     _, d = in_shares(F, rank_of_efficiency(F).ideal)
     expected = CompromiseProgramming(1).do(F).tolist() if d.sum(axis=1).min() < 1 - 1e-9 else []
     if np.isfinite(d).all() and d.any(axis=0).all():
@@ -59,7 +59,7 @@ def test_the_knee_of_two_objectives_is_the_least_sum_where_it_bulges(F):
 
 
 @pytest.mark.parametrize("m", [2, 3, 6])
-def test_a_dent_in_a_plane_is_its_knee_in_any_unit(m):
+def test_the_dent_in_a_plane_is_its_knee(m):
     """Shares of one are a plane; the third design is drawn from it towards the ideal."""
     shares = np.vstack([np.eye(m), np.random.default_rng(m).dirichlet(np.ones(m), 30)])
     assert Knee().do(shares).tolist() == []

@@ -124,7 +124,7 @@ class Brittle(ElementwiseProblem):
         out["F"] = x[0]
 
 
-def test_a_design_that_fails_is_infeasible_but_not_all_of_them():
+def test_a_failing_design_is_infeasible_but_not_all():
     load = {"load": stats.uniform(0, 1)}
     result = robustness(Brittle, [[0.5], [1.0]], uncertainty=load, n_scenarios=15)
     assert result.infeasible_share.tolist() == [7 / 15, 0]

@@ -97,7 +97,7 @@ def test_a_replaced_study_is_noticed(study, tmp_path):
 # An ordinary database: what users add stays, except what changes tests
 
 
-def test_views_indices_and_tables_of_users_stay_when_columns_are_added(study_file):
+def test_views_of_users_stay_when_columns_are_added(study_file):
     study = begun(study_file)
     study.append(block(1, 8), origin="LP-tau", seconds=0.5)
     edit(
@@ -130,14 +130,12 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_other_versions_and_what_changes_tests_or_takes_the_place_of_a_table_are_refused(
-    study, what
-):
+def test_other_versions_and_replaced_tables_are_refused(study, what):
     edit(study.path, *REFUSED[what])
     refused_and_left(Path(study.path), what)
 
 
-def test_a_full_disk_is_named_and_what_is_stored_is_kept(study, tmp_path, monkeypatch):
+def test_a_full_disk_costs_nothing_stored(study, tmp_path, monkeypatch):
     connect = sqlite3.connect
 
     def full(*arguments, **options):

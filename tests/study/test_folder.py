@@ -50,7 +50,7 @@ def test_points_that_are_missing_are_told(tmp_path):
     assert read_folder(tmp_path)[2] == ""
 
 
-def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
+def test_a_point_of_two_files_counts_once(tmp_path):
     whole = shares(tmp_path, 2, 10)
     begun(tmp_path / "other.db").append(block(1, 10, failed=[2]))
     assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole)
@@ -64,7 +64,7 @@ def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
     )
 
 
-def test_an_output_that_a_share_lacks_is_unknown_for_its_points(tmp_path):
+def test_an_output_that_a_share_lacks_is_unknown(tmp_path):
     whole = shares(tmp_path, 3, 12, [1, 2])
     numbers, share = Share(3, 3).numbers(1, 12), Study(tmp_path / Share(3, 3).file)
     share.begin(HEAD, share=Share(3, 3))
@@ -75,7 +75,7 @@ def test_an_output_that_a_share_lacks_is_unknown_for_its_points(tmp_path):
     assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole | {"heat": heat})
 
 
-def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_read(tmp_path):
+def test_a_share_of_another_problem_is_refused(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     other = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
@@ -118,7 +118,7 @@ def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
     refused("holds no study", read_folder, tmp_path, error=StudyAccessError)
 
 
-def test_a_study_is_written_at_once_and_never_over_another(study_file):
+def test_a_study_is_never_written_over_another(study_file):
     write_study(study_file, HEAD, block(1, 10))
     assert bits(read(study_file)[1]) == bits(block(1, 10))
     study = begun(study_file)

@@ -88,7 +88,7 @@ def lines(path):
     return path.read_text().splitlines() if path.exists() else []
 
 
-def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, study_file, workers):
+def test_the_second_writer_waits_or_names_the_first(tmp_path, study_file, workers):
     study = begun(study_file, wait=0)
     study.append(block(1, 4))
     ready, go = tmp_path / "ready", tmp_path / "go"
@@ -168,7 +168,7 @@ if os.getuid() == 0: os.setgid(65534); os.setuid(65534)
 
 
 @pytest.mark.parametrize("rights", [0o555, 0o777])
-def test_what_is_read_only_can_be_read_and_is_said_to_be_so(workers, rights):
+def test_what_is_read_only_can_be_read(workers, rights):
     with tempfile.TemporaryDirectory() as name:  # below which every user can reach
         folder = Path(name)
         path, report = folder / "s.db", folder / "report"

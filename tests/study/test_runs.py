@@ -47,7 +47,7 @@ def model():
     return Counted()
 
 
-def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model, study_file):
+def test_the_number_of_a_test_says_run_and_point(model, study_file):
     first = investigate(model, 8, study=study_file)
     part = Restricted(model, {"x1": (0.5, 1)})
     assert investigate(part, 8, study=study_file).numbers.tolist() == [*range(1_000_001, 1_000_009)]
@@ -66,7 +66,7 @@ def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model
     assert beyond.numbers.tolist() == [1_000_009]
 
 
-def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, study_file):
+def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
     assert len(investigate(model, 8, study=study_file, more=True)) == 8
     assert len(investigate(model, 8, study=study_file, more=True)) == 16
     algorithm = PSI(32, study=study_file, block_size=8)
@@ -78,7 +78,7 @@ def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, st
     refused("more must be used with a study", PSI, 8, more=True)
 
 
-def test_surrogates_learn_from_all_tests_those_beyond_the_bounds_too(study_file):
+def test_surrogates_learn_from_tests_beyond_the_bounds(study_file):
     problem = get_problem("bnh")
     minimize(problem, PSI(40, study=study_file))
     part = Restricted(problem, {"x1": (0, 2.5), "x2": (0, 1.5)})
@@ -94,7 +94,7 @@ def test_more_proposals_after_few_points_are_all_new(model, study_file):
     assert len(model.evaluated) == 12 + 16
 
 
-def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study_file):
+def test_results_in_another_unit_are_refused(model, study_file):
     options = RunOptions(study=study_file, units={"f1": "kg"}, log=["x2"])
     part = Restricted(model, {"x2": (0.1, 1)})
     schema = Schema.of(["x1", "x2"], ["f1", "f2"], units={"f1": "g"})
@@ -116,7 +116,7 @@ def test_analysis_says_which_tests_are_an_even_sample(model, study_file):
     np.testing.assert_allclose(shares, 0.5, atol=0.1)
 
 
-def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, study_file, tmp_path):
+def test_several_runs_are_written_without_a_change(model, study_file, tmp_path):
     investigate(model, 8, study=study_file)
     investigate(Restricted(model, {"x1": (0, 0.5)}), 8, study=study_file)
     table = read_table(study_file)
@@ -129,14 +129,14 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
     refused("runs and test points .* different ones", write_table, twice, tmp_path / "twice.db")
 
 
-def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study_file):
+def test_a_study_says_when_and_where_runs_began(model, study_file):
     investigate(model, 4, study=study_file)
     record = Study(study_file).facts().runs[0].record
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
 
 
 @pytest.mark.parametrize("name", ["run", "origin", "seconds"])
-def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study_file, model):
+def test_added_columns_replace_no_values(name, study_file, model):
     """Such an objective is refused; a further output is left out, which is said."""
     refused(
         f"a column of a study.*'{name}'",

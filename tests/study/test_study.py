@@ -42,7 +42,7 @@ def changed(**problem):
 # Proposals
 
 
-def test_proposals_come_back_and_the_first_ones_under_a_number_stay(study):
+def test_the_first_proposals_under_a_number_stay(study):
     nothing = read(study.path)
     assert study.proposals() == []
     made = [(n, 2, "métal", {"point": [0.1, None, 1e-300], "n": n}) for n in (7, 8, 9)]
@@ -101,7 +101,7 @@ def problems(draw):
 
 
 @given(problems(), st.data())
-def test_tests_come_back_bit_for_bit_however_they_are_cut_into_blocks(tmp_path_factory, made, data):
+def test_tests_come_back_bit_for_bit(tmp_path_factory, made, data):
     head, columns = made
     path = tmp_path_factory.mktemp("study") / "s.db"
     study = begun(path, head)
@@ -264,7 +264,7 @@ def test_outputs_that_appear_later_are_nan_for_earlier_tests(study):
         assert bits({name: columns[name]}) == bits({name: wanted})
 
 
-def test_a_test_with_an_output_more_or_less_is_the_same_test(study):
+def test_an_output_more_makes_no_other_test(study):
     with_heat = block(1, 3) | {"heat": np.array([1.0, 2.0, 3.0])}
     study.append(with_heat)
     assert study.append(block(1, 3)) == 0

@@ -103,7 +103,7 @@ def test_unknown_names_and_wrong_values_are_named(text, message):
 
 @examples(4)
 @given(text=st.one_of(st.text(), st.text(alphabet="ab12.e*/+-(),` \n\t^_\0")))
-def test_whatever_the_text_the_answer_is_a_column_or_a_message(text):
+def test_any_text_gives_a_column_or_a_message(text):
     try:
         column = values(text)
     except PsiError:

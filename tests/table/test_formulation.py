@@ -142,7 +142,7 @@ def formulations(draw):
 
 @examples(2)
 @given(formulations=formulations())
-def test_tests_judged_anew_are_the_fresh_run_of_the_problem_so_formulated(formulations):
+def test_a_formulation_later_equals_one_from_the_start(formulations):
     asked, computed = formulations
     table = beam_tests()
     fresh = investigate(ByHand(asked, computed), COUNT)
@@ -168,9 +168,7 @@ def test_tests_judged_anew_are_the_fresh_run_of_the_problem_so_formulated(formul
 
 
 @given(failed=st.sets(st.integers(1, COUNT)), formulations=formulations())
-def test_what_failed_in_its_evaluation_stays_failed_and_the_rest_is_as_without_it(
-    failed, formulations
-):
+def test_what_failed_stays_failed(failed, formulations):
     asked, _ = formulations
     table = beam_tests(failed)
     assert table.under(Formulation()).equals(table)
@@ -214,7 +212,7 @@ def test_every_column_stays_a_column():
         ({"mas": 1}, "did you mean 'mass'"),
     ],
 )  # fmt: skip
-def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, message):
+def test_limits_that_could_mean_two_things_are_refused(limits, message):
     refused(message, beam_tests({3}).under, limits=limits)
     refused(message, lambda: beam_tests().under(Formulation(limits=limits)))
 
@@ -243,7 +241,7 @@ def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, messa
         ("[1]", "it must be an object of JSON"),
     ],
 )  # fmt: skip
-def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, message):
+def test_a_file_without_a_formulation_is_refused(tmp_path, text, message):
     path = tmp_path / "asked.json"
     path.write_text(text, "utf-8")
     refused(rf"asked\.json must be a decision.*({message})", Decision.read_json, path)
@@ -264,7 +262,7 @@ DECISION = {
 }
 
 
-def test_odd_files_give_a_formulation_or_an_error_of_the_package(tmp_path, draws):
+def test_odd_files_give_a_formulation_or_an_error(tmp_path, draws):
     path = tmp_path / "asked.json"
     messages = []
     for seed in draws(200):
@@ -309,7 +307,7 @@ def test_positions_are_joined_in_any_order():
         ({"chosen": "A", "dissent": ["Ben"]}, ["Decided for A.", "Dissent: Ben."]),
     ],
 )  # fmt: skip
-def test_a_decision_of_a_group_may_be_written_by_hand(decided, said, tmp_path):
+def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
     path = tmp_path / "d.json"
     path.write_text(json.dumps({"decided": decided}))
     asked = Decision.read_json(path)

@@ -68,7 +68,7 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(mine.refined_bounds(), other.refined_bounds())
 
 
-def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
+def test_an_output_of_a_later_table_keeps_its_unit():
     schema = Schema.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
     new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, schema=schema)
     old = TestTable.of([1, 2], [[0.1], [0.2]], [[1], [2]], schema=Schema.of(1, ["mass"]))

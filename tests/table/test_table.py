@@ -215,7 +215,7 @@ def test_designs_are_called_by_their_label():
     assert not joined.equals(table)
 
 
-def test_a_design_that_recurs_with_other_objectives_is_no_repetition():
+def test_a_design_with_other_objectives_is_no_repetition():
     """As of a model that is not deterministic, or of one that was mended meanwhile."""
     X, F = [[4.5], [4.5], [5], [4.5], [4.5]], [[0.3, 1], [0.2, 1], [0.1, 2], [0.3, 1], [0.2, 2]]
     table = TestTable.of([1, 2, 3, 4, 5], X, F)

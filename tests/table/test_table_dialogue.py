@@ -118,7 +118,7 @@ def test_refined_bounds_of_mixed_variables():
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
 
 
-def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
+def test_a_ranking_names_designs_by_their_tests():
     """Row 1 of the Pareto set is test 5, which nobody must look for under 1."""
     table = TestTable.of(
         [2, 3, 5, 7], [[0.1], [0.2], [0.3], [0.4]], [[0, 4], [5, 5], [1, 1], [4, 0]]

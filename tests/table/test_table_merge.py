@@ -23,7 +23,7 @@ def run(n, first=1, schema=SCHEMA):
 
 
 @given(n=st.integers(0, 60), data=st.data())
-def test_parts_in_any_order_with_any_overlap_give_the_whole(n, data):
+def test_parts_with_any_overlap_give_the_whole(n, data):
     whole = run(n)
     order = data.draw(st.permutations(range(n)))
     a, b = (data.draw(st.integers(0, n)) for _ in range(2))
@@ -62,7 +62,7 @@ def test_what_does_not_belong_together_is_refused(make, kind, message):
     refused(message, make, error=kind)
 
 
-def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined():
+def test_outputs_of_tests_of_one_design_are_joined():
     whole = run(8)
     one, two = (
         TestTable.of(whole.numbers, whole.X, whole.F, whole.G, outputs={name: np.arange(8.0)},
