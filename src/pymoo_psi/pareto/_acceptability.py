@@ -24,7 +24,8 @@ from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 _BLOCKS = 8  # parts of the sample of weights, whose differences give the error
 _PER_BLOCK = 1024  # weights in a block, a power of 2, so that each block is evenly distributed
 _MANY = 10_000  # designs from which on there are a quarter of the weights
-_AT_ONCE = 1 << 18  # distances that are in memory at the same time, so that they fit in a cache
+_AT_ONCE = 1 << 18  # distances that are computed at once, so that they fit in a cache
+_ROUNDING = 1e-12
 P_MOST = 32  # the exponent from which on powers of distances would underflow
 _SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _FACTOR = 2.0  # the factor between weights in the sentence
@@ -70,15 +71,16 @@ class Acceptability:
         places = integer("places", places, minimum=1)
         ranking = rank_of_efficiency(F)
         front, terms, weighted = weighted_terms(ranking)
-        designs, design_of_row = np.unique(terms[:, weighted], axis=0, return_inverse=True)
-        k = len(designs)
         per_block = _PER_BLOCK
-        if k > _MANY:
+        if len(front) > _MANY:
             per_block = _PER_BLOCK // 4
         weights = simplex_weights(_BLOCKS * per_block, len(weighted), factor)
-        nearest = nearest_designs(designs, weights, p, min(places, k))
+        nearest = nearest_designs(terms[:, weighted], weights, p, places)
+        placed, nearest = np.unique(nearest, return_inverse=True)
+        nearest = nearest.reshape(len(weights), -1)
         # How many weights of each block give each place to each design, and the sum of its weights.
-        # The last design stands for dominated rows.
+        # The last design stands for those that have no place.
+        k = len(placed)
         counts = np.zeros((k + 1, places, _BLOCKS))
         block = np.arange(len(weights)) // per_block
         for place, design in enumerate(nearest.T):
@@ -92,7 +94,13 @@ class Acceptability:
             central = sums / sums.sum(axis=1)[:, None]  # the sum is 1
         errors = counts.std(axis=2, ddof=1) / np.sqrt(_BLOCKS)
         design_of = np.full(len(ranking.pareto), k)
-        design_of[front] = design_of_row.ravel()
+        # Equal designs share their places; few rows have a first value of a design with a place.
+        similar = np.flatnonzero(np.isin(terms[:, weighted[0]], terms[placed, weighted[0]]))
+        _, number = np.unique(terms[similar], axis=0, return_inverse=True)
+        number = number.ravel()
+        design_of_number = np.full(len(similar), k)
+        design_of_number[number[np.searchsorted(similar, placed)]] = np.arange(k)
+        design_of[front[similar]] = design_of_number[number]
         return cls(counts.mean(axis=2)[design_of], errors[design_of], central[design_of])
 
     def __repr__(self) -> str:
@@ -242,31 +250,67 @@ def _on_simplex(cube: Array) -> Array:
 def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> Integers:
     """Return ``(k, places)`` the nearest design for each weight, the second nearest, ….
 
+    The weights are halved until few designs may be near for any of a part.
+
     Args:
-        designs: ``(n, m)`` terms from 0 to 1, before they are weighted.
+        designs: ``(n, m)`` terms from 0 to 1, before they are weighted. Of equal designs, the first
+            has the place.
         weights: ``(k, m)`` weights.
         p: Order of the norm.
-        places: How many places; at most n.
+        places: How many places; fewer are returned if there are fewer different designs.
     """
     weights = weights / weights.max(axis=1)[:, None]
     if not np.isinf(p):
         weights = weights**p
         designs = designs**p  # no root is taken, as it changes no order
-    terms = np.ascontiguousarray(designs.T)
+    different = np.arange(len(designs))
+    if places > 1:
+        _, different = np.unique(designs, axis=0, return_index=True)
+        places = min(places, len(different))
     nearest = np.empty((len(weights), places), dtype=np.int64)
-    # A new array for each step would take most of the time.
-    step = max(1, _AT_ONCE // len(designs))
-    memory = np.empty((step, len(designs)))
-    for start in range(0, len(weights), step):
-        some = weights[start : start + step]
-        distances = memory[: len(some)]
-        np.matmul(some, terms, out=distances)
+    parts = [(np.arange(len(weights)), different, np.ascontiguousarray(designs[different].T))]
+    while parts:
+        some, rows, terms = parts.pop()
+        part = weights[some]
+        if len(some) > 1 and not np.isinf(p):
+            near = _may_be_near(terms, part.min(axis=0), part.max(axis=0), places)
+            rows = rows.take(near)
+            terms = terms.take(near, axis=1)
+        if len(some) > 1 and terms[0].size * len(some) > _AT_ONCE:
+            some = some[part[:, np.ptp(part, axis=0).argmax()].argsort()]
+            parts += [(half, rows, terms) for half in np.array_split(some, 2)]
+            continue
+        distances = part @ terms
         if np.isinf(p):
             distances *= _SUM
-            distances += (some[:, None] * designs).max(axis=2)
-        rows = np.arange(len(some))
+            distances += (part[:, :, None] * terms).max(axis=1)
         for place in range(places):
-            first = distances.argmin(axis=1)
-            nearest[start : start + len(some), place] = first
-            distances[rows, first] = np.inf
+            best = distances.argmin(axis=1)
+            nearest[some, place] = rows[best]
+            distances[np.arange(len(some)), best] = np.inf
     return nearest
+
+
+def _may_be_near(terms: Array, low: Array, high: Array, places: int) -> Rows:
+    """Return which designs may have one of the first places for weights between two.
+
+    A design with terms t is farther than one with terms r by at least
+    low·t + (high − low)·min(t, r) − high·r.
+
+    Args:
+        terms: ``(m, n)`` terms of n designs, which a weight multiplies.
+        low: ``(m,)`` least weights.
+        high: ``(m,)`` greatest weights.
+        places: How many designs with smaller distances leave a design out; at most n.
+    """
+    least = low @ terms
+    distances = (low + high) @ terms
+    is_near = np.zeros(len(least), dtype=bool)
+    for _ in range(places):
+        nearest = distances.argmin()
+        distances[nearest] = np.inf
+        reference = terms[:, nearest]
+        shared = (high - low) @ np.minimum(terms, reference[:, None])
+        farthest = high @ reference
+        is_near |= least + shared - farthest <= _ROUNDING * farthest
+    return np.flatnonzero(is_near)

@@ -16,7 +16,7 @@ import numpy as np
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
-from pymoo_psi.pareto._dominance import nondominated, unit_lengths
+from pymoo_psi.pareto._dominance import nondominated, order_of, unit_lengths, without_rounding
 from pymoo_psi.pareto._explanation import change_of
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
@@ -227,19 +227,22 @@ class _Checks:
             j: The objective.
             column: ``(n,)`` its values for all designs, in the original direction.
         """
-        front = column[self.rows]
-        pool = np.unique(front)
+        order = order_of(column)
+        pool = _distinct(column.take(order[self.ranking.pareto.take(order)]))
         if len(pool) <= _OTHERS:  # too few to show what is usual
-            pool = np.unique(column[self.near_front()])
+            pool = _distinct(np.sort(column.take(self.near_front())))
         if len(pool) <= _OTHERS:
             return
-        every = np.unique(column)
+        every = _distinct(column.take(order))
         n_low = _n_unlike(-pool[::-1], -every[::-1])
         if pool[0] == -1.0 < 0 < pool[1]:  # a code among positive values
             n_low = 1
         low = pool[n_low]
         high = pool[-1 - _n_unlike(pool, every)]
         is_unlike = (column < low) | (column > high)
+        if not is_unlike.any():
+            return
+        front = column[self.rows]
         designs = np.flatnonzero(is_unlike[self.rows])
         if not len(designs):
             return
@@ -268,7 +271,7 @@ class _Checks:
         """Yield cautions about objectives whose logarithms would propose another design."""
         objectives = self.ranking.objectives
         for j, name in enumerate(self.names):
-            values = objectives.values[self.rows, j]
+            values = objectives.values[:, j].take(self.rows)
             crowd = np.mean(values <= values.min() + 0.1 * np.ptp(values))
             is_crowded = crowd >= CROWD and values.max() >= DECADES * np.median(values)
             if not is_crowded or values.min() <= 0 or self.unlike[:, j].any():
@@ -410,10 +413,13 @@ class _Checks:
             designs: The designs.
             rows: The other rows that may be Pareto optimal without them.
         """
-        F = self.ranking.objectives.minimized[rows]
-        if not self.ranking.pareto[rows].all():
+        if self.ranking.pareto.take(rows).all():
+            others = np.delete(np.arange(len(self.rows)), designs)
+            F = self.values.T.take(others, axis=1).T
+        else:
+            F = self.ranking.objectives.minimized.take(rows, axis=0)
             optimal = nondominated(F)
-            rows, F = rows[optimal], F[optimal]
+            rows, F = rows[optimal], without_rounding(F[optimal])
         optima, frame = nearest_of_front(F, self.ranking.frame)
         lengths = unit_lengths(frame.ideal, frame.nadir)
         # The least way from an optimum before to one after.
@@ -455,6 +461,11 @@ def originals(d: Array) -> Rows:
         differences = np.sqrt(np.mean((d.T - column) ** 2, axis=1))
         first.append((differences <= SAME).argmax())
     return np.array(first)
+
+
+def _distinct(ordered: Array) -> Array:
+    """Return the different ones of ``(n,)`` increasing values, n >= 1."""
+    return np.asarray(ordered[np.append(True, ordered[1:] > ordered[:-1])])
 
 
 def _n_unlike(values: Array, every: Array) -> int:

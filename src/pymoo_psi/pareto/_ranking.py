@@ -30,7 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -111,7 +111,9 @@ class UtopianFrame:
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
-        return (F - self.ideal) / self.scale
+        d = F - self.ideal
+        d /= self.scale
+        return d
 
     def distances(self, F: Array) -> Array:
         """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
@@ -132,9 +134,7 @@ class UtopianFrame:
         longest = line.argmax()
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
             d = self.scaled(F)
-            unit = line[longest]
-            if unit == 0:  # N = U
-                unit = np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0
+            unit = self._unit(d)
             across_unit = np.delete(line, longest).max(initial=0.0) or unit
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
@@ -146,6 +146,23 @@ class UtopianFrame:
             measured = np.column_stack([_row_norm(d), _row_norm(across / across_unit), d @ e])
         measured[np.isnan(measured)] = np.inf
         return measured, np.array([unit, across_unit, unit])
+
+    def measured_to_ideal(self, F: Array) -> tuple[Array, float]:
+        """Return the first criterion of :meth:`measured` alone, and its unit."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            d = self.scaled(F)
+            unit = self._unit(d)
+            d /= unit
+            distances = _row_norm(d)
+        distances[np.isnan(distances)] = np.inf
+        return distances, unit
+
+    def _unit(self, d: Array) -> float:
+        """Return the greatest part of the line, or of differences from U if N = U."""
+        unit = self.line.max()
+        if unit == 0:
+            unit = np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0
+        return float(unit)
 
     def noise(self, F: Array, units: Array) -> Array:
         """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
@@ -690,11 +707,16 @@ def measured_in(ranking: EfficiencyRanking) -> str:
     return "Normalised: distances in units of the ranges"
 
 
+@lru_cache(maxsize=1)
 def front_of(ranking: EfficiencyRanking) -> tuple[Rows, Array]:
     """Return the Pareto-optimal rows, and their objectives, minimised, without rounding noise."""
     front = np.flatnonzero(ranking.pareto)
     objectives = ranking.objectives
-    return front, without_rounding(objectives.values[front] * objectives.sign)
+    values = without_rounding(objectives.values.take(front, axis=0) * objectives.sign)
+    # By columns, as most of what is done with them is: with rows of few values NumPy is slow.
+    values = np.asfortranarray(values)
+    values.setflags(write=False)
+    return front, values
 
 
 def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:
@@ -705,7 +727,7 @@ def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:
         frame: That of a ranking of such values: whether they are normalised, and fixed points.
     """
     front = np.flatnonzero(nondominated(F))
-    nearest, _ = nearest_of_front(F[front], frame)
+    nearest, _ = nearest_of_front(without_rounding(F[front]), frame)
     return np.asarray(front[nearest])
 
 
@@ -713,14 +735,14 @@ def nearest_of_front(F: Array, frame: UtopianFrame) -> tuple[Rows, UtopianFrame]
     """Return the Salukvadze optimum of a Pareto set, and the frame in which it is measured.
 
     Args:
-        F: ``(k, m)`` objective values, minimised, none of which dominates another.
+        F: ``(k, m)`` objective values without rounding noise, minimised, none of which dominates
+            another.
         frame: As for :func:`nearest_to_ideal`.
     """
-    optimal = without_rounding(F)
-    frame = frame.around(optimal)
-    measured, units = frame.measured(optimal)
-    noise = frame.noise(optimal, units)
-    return np.flatnonzero(levels(measured[:, 0], noise[0]) == 0), frame
+    frame = frame.around(F)
+    distances, unit = frame.measured_to_ideal(F)
+    noise = LAST_PLACES * np.linalg.norm(frame.sizes(F) / unit)
+    return np.flatnonzero(distances <= distances.min() + noise), frame
 
 
 @np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
@@ -746,7 +768,8 @@ def least_weighted(
     noise = LAST_PLACES * (weights * (sizes / unit))
     for measure in measures or (partial(np.max, axis=1), partial(np.sum, axis=1)):
         tolerance = float(measure(noise[None, :])[0])
-        best = levels(measure(terms), tolerance) == 0
+        values = measure(terms)
+        best = values <= values.min() + tolerance
         rows = rows[best]
         terms = terms[best]
     return rows
