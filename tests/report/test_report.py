@@ -291,13 +291,14 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
 
 
 def test_counts_add_up(beam):
-    said, *_, failed_as = lines(beam, "What was tested")
+    said, *_, failed_as, rule = lines(beam, "What was tested")
     designs, ok, beyond, failed, front, ranked = map(int, re.findall(r"(\d+) ", said))
     assert designs == len(TABLE) == failed + beyond + ok
     assert failed == len(TABLE.reasons) > 0
     assert front == LIMITED.pareto().sum()
     assert ranked == ok
     assert failed_as == f"{failed} | no mesh: too slender | test {min(TABLE.reasons)}"
+    assert f" height / width <= 4 would avoid {failed} of them, and reject 0 others." in rule
 
 
 def test_a_limit_costs_what_would_be_had_without_it(beam):

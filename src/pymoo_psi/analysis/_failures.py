@@ -14,8 +14,8 @@ from pymoo_psi.table import TestTable
 # At most this share of the failures is not within a rule, and of the tests within it no failure.
 _MOST_WRONG = 0.1
 # The probability that one of the rules that are tried separates as many failures by chance is at
-# most this.
-_LEVEL = 0.01
+# most this, and in fact much less, as most of these rules are alike.
+_LEVEL = 0.05
 _MOST_TESTS = 1024
 
 
@@ -24,9 +24,10 @@ def failure_sentences(table: TestTable) -> list[str]:
 
     A rule is a value of a variable, or of a ratio or product of two, beyond which nearly all tests
     fail, and nearly none elsewhere. The probability of as many failures there, if these had nothing
-    to do with the design (hypergeometric), is multiplied by the number of possible rules. Of equal
+    to do with the design (hypergeometric), is multiplied by the number of rules. Of equal
     rules, the shorter one is taken, and that with the wider gap. Tests that did not run, because of
-    a requirement, do not count, nor do repeated ones, nor those before the last 1024.
+    a requirement, do not count, nor do repeated ones, nor those before the last 1024. Designs of a
+    file, which may be incomplete, have no rule.
 
     Returns:
         One sentence; none if no rule separates them, or if that may be chance.
@@ -35,17 +36,15 @@ def failure_sentences(table: TestTable) -> list[str]:
         >>> X = np.random.default_rng(0).uniform([10, 1], [100, 5], (40, 2))
         >>> F = X.sum(axis=1, keepdims=True)
         >>> F[X[:, 0] / X[:, 1] > 30] = np.nan
-        >>> [sentence] = failure_sentences(TestTable.of(np.arange(1, 41), X, F))
-        >>> print(sentence.split(";")[0])
-        9 of the last 40 tests failed: 9 of 9 with x1 / x2 above 30, 0 of 31 others
+        >>> failure_sentences(TestTable.of(np.arange(1, 41), X, F))[0].split(": ")[1]
+        'the requirement x1 / x2 <= 30 would avoid 9 of them, and reject 0 others.'
     """
-    if not table.failed().any():
+    if table.schema.words["row"] != "test" or not table.failed().any():
         return []
     from scipy.stats import hypergeom  # heavy to import
 
     has_run = table.failed() | np.isfinite(table.F).any(axis=1)
-    is_first = first_tests(table) == np.arange(len(table))
-    rows = np.flatnonzero(has_run & is_first)[-_MOST_TESTS:]
+    rows = np.unique(first_tests(table)[has_run])[-_MOST_TESTS:]
     has_failed = table.failed()[rows]
     n = len(rows)
     n_failed = has_failed.sum()
@@ -53,10 +52,9 @@ def failure_sentences(table: TestTable) -> list[str]:
     sentences: list[str] = []
     terms = _terms(table, rows)
     least_right = (1 - _MOST_WRONG) * np.maximum(n_beyond, n_failed)
-    n_possible = np.count_nonzero(np.minimum(n_beyond, n_failed) >= least_right)
-    best = (-np.log((2 * len(terms) * n_possible + 1) / _LEVEL), 0, 0.0)
+    best = (np.log(_LEVEL / (2 * n * len(terms) + 1)), 0, 0.0)
     for term, values in terms.items():
-        for sign, side, relation in ((-1, "above", "<="), (1, "below", ">=")):
+        for sign, relation in ((-1, "<="), (1, ">=")):
             order = np.argsort(sign * values, kind="stable")
             v = values[order]
             gaps = np.abs(np.diff(v))
@@ -67,11 +65,10 @@ def failure_sentences(table: TestTable) -> list[str]:
                 if score < best:
                     best = score
                     limit = _short(v[k], v[k + 1])
-                    others = f"{n_failed - n_right[k]} of {n - n_beyond[k]} others"
                     sentences = [
-                        f"{n_failed} of the last {n} tests failed: {n_right[k]} of {n_beyond[k]} "
-                        f"with {term} {side} {limit}, {others}; to avoid them, state the "
-                        f"requirement {term} {relation} {limit}."
+                        f"{n_failed} of the last {n} tests failed: the requirement {term} "
+                        f"{relation} {limit} would avoid {n_right[k]} of them, and reject "
+                        f"{n_beyond[k] - n_right[k]} others."
                     ]
     return sentences
 

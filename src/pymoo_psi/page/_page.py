@@ -14,7 +14,7 @@ from typing import Any
 
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
-from pymoo_psi.analysis import certainty_sentences
+from pymoo_psi.analysis import certainty_sentences, failure_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page._payload import payload, roles, values_of
 from pymoo_psi.pareto import cautions
@@ -174,7 +174,7 @@ def decision_page(
         row = table.schema.words["row"]
         counts = table.under(limits={}).status_counts()
         remark = f"{len(designs)} of {counted(len(table), row)} are on the page ({counts})."
-        designs = replace(designs, facts=(*designs.facts, remark))
+        designs = replace(designs, facts=(*designs.facts, remark, *failure_sentences(table)))
     prototype = existing_designs(prototype, table)
     origin = ""
     if isinstance(source, (str, PathLike)):

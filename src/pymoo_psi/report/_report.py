@@ -14,6 +14,7 @@ from pymoo_psi._validation import Names, Received, counted, instance, invalid
 from pymoo_psi.analysis import (
     certainty_sentences,
     decision_sentences,
+    failure_sentences,
     latest_positions,
     separation_sentences,
 )
@@ -103,6 +104,7 @@ class DecisionReport(Document):
                 measured=measured,
                 regret="".join(separation_sentences(table)[-1:]),
                 decided=decision_sentences(decision.decided),
+                failures=failure_sentences(table),
                 names=[position["name"] for position in latest_positions(decision.positions)],
                 counted=counted,
                 number=number,
