@@ -120,6 +120,28 @@ def test_no_files_import_each_other_in_a_circle():
     assert sorted(path.relative_to(ROOT).as_posix() for path in left) == []
 
 
+# The files of tests that use private names of subpackages, and why.
+PRIVATE = {
+    "algorithms/test_stream.py": "only so is nothing stored before a run ends",
+    "algorithms/test_surrogate_models.py": "no proposal shows the linear algebra of surrogates",
+    "cli/test_experiments.py": "drawing takes most of the time; an interrupt has its moment",
+    "cli/test_files.py": "a log has a line a minute",
+    "cli/test_help.py": "the options of every command; drawing takes most of the time",
+    "test_site.py": "the options of every command",
+}
+
+
+def test_tests_use_public_names():
+    """But for the base layer, which has tests of its own."""
+    private = re.compile(r"pymoo_psi(\.\w+)+\._[a-z]|from pymoo_psi(\.\w+)+ import _[a-z]")
+    folder = PROJECT / "tests"
+    found = set()
+    for path in folder.rglob("*.py"):
+        if private.search(path.read_text("utf-8")):
+            found.add(path.relative_to(folder).as_posix())
+    assert found == PRIVATE.keys()
+
+
 def test_every_module_of_a_subpackage_is_private():
     """The ``__init__`` is the index of the public names."""
     modules = {path.relative_to(ROOT).as_posix() for path in FILES}

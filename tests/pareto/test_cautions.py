@@ -238,24 +238,30 @@ def test_four_optimal_designs_do_not_show_what_is_usual():
     assert "suspect" not in kinds(np.vstack([front, usual]))
 
 
-def test_limits_of_cautions_count_themselves():
-    """A number that equals its limit: a hundred times the median, three quarters, twice the range."""
+def test_decades_begin_at_a_hundred_times_the_median():
+    """And at three quarters in a tenth of the range."""
     decades = np.array([[1.0, 10], [2, 6], [48, 5], [2500, 0]])
     assert "decades" in kinds(decades)
     assert "decades" not in kinds(np.minimum(decades, 2499))
     assert "decades" not in kinds(np.vstack([decades, [300, 1]]))
     assert "decades" not in kinds(decades - [1, 0])  # 0 has no logarithm
-    twice = [[7.0, 12], [10, 9], [13, 7], [16, 6], [17, 7]]
-    assert "outlier" in kinds(twice)
-    # A tenth of a range is no other choice; a hundredth of the distance is a near tie.
+
+
+def test_ties_begin_beyond_a_tenth_of_a_range():
+    """And near ties end at a hundredth of the distance."""
     assert "tie" not in kinds([[0.0, 10], [1, 2], [2, 1], [10, 0]])
     assert "tie" in kinds([[0.0, 10], [1, 3], [3, 1], [10, 0]])
     ends = {"ideal": [0.0, 0.0], "nadir": [128.0, 128.0]}
     assert "near tie" in kinds([[28.0, 96], [99, 20]], **ends)
     assert "near tie" not in kinds([[28.0, 96], [99.01, 20]], **ends)
+
+
+def test_limits_of_other_cautions():
     circle = [[0.0, 10], [6, 8], [10, 0]]
     assert kinds(circle) == ["equidistant"]
     assert "equidistant" not in kinds([*circle, [2, 9.95], [7, 7.9], [8, 7]])  # half of them
+    twice = [[7.0, 12], [10, 9], [13, 7], [16, 6], [17, 7]]  # a range without one design
+    assert "outlier" in kinds(twice)
     yields = pd.DataFrame({"cost": [1.0, 2.0], "yield": [-1.0, 0.0]})
     assert "sign" in kinds(yields, maximize=["yield"])
 

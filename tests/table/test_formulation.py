@@ -225,6 +225,7 @@ def test_limits_that_could_mean_two_things_are_refused(limits, message):
     [
         ('{"objectives": ["a"], "objectives": ["b"]}', "a name occurs twice"),
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
+        ('{"positions": [{"name": "Ann", "weight": {}}]}', "a position: .*unknown field `weight`"),
         ('{"limits": {"mass": NaN}}', "NaN is no finite number"),
         ('{"page": {"a": -Infinity}}', "-Infinity is no finite number"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),

@@ -80,9 +80,15 @@ def test_a_choice_has_one_bin_for_each_value():
     assert teeth.pareto.tolist() == [1, 0, 0]
     steel = histogram(MIXED.under(limits={"f1": 2.0}), "steel")
     assert (steel.values, steel.feasible.tolist()) == (("16MnCr5", "C45", "C60"), [0, 1, 1])
-    code = histogram(MIXED, "code")  # 1, "1", 1.5 and True are four values
+
+
+def test_values_of_other_types_have_other_bins():
+    code = histogram(MIXED, "code")  # 1, "1", 1.5 and True
     assert len(code.values) == 4
     assert code.tested.tolist() == [1] * 4
+
+
+def test_many_whole_numbers_share_bins():
     tubes = np.arange(20, 61)  # so many that bars of single values could not be read
     many = histogram(TestTable.of(tubes, tubes[:, None], tubes[:, None]), "x1")
     assert (many.values, many.edges.tolist()) == ((), list(range(20, 61, 4)))
