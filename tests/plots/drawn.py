@@ -2,17 +2,33 @@
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 
-def texts(owner):
-    """The names in the legends of a page, or of axes."""
-    legends = owner.legends if isinstance(owner, Figure) else [owner.get_legend()]
-    return [text.get_text() for legend in legends for text in legend.get_texts()]
+def texts(figure):
+    """The names in the legends of a page, and those beside what they name."""
+    found = [text for legend in figure.legends for text in legend.get_texts()]
+    found += [text for ax in figure.axes for text in ax.texts]
+    return [text.get_text() for text in found]
 
 
 def shown(figure):
     return [ax for ax in figure.axes if ax.axison]
+
+
+def assert_readable(figure):
+    """No text is smaller than 7 points, and no name over another or off the axes it is in."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for text in figure.findobj(Text):
+        assert text.get_fontsize() >= 7 or not text.get_text()
+    for ax in figure.axes:
+        names = [name for name in ax.texts if name.get_visible()]
+        boxes = [Text.get_window_extent(name) for name in names]
+        for k, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[:k]), names[k]
+            is_inside = box.overlaps(ax.bbox) and ax.axison
+            assert not is_inside or ax.bbox.padded(2).contains(*box.p0), names[k]
 
 
 def assert_whole(figure, *, draw=False):

@@ -6,8 +6,8 @@ objective.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Mapping, Sequence
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._numbers import number
+from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
+    Integers,
     Names,
     Received,
     counted,
@@ -29,25 +30,24 @@ from pymoo_psi._validation import (
 from pymoo_psi.analysis import Histogram, histogram
 from pymoo_psi.pareto import rank_of_efficiency, with_units
 from pymoo_psi.plots._points import (
-    BLUE,
-    OPTIMUM,
-    ORANGE,
     PARETO,
-    Marker,
-    groups_by_place,
     name_axis,
     opened_table,
     points_of_table,
 )
 from pymoo_psi.plots._style import (
+    ACCENT,
+    INK,
     Drawing,
     Style,
     curves,
     legend_of,
     literal,
+    name_lines,
+    name_points,
     new_figure,
     panels,
-    row_height,
+    places_between,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -56,9 +56,15 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
-_MANY = 100  # lines; from here on those of a group are thin and overlap as a density
+_MANY = 50  # lines; more of them are fainter and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
-_LETTERS = 66  # letters of ticks over the width of a column of a journal
+_NEAR = 10  # places up to which lines are darker
+_ROW = 9.0  # height of a row in mm
+_LOW_ROW = 6.6  # and of one among many
+_FEW = 12  # rows of full height
+_NAME = 26  # letters of the name of a row
+_HEAD = -0.8  # where the head of a ranking is, in rows
+_LETTER = 4.4  # width of a digit in points, and a little more
 
 _PANELS = 3  # panels side by side
 # Indicators with their labels.
@@ -71,8 +77,8 @@ _INDICATORS = {
 # The groups in a histogram, and how their stairs are drawn.
 _STAIRS: dict[str, Style] = {
     "all": {"fill": True, "facecolor": "0.9"},
-    "feasible": {"fill": True, "facecolor": "#A6CBE8"},
-    PARETO: {"edgecolor": ORANGE, "linewidth": 1.5},
+    "within the limits": {"fill": True, "facecolor": "0.7"},
+    PARETO: {"edgecolor": ACCENT, "linewidth": 1.2},
 }
 
 
@@ -114,6 +120,8 @@ def plot_table(
     schema = table.schema
     tops = _column_names("variables", variables, schema.variables, schema)
     rows = _column_names("objectives", objectives, schema.objectives, schema)
+    if not tops:  # designs without variables
+        tops, rows = rows, []
     if not tops:
         raise invalid("variables", "one or more", Received("none"))
     if max(len(tops), len(rows)) > MATRIX:
@@ -138,7 +146,7 @@ def plot_table(
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             ax.label_outer()
-        legend_of(figure, axes)
+        legend_of(figure, axes[:n])
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
             sentences.append("Below, objectives against variables.")
@@ -159,14 +167,14 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
         axes.set_xscale("log")
     groups = {
         "all": (bars.tested, len(table)),
-        "feasible": (bars.feasible, table.feasible().sum()),
+        "within the limits": (bars.feasible, table.feasible().sum()),
         PARETO: (bars.pareto, table.pareto().sum()),
     }
     if bars.variable not in table.schema.variables:
         # The intervals of a dependent column span the feasible designs; others are outside.
         del groups["all"]
     for name, (counts, n) in groups.items():
-        label = f"bars: {name} ({n})"
+        label = f"{name} ({n})"
         axes.stairs(100.0 * counts / max(n, 1), bars.edges, label=label, **_STAIRS[name])
 
 
@@ -222,22 +230,23 @@ def plot_objectives(
     if design is not None:
         chosen = table.row_of(design)
     points = points_of_table(table, names, chosen)
-    n = len(names) - 1
-    with new_figure(28.0 + n * row_height(n)) as figure:
-        for ax, first, second in _planes(figure, n):
-            points.draw(ax, names[first], names[second])
-            ax.label_outer()
-        legend_of(figure, figure.axes)
-        figure.describe(title, "Objectives in pairs.", points.counts(table))
+    pairs = list(combinations(names, 2))
+    with panels(len(pairs), _columns_of(len(pairs)), head=4.0) as (figure, axes):
+        figure.is_divisible = True
+        for ax, (first, second) in zip(axes, pairs, strict=True):
+            points.draw(ax, first, second)
+            rows = {row: table.names[row] for row in points.named}
+            places = np.column_stack([points.columns[name].places for name in (first, second)])
+            name_points(figure, ax, places, rows)
+        figure.describe(title, points.counts(table))
     return figure
 
 
-def _planes(figure: Drawing, n: int) -> Iterator[tuple[Axes, int, int]]:
-    """Yield axes for each pair of ``n + 1`` columns, and the places of the two."""
-    grid = figure.add_gridspec(n, n)
-    for second in range(1, n + 1):
-        for first in range(second):
-            yield figure.add_subplot(grid[second - 1, first]), first, second
+def _columns_of(n: int) -> int:
+    """Return how many of n panels are side by side: three, of many four."""
+    if n > 2 * _PANELS:
+        return _PANELS + 1
+    return min(n, _PANELS)
 
 
 # Parallel coordinates
@@ -252,90 +261,117 @@ def plot_ranking(
 ) -> Drawing:
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
-    Each design is a line, darker for places 2 to 10. The best value of each objective in the Pareto
-    set, or of its fixed range, is at 0, the worst at 1. :func:`plot_objectives` draws
-    the objectives of a table in pairs.
+    An objective is a row, from its worst value on the left to its best on the right, those of the
+    Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
+    Each design is a line, darker for places 2 to 10. :func:`plot_objectives` draws the objectives
+    of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
             objectives, a data frame, a test table, a result of pymoo.
         units: Units of objectives by name, those of a table by default.
         title: Subject of the ranking, with which the caption begins.
-        row: Row of a design whose line is marked, such as the chosen one.
+        row: Row of the design that is marked, such as the chosen one; the optimum by default.
 
     Raises:
         ArgumentTypeError: ``ranking`` is none, and cannot be ranked.
 
     Example:
         >>> figure = plot_ranking([[1, 5], [2, 2], [5, 1]])
-        >>> [ax.get_ylabel() for ax in figure.axes]
-        ['share of the range (0 is best)']
+        >>> [text.get_text() for text in figure.axes[0].texts[5:9]]
+        ['f1', '5', '1', '2']
     """
-    ranking = rank_of_efficiency(ranking)
-    objectives = with_units(ranking, units).objectives
-    frame = ranking.frame
-    shares = (objectives.minimized - frame.ideal) / ranking.lengths
-    measure = "fixed range" if frame.is_fixed else "range"
-    names = [literal(name, 30) for name in objectives.headings()]
-    height = 60.0
-    if len(names) > MATRIX:
-        height = 90.0
-    with panels(1, 1, height=height) as (figure, (ax,)):
-        for name, (marker, mask) in groups_by_place(ranking).items():
-            if mask.any():
-                lines = _lines(shares[mask], marker)
-                lines.set_label(f"{name} ({mask.sum()})")
-                ax.add_collection(lines)
-        if row is not None:
-            label = literal(ranking.name_of(row))
-            ax.plot(shares[row], "ko--", markersize=4.0, linewidth=2.0, zorder=7.0, label=label)
-        top = max(1.05, shares[ranking.pareto].max() + 0.05)  # beyond fixed ranges, too
-        ax.set(ylim=(-0.05, top), ylabel=f"share of the {measure} (0 is best)")
-        _name_objectives(ax, names, ranking.ideal, ranking.nadir)
-        legend_of(figure, [ax])
-        optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
+    ranking = with_units(rank_of_efficiency(ranking), units)
+    objectives = ranking.objectives
+    best = int(ranking.salukvadze[0])
+    marks = {best: INK}
+    if row is None:
+        row = best
+    marks[row] = ACCENT
+    n = len(objectives.names)
+    height = _ROW
+    if n > _FEW:
+        height = _LOW_ROW
+    with new_figure((n + 1.6) * height) as figure:
+        ax = figure.add_subplot()
+        places = np.empty(objectives.values.shape)
+        head = ["", "worst", "best", "proposed" if row == best else "marked"]
+        texts = [head]
+        for j, (name, values) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
+            ends = (ranking.nadir[j], ranking.ideal[j])
+            places[:, j], is_log = places_between(values, *ends)
+            heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
+            ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
+            if is_log:
+                heading += ", log"
+                low, high = np.sort(np.log10(ends))
+                decades, _ = places_between(10.0 ** np.arange(np.ceil(low), high), *ends)
+                ax.plot(decades, np.full(len(decades), j), "|", color="0.4", markersize=5, zorder=1)
+            written = NumberFormat.of(values[ranking.pareto], minus="−").text
+            texts.append([heading, *map(written, (*ends, values[row]))])
+        _write_rows(ax, texts)
+        front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
+        _draw_lines(ax, places[front], ranking.place[front])
+        for marked, colour in marks.items():
+            _draw_marked(ax, places[marked], ranking.name_of(marked), colour)
+        ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.0))
+        ax.axis("off")
+        measure = "from the worst to the best of them"
+        if ranking.frame.is_fixed:
+            measure = "in its fixed range"
         figure.describe(
             title,
-            f"{optimal} of {len(ranking.place)}.",
-            "Each is a line; where many overlap, it is darker. The best values are at 0, the worst "
-            "at 1.",
+            f"{counted(len(front), 'design')} of {len(places)} that no other dominates, each a "
+            f"line: its values {measure}. Places 2 to {_NEAR} are darker.",
         )
     return figure
 
 
-def _lines(shares: Array, marker: Marker) -> LineCollection:
-    """Return a line for each of ``(n, m)`` designs of a group, the fainter the more there are."""
-    n = len(shares)
-    width = 1.0
-    if n > _MANY:
-        width = 0.4
-    if marker is OPTIMUM:
-        width = 2.0
-    places = np.broadcast_to(np.arange(shares.shape[1]), shares.shape)
-    return LineCollection(
-        list(np.dstack([places, shares])),
-        colors=marker.colour,
-        linewidths=width,
-        alpha=min(1.0, max(_FAINTEST, _MANY / n)),
-        zorder=marker.level,
-        rasterized=n > _MANY,
-    )
+def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
+    """Write the texts of a ranking, the head and then the objectives, beside the axes."""
+    width = _LETTER * max(len(text) for row in texts for text in row[2:])
+    style: Style = {"color": "0.3", "ha": "right", "va": "center"}
+    style |= {"textcoords": "offset points", "annotation_clip": False, "fontsize": 7}
+    accent = style | {"color": ACCENT, "fontweight": "bold"}
+    ax.annotate("better →", (0.5, _HEAD), (0, 0), **style | {"ha": "center"})
+    for j, (name, worst, best, value) in enumerate(texts, start=-1):
+        level = float(j)
+        shift = -4.5
+        if j < 0:
+            level = _HEAD
+            shift = 0.0
+        ax.annotate(name, (0, level), (-4, 4.5), **style | {"color": INK, "fontweight": "bold"})
+        ax.annotate(worst, (0, level), (-4, shift), **style)
+        ax.annotate(best, (1, level), (width + 4, 0), **style)
+        ax.annotate(value, (1, level), (2 * width + 14, 0), **accent)
 
 
-def _name_objectives(axes: Axes, names: list[str], best: Array, worst: Array) -> None:
-    """Write names and best values below parallel coordinates, the worst values on top, or at 1."""
-    places = np.arange(len(names))
-    rotation = 0
-    if len("".join(names)) + 2 * len(names) > _LETTERS:
-        rotation = 90
-    below = [f"{number(value)}\n{name}" for value, name in zip(best, names, strict=True)]
-    axes.set_xticks(places, below, rotation=rotation)
-    low, high = axes.get_ylim()
-    level = (1 - low) / (high - low)
-    if high <= 1.05:
-        level = 1.0
-    axes.secondary_xaxis(level).set_xticks(places, [number(value) for value in worst])
-    axes.set_xlim(-0.4, len(names) - 0.6)
+def _draw_lines(ax: Axes, places: Array, place: Integers) -> None:
+    """Draw a line for each of ``(n, m)`` designs, the fainter the more there are."""
+    n, m = places.shape
+    near = place <= _NEAR
+    alpha = min(1.0, max(_FAINTEST, _MANY / n))
+    for mask, colour, width, opacity in ((~near, "0.6", 0.4, alpha), (near, "0.45", 0.8, 1.0)):
+        lines = np.dstack([places[mask], np.broadcast_to(np.arange(m), places[mask].shape)])
+        group = LineCollection(list(lines), colors=colour, linewidths=width, alpha=opacity)
+        group.set(zorder=2, rasterized=n > _MANY, clip_on=False)
+        ax.add_collection(group)
+
+
+def _draw_marked(ax: Axes, places: Array, name: str, colour: str) -> None:
+    """Draw the line of a marked design, with its name below its end."""
+    style: Style = {"color": colour, "linewidth": 2.0, "markersize": 4.5}
+    depth = -7
+    if colour != ACCENT:
+        style |= {"linewidth": 1.2, "linestyle": "--"}
+        depth = -16
+    last = len(places) - 1
+    ax.plot(places, np.arange(last + 1), marker="o", zorder=5, clip_on=False, **style)
+    side = "left"
+    if places[last] > 0.5:
+        side = "right"
+    text = ax.annotate(literal(name), (places[last], last), (0, depth), annotation_clip=False)
+    text.set(ha=side, va="top", color=colour, fontweight="bold", anncoords="offset points")
 
 
 # Sensitivities
@@ -382,7 +418,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
 def _draw_sensitivities(ax: Axes, estimates: pd.DataFrame) -> None:
     """Draw a bar and its band for each variable, from top to bottom."""
     places = np.arange(len(estimates))
-    ax.barh(places, estimates["first_order"], 0.62, color="#0072B2", linewidth=0)
+    ax.barh(places, estimates["first_order"], 0.62, color=ACCENT, linewidth=0)
     ax.hlines(places, estimates["lower"], estimates["upper"], color="black", linewidth=0.9)
     ax.set(xlim=(0, 1), xlabel="share of the variance", ylim=(len(places) - 0.4, -0.6))
     ax.set_yticks(places, [literal(name, 32) for name in estimates.index])
@@ -433,11 +469,11 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
         values = list(range(len(values)))
     expected, low, high = line[["expected", "low", "high"]].to_numpy(float).T
     if options or len(values) < 3:
-        ax.vlines(values, low, high, color=BLUE, linewidth=3, alpha=0.4)
-        ax.plot(values, expected, "o", color=BLUE, markersize=3)
+        ax.vlines(values, low, high, color=ACCENT, linewidth=3, alpha=0.4)
+        ax.plot(values, expected, "o", color=ACCENT, markersize=3)
     else:
-        ax.fill_between(values, low, high, color=BLUE, alpha=0.2, linewidth=0)
-        ax.plot(values, expected, color=BLUE)
+        ax.fill_between(values, low, high, color=ACCENT, alpha=0.2, linewidth=0)
+        ax.plot(values, expected, color=ACCENT)
     ax.axvline(design, color="black", linewidth=0.8, linestyle="--")
     return options
 
@@ -463,7 +499,8 @@ def plot_indicators(comparison: Comparison) -> Drawing:
     with panels(4, 2, height=61.0) as (figure, axes):
         for ax, indicator in zip(axes, _INDICATORS, strict=True):
             plot_indicator(comparison, indicator, ax)
-        legend_of(figure, axes, 4)
+            name_lines(figure, ax)
+        figure.is_divisible = True
         n_seeds = comparison.measures["seed"].dropna().nunique()
         seeds = counted(max(n_seeds, 1), "seed")
         budgets = ", ".join(map(str, comparison.evaluations))
@@ -495,17 +532,18 @@ def plot_fronts(comparison: Comparison) -> Drawing:
     for run in comparison.runs:
         if run.task.n_evaluations == most:
             fronts.setdefault(run.task.algorithm, run.F)
-    n = min(MATRIX, comparison.runs[0].F.shape[1] - 1)
-    with new_figure(28.0 + n * row_height(n)) as figure:
-        for ax, first, second in _planes(figure, n):
+    m = min(MATRIX + 1, comparison.runs[0].F.shape[1])
+    pairs = list(combinations(range(m), 2))
+    with panels(len(pairs), _columns_of(len(pairs))) as (figure, axes):
+        figure.is_divisible = True
+        for ax, (first, second) in zip(axes, pairs, strict=True):
             for (name, F), style in zip(fronts.items(), curves(), strict=False):
                 style |= {"linestyle": "none", "markersize": 3.0, "markerfacecolor": "none"}
                 label = f"{literal(name, 30)} ({len(F)})"
                 ax.plot(F[:, first], F[:, second], label=label, **style)
             name_axis(ax, "x", f"f{first + 1}")
             name_axis(ax, "y", f"f{second + 1}")
-            ax.label_outer()
-        legend_of(figure, figure.axes)
+        legend_of(figure, axes)
         figure.describe(
             f"{comparison.problem}: fronts of the algorithms, objectives in pairs, minimised",
             f"{most} evaluations, the first seed.",

@@ -294,7 +294,7 @@ def _functions_figure(case: Case, n: int) -> Drawing:
         for ax, labels in zip(axes, _FUNCTIONS, strict=True):
             _draw_functions(ax, functions, labels, styles)
             ax.axvline(speed, label=f"$c$ = {speed:g}", **_TRANSITION)
-        legend_of(figure, axes, 3)
+        legend_of(figure, axes)
         figure.describe(
             f"Salukvadze optima of {counted(n, 'test point')} against the initial speed, in steps "
             f"from one test point to another; {_subject(case)}",

@@ -1,7 +1,7 @@
 """Designs as points: the one way in which a plane of two columns is drawn.
 
 Every design is in one group. Groups differ in marker and lightness; one without designs is not
-drawn.
+drawn. The caption says what the markers mean, and the best designs have their names beside them.
 """
 
 from __future__ import annotations
@@ -12,38 +12,41 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, NullLocator
 
 from pymoo_psi._numbers import number
-from pymoo_psi._validation import Array, Mask, Names, counted
+from pymoo_psi._output import with_unit
+from pymoo_psi._validation import Array, Mask, Names, Rows, counted
+from pymoo_psi.analysis import written_limits
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.plots._style import Style, literal, view
-from pymoo_psi.table import Kind, Limit, TestTable, value_ranks
+from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.plots._style import ACCENT, INK, Style, literal, spans_decades, view
+from pymoo_psi.table import Kind, Limit, TestTable, error_column, has_errors, value_ranks
 
 Ends = tuple[float, float]
 
 GREY = "0.68"  # a share of white, in matplotlib's notation
-ORANGE = "#E69F00"
 BLUE = "#4292C6"
-PARETO = "Pareto optimal"
+PARETO = "dominated by no other"
 _LETTERS = 90  # letters of axis labels over the width of a figure
 _MOST_OPTIONS = 12  # options that have a tick each
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
-_NEAR = 10  # places up to which designs have a marker of their own
+_NAMED = 8  # designs that are named where there is room
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
-_CHOSEN: Style = {
+_BETTER = {1: "less is better", -1: "more is better", 0: ""}
+_SHAPES = {".": "dots", "x": "crosses", "o": "circles"}
+_MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
-    "marker": "o",
-    "markersize": 9.0,
-    "markerfacecolor": "none",
-    "markeredgecolor": "#D55E00",
-    "markeredgewidth": 1.6,
+    "marker": "*",
+    "markersize": 10.0,
+    "color": ACCENT,
+    "markeredgecolor": "white",
+    "markeredgewidth": 0.5,
     "zorder": 7.0,
-    "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
+    "label": "_marked",
 }
 
 
@@ -55,12 +58,14 @@ class Marker(NamedTuple):
         colour: Its colour.
         size: Diameter in points.
         level: Groups of a higher level are drawn on top.
+        is_open: Whether the marker is an outline.
     """
 
     shape: str
     colour: str
     size: float
     level: float
+    is_open: bool = False
 
     def style(self, name: str, n: int) -> Style:
         """Return the arguments of ``plot`` for ``n`` designs; more of them are drawn smaller."""
@@ -70,7 +75,8 @@ class Marker(NamedTuple):
             "marker": self.shape,
             "color": self.colour,
             "markersize": self.size * shrink,
-            "markeredgewidth": 0.5 * shrink,
+            "markerfacecolor": "white" if self.is_open else self.colour,
+            "markeredgewidth": 0.8 * shrink,
             "zorder": self.level,
             "label": f"{name} ({n})",
             "rasterized": n > _RASTERIZED,
@@ -80,11 +86,11 @@ class Marker(NamedTuple):
 Groups = Mapping[str, tuple[Marker, Mask]]
 """Groups of designs by name: how they are drawn, and ``(n,)`` which designs these are."""
 
-_DOMINATED = Marker("s", BLUE, 2.6, 3.0)
-OPTIMUM = Marker("*", "#D55E00", 11.0, 6.0)
+_DOMINATED = Marker(".", "0.62", 4.5, 3.0)
+_OPTIMUM = Marker("*", ACCENT, 11.0, 6.0)
 _REST = Marker(".", GREY, 4.5, 2.0)
-_INFEASIBLE = Marker("x", "0.5", 2.4, 2.1)
-_PARETO = Marker("D", ORANGE, 3.8, 3.5)
+_INFEASIBLE = Marker("x", "0.7", 2.6, 2.1)
+_PARETO = Marker("o", INK, 3.6, 3.5, is_open=True)
 # By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
 _RANKS = {
     0: _REST,
@@ -105,6 +111,8 @@ class Column:
         options: The values at 0, 1, … of a choice or a binary variable; empty for numbers.
         log: Whether the axis is logarithmic.
         limits: The lower and the upper limit, infinite where there is none.
+        sign: 1 for an objective to be minimised, -1 for one to be maximised, 0 for another column.
+        errors: ``(n,)`` standard errors of an objective, if they are known.
     """
 
     places: Array
@@ -113,6 +121,8 @@ class Column:
     options: tuple[Any, ...] = ()
     log: bool = False
     limits: Ends = _OPEN
+    sign: int = 0
+    errors: Array | None = None
 
     @property
     def visible(self) -> Mask:
@@ -125,18 +135,31 @@ class Column:
         axes.set(**{f"{letter}lim": self.ends})
         if self.log:
             axes.set(**{f"{letter}scale": "log"})
+            axis = getattr(axes, f"{letter}axis")
+            axis.set_major_locator(LogLocator(numticks=5))
+            axis.set_minor_locator(NullLocator())
+            axis.set_major_formatter(lambda value, _: _power(value))
         across = {"x": "v", "y": "h"}[letter]
         draw_span = getattr(axes, f"ax{across}span")
         draw_line = getattr(axes, f"ax{across}line")
-        for sign, limit, end in zip("≥≤", self.limits, self.ends, strict=True):
+        for limit, end in zip(self.limits, self.ends, strict=True):
             if np.isfinite(limit):
-                label = f"limit {literal(self.label, 24)} {sign} {number(limit, 6)}"
                 draw_span(*sorted((limit, end)), facecolor="0.93", linewidth=0, zorder=0)
-                draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=4.5, label=label)
-        name_axis(axes, letter, self.label, self.options)
+                draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=4.5)
+        name_axis(axes, letter, self.label, self.options, _BETTER[self.sign])
 
 
-def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = ()) -> None:
+def _power(value: float) -> str:
+    """Return the text of a tick of a logarithmic axis, without raised digits, which are small."""
+    power = round(np.log10(value))
+    if -3 < power < 4:
+        return number(value)
+    return f"1e{power}".replace("-", "−")
+
+
+def name_axis(
+    axes: Axes, letter: str, label: str, options: Sequence[object] = (), better: str = ""
+) -> None:
     """Write name and ticks of the axis "x" or "y", as much text as fits beside others.
 
     Args:
@@ -144,16 +167,23 @@ def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = (
         letter: Which axis.
         label: Its name.
         options: Texts at 0, 1, …; empty for an axis of numbers.
+        better: Which of its values are better, behind the name or below it.
     """
     axis: Any = getattr(axes, f"{letter}axis")
     grid: Any = axes.get_gridspec()
     room = _LETTERS // grid.ncols
     n_ticks = 4
-    if room < 20:
+    if room < 25:
         n_ticks = 3
     if letter == "y":
         room = 22
-    axis.set_label_text(literal(label, room))
+    text = literal(label, room)
+    if better:
+        apart = " "
+        if letter == "y" or len(f"{text}, {better}") > room:
+            apart = "\n"
+        text = f"{text},{apart}{better}"
+    axis.set_label_text(text)
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
         names = [literal(option, 14) for option in options[::step]]
@@ -173,12 +203,12 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs.
-        marks: Rows of single designs that are marked, each with the arguments of ``plot``.
+        named: Rows of the designs that are named, that which is marked first.
     """
 
     columns: Mapping[str, Column]
     groups: Groups
-    marks: Sequence[tuple[int, Style]] = ()
+    named: Sequence[int] = ()
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -189,23 +219,51 @@ class Points:
             if mask.any():
                 rows = mask & visible
                 axes.plot(x.places[rows], y.places[rows], **marker.style(name, mask.sum()))
-        for row, style in self.marks:
-            axes.plot(x.places[row], y.places[row], **style)
+        if PARETO in self.groups:
+            _, optimal = self.groups[PARETO]
+            self._draw_front(axes, x, y, np.flatnonzero(visible & optimal))
+        for row in self.named[:1]:
+            axes.plot(x.places[row], y.places[row], **_MARKED)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
+    def _draw_front(self, axes: Axes, x: Column, y: Column, rows: Rows) -> None:
+        """Draw the front of two objectives as a line, and error bars if errors are known."""
+        if len(rows) == 0 or x.sign * y.sign == 0:
+            return
+        u = x.places[rows]
+        v = y.places[rows]
+        optimal = nondominated(np.column_stack([x.sign * u, y.sign * v]))
+        order = np.argsort(u[optimal], kind="stable")
+        line: Style = {"color": "0.55", "linewidth": 0.8, "zorder": 2.5, "label": "_front"}
+        axes.plot(u[optimal][order], v[optimal][order], **line)
+        if x.errors is not None and y.errors is not None:
+            bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
+            axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
+
     def counts(self, table: TestTable) -> str:
-        """Return how many designs there are, and how many are outside the axes, as sentences."""
+        """Return how many designs each marker has, and how many are outside, as sentences."""
         failed = table.status == "failed"
+        parts = []
+        for name, (marker, mask) in self.groups.items():
+            if mask.any() and self.columns:
+                parts.append(f"{mask.sum()} {name} ({_SHAPES[marker.shape]})")
         outside = np.zeros(len(table), dtype=bool)
         for column in self.columns.values():
             outside |= ~column.visible
         text = counted(len(table), "design")
         if failed.any():
             text += f", {failed.sum()} {table.schema.words['failed']}"
+        if parts:
+            text += f": {', '.join(parts)}"
         n_far = (outside & ~failed).sum()
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes"
+        for row in self.named[:1]:
+            text += f". The star is {table.names[row]}"
+        limits = written_limits(table)
+        if limits and self.columns:
+            text += f". Limits are dashed: {', '.join(limits)}"
         return f"{text}."
 
 
@@ -227,11 +285,15 @@ def points_of_table(table: TestTable, names: Names, chosen: int | None = None) -
         names: Names of the columns.
         chosen: Row of the design that is marked; None if none is.
     """
-    marks = []
+    named: list[int] = []
     if chosen is not None:
-        marks.append((chosen, {**_CHOSEN, "label": literal(table.names[chosen])}))
+        named = [chosen]
+    if table.feasible().any() and table.schema.objectives:
+        ranking = table.feasible_ranking()
+        best = ranking.by_place[: ranking.pareto.sum()]
+        named += ranking.rows[best[:_NAMED]].tolist()
     columns = {name: _column(table, name, chosen) for name in names}
-    return Points(columns, _groups(table), marks)
+    return Points(columns, _groups(table), list(dict.fromkeys(named)))
 
 
 def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
@@ -239,8 +301,8 @@ def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
     feasible = table.feasible()
     pareto = table.pareto()
     return {
-        "infeasible": (_INFEASIBLE, ~feasible & (table.status != "failed")),
-        "feasible, dominated": (_DOMINATED, feasible & ~pareto),
+        "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
+        "dominated": (_DOMINATED, feasible & ~pareto),
         PARETO: (_PARETO, pareto),
     }
 
@@ -265,7 +327,16 @@ def _column(table: TestTable, name: str, chosen: int | None) -> Column:
         ends = _ends_of_variable(table, name, places)
     limit = table.limits.get(name, Limit())
     is_log = column.kind is Kind.LOG
-    return Column(places, ends, label, log=is_log, limits=(limit.low, limit.high))
+    sign = 0
+    errors = None
+    if name in schema.objectives:
+        is_log = spans_decades(places[table.feasible()])
+        sign = -1 if column.maximize else 1
+        label = with_unit(name, schema.units.get(name, ""))
+        if has_errors(table):
+            errors = table.column(error_column(name))
+    limits = (limit.low, limit.high)
+    return Column(places, ends, label, log=is_log, limits=limits, sign=sign, errors=errors)
 
 
 def _ends_of_variable(table: TestTable, name: str, places: Array) -> Ends:
@@ -288,6 +359,9 @@ def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
     feasible ones than their range are outside.
     """
     inner = values[feasible]
+    if spans_decades(inner):
+        ends = view(np.log10(inner), np.log10(mark))
+        return 10.0 ** ends[0], 10.0 ** ends[1]
     if len(np.unique(inner)) <= 1:
         inner = values
     low, high = view(inner, mark)
@@ -299,20 +373,9 @@ def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
 # Rankings
 
 
-def groups_by_place(ranking: EfficiencyRanking) -> Groups:
-    """Return the Pareto-optimal designs in groups: the best, those near it, the others."""
-    place = ranking.place
-    best = ranking.name_of(int(ranking.salukvadze[0]))
-    return {
-        "other Pareto-optimal designs": (_REST, place > _NEAR),
-        f"places 2 to {_NEAR}": (_RANKS[5], (place > 1) & (place <= _NEAR)),
-        f"place 1: {literal(best)}": (OPTIMUM, place == 1),
-    }
-
-
 def ranked_groups(ranking: EfficiencyRanking) -> Groups:
     """Return the Pareto-optimal designs in groups by rank, and the Salukvadze optimum."""
     groups = {}
     for rank, marker in _RANKS.items():
         groups[f"rank {rank}"] = (marker, (ranking.place > 1) & (ranking.rank == rank))
-    return groups | {"Salukvadze optimum": (OPTIMUM, ranking.place == 1)}
+    return groups | {"Salukvadze optimum": (_OPTIMUM, ranking.place == 1)}

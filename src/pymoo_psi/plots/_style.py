@@ -1,7 +1,9 @@
-"""The style of all figures (size, colours, axes, legends, names), and figures as files.
+"""The style of all figures (size, colours, axes, names), and figures as files.
 
-Each colour comes with its own marker or line style, so that a grey print shows the same. Higher
-ranks are darker. A figure has panel letters and no title; its caption says what it shows.
+One accent colour marks the proposed or chosen design, all else is grey; curves differ in line style
+and lightness, so that a grey print shows the same. No text is smaller than 7 points in any width. A
+figure has panel letters and no title; its caption says what it shows. Names stand beside what they
+name. They are placed when the figure is drawn, as its size decides where there is room.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO, StringIO
-from itertools import cycle
+from itertools import cycle, product
 from pathlib import Path
 from string import ascii_lowercase
 from textwrap import fill
@@ -21,24 +23,36 @@ from typing import Any, TypeAlias
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.text import Text
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation, Text
+from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import finite_number, invalid, known_name
+from pymoo_psi._validation import Array, finite_number, invalid, known_name
 from pymoo_psi.page import without_outliers
 
 Style: TypeAlias = dict[str, Any]
 
-# The colours are those of Okabe and Ito, which colour-blind readers can tell apart. The lengths of
-# the three have no common factor, so that a style is repeated only after their product.
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+ACCENT = "#0B5CAD"
+INK = "#1A1A1A"
+# Colour-blind readers can tell them apart; most are those of Okabe and Ito. The lengths of the
+# three have no common factor, so that a style is repeated only after their product.
+_COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+_LINE = 9.0  # points from one name to the next below
+_NAME = 28.0  # points of the width of axes for each name in them
+_REACHES = (5.0, 12.0, 20.0, 30.0, 42.0)  # points from a point to its name
+_MARK = 4.0  # half the size of a marker
+_NEAR = 8.0  # a name that is farther away has a leader
+_CROSSED = 12.0  # a name on a point is as bad as one so many points farther away
+_SIDES_X = {-1: "right", 0: "center", 1: "left"}
+_SIDES_Y = {-1: "top", 0: "center", 1: "bottom"}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
-_LEAST_TEXT = 0.75  # least scale of texts; those of ticks then have 5 points, as journals demand
+_NARROW = 120.0  # narrower figures have half as many panels side by side
 _WIDTH = 180.0  # width of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
@@ -46,21 +60,25 @@ _FLAT = 1 / 5  # outliers are left out if the other values would take less of th
 _SETTINGS: Any = {
     "figure.facecolor": "white",
     "axes.facecolor": "white",
-    "font.size": 8.0,
-    "axes.titlesize": 8.5,
-    "axes.labelsize": 8.0,
+    "font.size": 7.5,
+    "axes.titlesize": 7.5,
+    "axes.labelsize": 7.5,
     "axes.linewidth": 0.6,
+    "axes.edgecolor": "0.45",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "grid.color": "0.88",
+    "grid.color": "0.9",
     "grid.linewidth": 0.5,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
-    "legend.fontsize": 8.0,
-    "legend.edgecolor": "none",
-    "lines.linewidth": 1.5,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "lines.solid_capstyle": "round",
 }
 
 
@@ -71,9 +89,22 @@ class Drawing(Figure):
 
     Attributes:
         caption: Description of the figure in plain text.
+        placed: Functions that place names when the figure is drawn, each with its arguments.
+        is_divisible: Whether its panels can be arranged in fewer columns.
     """
 
     caption = ""
+    placed: tuple[tuple[Any, ...], ...] = ()
+    is_divisible = False
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the figure, its names where there is room in its present size."""
+        layout = self.get_layout_engine()
+        if layout is not None:
+            layout.execute(self)
+        for place, *arguments in self.placed:
+            place(*arguments)
+        super().draw(renderer)
 
     def describe(self, title: str, *sentences: str) -> None:
         """Set the caption. An empty title or sentence is left out."""
@@ -109,7 +140,7 @@ def _add_letters(figure: Figure) -> None:
     if not 1 < len(lettered) <= len(ascii_lowercase):
         return
     for letter, ax in zip(ascii_lowercase, lettered, strict=False):
-        ax.set_title(f"({letter})", loc="left", fontsize=7.5)
+        ax.set_title(f"({letter})", loc="left")
 
 
 @contextmanager
@@ -153,22 +184,119 @@ def curves() -> Iterator[Style]:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def legend_of(figure: Figure, axes: Iterable[Axes], n_columns: int = 2) -> None:
-    """Add one legend below the axes, in which each label occurs once and marks are large and plain.
-
-    Two columns have room in the width of a column of a journal.
-    """
+def legend_of(figure: Figure, axes: Iterable[Axes]) -> None:
+    """Add one legend below the axes, in which each label occurs once."""
     entries: dict[Any, Any] = {}
     for ax in axes:
         artists, labels = ax.get_legend_handles_labels()
         entries.update(zip(labels, artists, strict=True))
     place: Any = "outside lower center"
-    legend = figure.legend(
-        list(entries.values()), list(entries), loc=place, ncols=n_columns, fontsize=7
-    )
-    for handle in legend.legend_handles:
-        if isinstance(handle, Line2D):
-            handle.set(alpha=1.0, linewidth=1.5, markersize=max(5.0, handle.get_markersize()))
+    figure.legend(list(entries.values()), list(entries), loc=place, ncols=2)
+
+
+def name_lines(figure: Drawing, axes: Axes) -> None:
+    """Write the labels of lines at their right ends, in their colours, none over another."""
+    names = []
+    for line in axes.lines:
+        points = np.asarray(line.get_xydata())
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) and not str(line.get_label()).startswith("_"):
+            name = axes.annotate(
+                str(line.get_label()),
+                tuple(points[-1]),
+                (5, 0),
+                textcoords="offset points",
+                va="center",
+                color=line.get_color(),
+                annotation_clip=False,
+            )
+            names.append(name)
+    figure.placed += ((_spread, axes, names),)
+
+
+def _spread(axes: Axes, names: list[Annotation]) -> None:
+    """Move names at right ends apart, up and down, each by no more than it takes."""
+    if not names:
+        return
+    points = axes.figure.dpi / 72
+    ends = axes.transData.transform([name.xy for name in names])[:, 1]
+    order = np.argsort(ends, kind="stable")
+    steps = _LINE * points * np.arange(len(names))
+    # In units of lines above the lowest, names may not decrease: the nearest such sequence is the
+    # mean of the greatest from below and the least from above.
+    gaps = ends[order] - steps
+    above = np.maximum.accumulate(gaps)
+    below = np.minimum.accumulate(gaps[::-1])[::-1]
+    for k, end in zip(order, (above + below) / 2 + steps, strict=True):
+        names[k].xyann = (5, (end - ends[k]) / points)
+
+
+def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, str]) -> None:
+    """Write names beside points, each where there is room; the first one has the accent.
+
+    Args:
+        figure: The figure.
+        axes: Its axes.
+        places: ``(n, 2)`` all points, which names avoid.
+        names: Names by the row of their point, the most important first.
+    """
+    texts = []
+    for row, name in names.items():
+        text = axes.annotate(
+            literal(name, 24),
+            places[row],
+            (0, 0),
+            textcoords="offset points",
+            fontsize=7,
+            zorder=8,
+            color=INK,
+            arrowprops={"arrowstyle": "-", "lw": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3},
+            path_effects=[withStroke(linewidth=1.8, foreground="white")],
+        )
+        text.set_in_layout(False)
+        texts.append(text)
+    if texts:
+        texts[0].set(color=ACCENT, fontweight="bold")
+    figure.placed += ((_place, axes, places, texts),)
+
+
+def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
+    """Move each name to the best free place around its point; without one it is not shown."""
+    points = axes.figure.dpi / 72
+    dots = axes.transData.transform(places)
+    most = int(axes.bbox.width / points / _NAME)
+    taken: list[Bbox] = []
+    if names:  # the first point is marked, and no name is on it
+        marked = axes.transData.transform(names[0].xy)
+        taken.append(Bbox([marked - _MARK * points, marked + _MARK * points]))
+    for k, name in enumerate(names):
+        name.set_visible(True)  # an invisible one has no size
+        size = np.ptp(Text.get_window_extent(name).get_points(), axis=0) + 2
+        name.set_visible(False)
+        dot = axes.transData.transform(name.xy)
+        least = np.inf
+        for reach, angle in product(_REACHES, range(0, 360, 45)):
+            direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+            side = np.rint(direction).astype(int)
+            corner = dot + points * reach * direction + size * (side - 1) / 2
+            box = Bbox([corner, corner + size])
+            leader = np.linspace(dot, corner + size / 2, 9)[3:]
+            if reach < _NEAR:  # it has none
+                leader = leader[:0]
+            is_free = axes.bbox.count_contains(box.corners()) == 4
+            for other in taken:
+                is_free = is_free and not (other.overlaps(box) or other.count_contains(leader))
+            cost = _CROSSED * box.count_contains(dots) + reach
+            if k < most and is_free and cost < least:
+                least = cost
+                best = (box, reach, direction, side)
+        if least < np.inf:
+            box, reach, direction, side = best
+            taken.append(box)
+            name.set(visible=True, ha=_SIDES_X[side[0]], va=_SIDES_Y[side[1]])
+            name.xyann = tuple(reach * direction)
+            leader_of_name: Any = name.arrow_patch
+            leader_of_name.set_visible(reach > _NEAR)
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -209,7 +337,7 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
         return 0.0, 1.0
     low = float(inside.min())
     high = float(inside.max())
-    pad = 0.05 * (high - low)  # matplotlib has the same margins
+    pad = 0.08 * (high - low)  # for the markers and names at the ends
     # One value but for rounding has a margin of its size.
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         pad = 0.05 * abs(low) or 0.5
@@ -249,7 +377,7 @@ def places_between(
 def spans_decades(values: ArrayLike) -> bool:
     """Whether positive values span more than three decades, which only a log axis shows."""
     near = np.asarray(values, dtype=float)
-    return bool(near.min() > 0 and near.max() / 1e3 > near.min())
+    return bool(len(near) and near.min() > 0 and near.max() / 1e3 > near.min())
 
 
 def svg_of(figure: Figure, dpi: int) -> str:
@@ -267,22 +395,25 @@ def svg_of(figure: Figure, dpi: int) -> str:
 
 
 def _resized(figure: Figure, width: float) -> Figure:
-    """Return a copy of a figure in another width in mm.
+    """Return a copy of a figure in another width in mm; its texts keep their size.
 
-    Texts become less smaller than the width, and the height with them. Names of axes, such as
-    "f1, time", continue on another line in a narrower figure.
+    In a narrow figure panels that can be divided stand in half as many columns, and names such as
+    "f1, time" continue on another line.
     """
     figure = copy.deepcopy(figure)
-    inches = figure.get_size_inches().tolist()
-    scale = width / 25.4 / inches[0]
-    size = min(1.0, max(_LEAST_TEXT, scale**0.5))
-    figure.set_size_inches(inches[0] * scale, inches[1] * max(scale, size))
-    for text in figure.findobj(Text):
-        text.set_fontsize(text.get_fontsize() * size)
-    if scale < 1:
+    size = figure.get_size_inches()
+    if width < _NARROW and size[0] * 25.4 >= _NARROW:
+        if getattr(figure, "is_divisible", False):
+            n = len(figure.axes)
+            before: Any = figure.axes[0].get_gridspec()
+            n_columns = max(before.ncols // 2, 1)
+            grid: Any = figure.add_gridspec(-(-n // n_columns), n_columns)
+            for ax, place in zip(figure.axes, grid, strict=False):
+                ax.set_subplotspec(place)
+            size[1] *= grid.nrows / before.nrows
         for ax in figure.axes:
-            for axis in (ax.xaxis, ax.yaxis):
-                axis.label.set_text(axis.label.get_text().replace(", ", ",\n", 1))
+            ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
+    figure.set_size_inches(width / 25.4, size[1])
     return figure
 
 
@@ -305,8 +436,8 @@ def save_figures(
         dpi: Resolution in dots per inch.
         suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``. Fonts in PDF are
             TrueType, as journals demand.
-        width: Width in mm, such as 90 and 180 for one and two columns. Narrow figures are
-            relatively higher, and their texts up to a quarter smaller.
+        width: Width in mm, such as 90 and 180 for one and two columns. Texts keep their size, 7
+            points or more, and panels of narrow figures stand in fewer columns.
 
     Returns:
         The files of the figures.
