@@ -288,7 +288,7 @@ def points_of_table(table: TestTable, names: Names, chosen: int | None = None) -
     named: list[int] = []
     if chosen is not None:
         named = [chosen]
-    if table.feasible().any() and table.schema.objectives:
+    if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
         best = ranking.by_place[: ranking.pareto.sum()]
         named += ranking.rows[best[:_NAMED]].tolist()

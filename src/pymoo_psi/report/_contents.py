@@ -314,30 +314,23 @@ class Choice:
         return frame.assign(text=texts)
 
     def designs(self) -> tuple[pd.DataFrame, str]:
-        """Return the designs by place, then those beyond limits and existing ones, and a title."""
-        table = self.table
-        ranked = self.ranking.rows[self.ranking.by_place]
-        rejected = np.flatnonzero(~table.feasible() & (table.status != "failed"))
-        n = len(ranked) + len(rejected)
-        rows = [*ranked, *rejected][:_DESIGNS]
-        designs = [(table.take(rows), [self._status(row) for row in rows])]
-        if self.prototype is not None:
-            designs.append((self.prototype, ["present design"] * len(self.prototype)))
-        places = dict(zip(self.ranking.rows.tolist(), self.ranking.place.tolist(), strict=True))
-        columns: Values = {
-            "place": [str(places.get(row) or "–") for row in rows],
-            table.schema.label or table.schema.words["row"]: [],
-        }
-        columns["place"] += ["–"] * (sum(len(part) for part, _ in designs) - len(rows))
-        for part, _ in designs:
-            columns[table.schema.label or table.schema.words["row"]] += part.names
-        for name in table.schema.objectives:
-            heading = with_unit(name, table.schema.units.get(name, ""))
-            arrow = "↑" if name in table.schema.maximize else "↓"
-            values = np.concatenate([part.column(name) for part, _ in designs])
-            texts = [self.formats[name].text(value) for value in values]
-            columns[f"{heading}\N{NO-BREAK SPACE}{arrow}"] = texts
-        columns["status"] = [status for _, statuses in designs for status in statuses]
+        """Return the designs by place, then those beyond limits, and a title."""
+        schema = self.table.schema
+        rejected = np.flatnonzero(~self.table.feasible() & (self.table.status != "failed"))
+        rows = np.append(self.ranking.rows[self.ranking.by_place], rejected)
+        n = len(rows)
+        rows = rows[:_DESIGNS]
+        designs = self.table.take(rows)
+        places = ["–"] * len(rows)
+        for k, place in enumerate(self.ranking.place[self.ranking.by_place][: len(rows)]):
+            if place > 0:
+                places[k] = str(place)
+        columns = {"place": places, schema.label or schema.words["row"]: designs.names}
+        for name, maximized in zip(schema.objectives, schema.sign < 0, strict=True):
+            arrow = "↑" if maximized else "↓"
+            heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
+            columns[heading] = list(map(self.formats[name].text, designs.column(name)))
+        columns["status"] = list(map(self._status, rows.tolist()))
         title = f"All {counted(n, 'design')}"
         if n > _DESIGNS:
             title = f"The first {_DESIGNS} of {counted(n, 'design')}"
@@ -350,10 +343,12 @@ class Choice:
             return f"beyond {listed(violated(self.table, row))}"
         if ranked[0] == self.row:
             return self.word
+        if self.prototype is not None and self.table.names[row] in self.prototype.names:
+            return "present design"
         if self.ranking.pareto[ranked[0]]:
             return ""
         other = explain(self.ranking, row=int(ranked[0])).dominated_by
-        return f"dominated by {self.ranking.name_of(other)}"
+        return f"dominated by place {self.ranking.place[other]}"
 
     def properties(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
