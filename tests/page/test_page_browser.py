@@ -530,7 +530,104 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     assert "No design is left" in reader.text("#verdict")
 
 
+# Rows
+
+
+def rows_of(reader):
+    """Names of the objectives from the top."""
+    return reader.page.locator("#objectives .name b").all_inner_texts()
+
+
+def test_rows_are_moved_hidden_and_shown_again(reader):
+    grip = reader.page.get_by_label("Move strength")
+    grip.focus()
+    reader.press("ArrowUp", "ArrowUp")
+    assert rows_of(reader) == ["strength", "mass", "cost, total"]
+    assert reader.ask("document.activeElement.ariaLabel") == "Move strength"
+    box = grip.bounding_box()
+    reader.page.mouse.move(box["x"] + 5, box["y"] + 5)
+    reader.page.mouse.down()
+    reader.page.mouse.move(box["x"] + 5, box["y"] + 5 + 62, steps=4)
+    reader.page.mouse.up()
+    reader.settle()
+    assert rows_of(reader) == ["mass", "strength", "cost, total"]
+    before = reader.ask("D.verdict.row")
+    reader.click(reader.page.get_by_label("Hide mass"))
+    assert rows_of(reader) == ["strength", "cost, total"]
+    assert reader.ask("D.verdict.row") == before  # it counts as before
+    reader.click("#hidden button")
+    assert rows_of(reader) == ["mass", "strength", "cost, total"]
+
+
+def test_from_nine_on_rows_are_folded_and_a_folded_limit_is_said(show):
+    rng = np.random.default_rng(4)
+    names = [f"objective {k}" for k in range(40)]
+    reader = show(decision_page(pd.DataFrame(rng.random((30, 40)), columns=names), names))
+    assert rows_of(reader) == names[:8]
+    reader.set(limits={"objective 20": [None, 0.9]})
+    assert reader.text("#fold") == "Show 32 more, 1 with a limit"
+    reader.click("#fold")
+    assert rows_of(reader) == names
+
+
+def test_an_axis_over_decades_is_logarithmic_until_it_is_turned(show):
+    life = 10.0 ** np.arange(7)
+    frame = pd.DataFrame({"life": life, "cost": np.arange(7.0)})
+    reader = show(decision_page(frame, Formulation(["life", "cost"], maximize=["life"])))
+    middle = "D.axes.spot(3, 'life')[0] / document.querySelector('.axis').clientWidth"
+    assert reader.ask(middle) == pytest.approx(0.5, abs=0.01)
+    reader.click("#objectives .sense button")
+    assert reader.ask(middle) < 0.05
+
+
+def test_a_link_shows_the_state(fresh, page_file, window):
+    fresh.type_limit("mass [kg], at most", "0.7")
+    fresh.set(chosen=fresh.shown[3], rows={"hidden": ["strength"]})
+    state, address = fresh.state, fresh.page.url
+    assert address.startswith(f"{page_file.as_uri()}#")
+    window.page.goto("about:blank")
+    window.open(address)
+    assert window.state == state
+    window.page.evaluate("location.hash = '#%7B%22limits%22%3A%7B%7D%7D'")
+    window.until("Object.keys(D.state().limits).length === 0")
+    window.reset()
+    assert window.page.url.rstrip("#") == page_file.as_uri()
+
+
 # Charts and selections
+
+
+def test_charts_are_pictures_to_copy(fresh):
+    for part in ("#copy-rows", "#scatter-a button:text('Copy')"):
+        with fresh.page.expect_download() as download:
+            # Where the clipboard is forbidden, the picture is saved.
+            fresh.page.evaluate("() => { navigator.clipboard.write = () => { throw 0 } }")
+            fresh.click(part)
+        content = Path(download.value.path()).read_bytes()
+        assert content.startswith(b"\x89PNG")
+        assert len(content) > 10_000
+
+
+def test_zooming_keeps_what_is_at_the_spot(reader):
+    row = reader.ask("D.verdict.row")
+    before = reader.ask(f"D.plots[0].spot({row})")
+    for _ in range(3):
+        reader.click(reader.page.get_by_label("Zoom in: First plot"))
+    assert reader.ask(f"D.plots[0].spot({row})") == pytest.approx(before, abs=1)
+    assert sum(reader.ask("D.plots[0].drawn")["beyond"]) > 0
+    for _ in range(3):
+        reader.click(reader.page.get_by_label("Zoom out: First plot"))
+    assert sum(reader.ask("D.plots[0].drawn")["beyond"]) == 0
+
+
+def test_a_choice_beyond_the_limits_is_marked(reader):
+    reader.set(chosen=reader.shown[3])
+    reader.page.fill("#position-name", "Ann")
+    reader.click("#keep")
+    mass = reader.ask("D.data.by.get('mass').values[D.verdict.row]")
+    assert reader.page.locator("#position-list .beyond").count() == 0
+    reader.set(limits={"mass": [None, mass - 1e-3]})
+    assert reader.text("#position-list .beyond").startswith("beyond mass at most")
 
 
 def test_a_box_sets_the_limits_of_both_columns(reader, frame):

@@ -151,7 +151,7 @@ function compareRow(rows, {column, gains, shares}) {
     if (gains[k] === 0) return make("td.number", text, make("div.hint", "the same"))
     return make("td.number", text,
       make(gains[k] > 0 ? "div.gain" : "div.loss", `${awayText(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
-      isWithin(shares[k]) ? make("div.hint.shares", percent(shares[k])) : null)
+      isWithin(shares[k]) ? make("div.hint.shares", percent(abs(shares[k]))) : null)
   }))
 }
 
