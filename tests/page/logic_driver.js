@@ -1,7 +1,7 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const names = ["checked", "compareRows", "csv", "decisionOf", "decode", "explain", "initialState", "limited", "metadata", "opened",
-  "ordered", "parsed", "preference", "ranked", "separation", "staying", "switches", "typed", "verdictOn", "written"]
+  "ordered", "parsed", "preference", "ranked", "separation", "switchText", "switches", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
@@ -30,7 +30,7 @@ function foreign(data) {
 
 function switched(data, state, ranking) {
   const rows = [...Logic.switches(data, state, ranking)].filter((one) => one !== null)
-  return {rows, text: Logic.staying(data, ranking, rows)}
+  return {rows, texts: rows.filter(({value}) => value !== null).map((one) => Logic.switchText(data, one))}
 }
 
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {

@@ -206,19 +206,7 @@ const axes = (() => {
       const share = min(1, max(0, (x - INSET) / (size.width - 2 * INSET)))
       return isTurned(column) ? 1 - share : share
     }
-    const limits = (x, u, done) => setLimit(column, between(column, scaleOf(column), shareAt(x), shareAt(u))
-      .map((end) => (end === null ? null : readable(column, end))), done)
-    onDrag(axis, (x, y, event) => {
-      if (event.target !== axis) return null
-      return {
-        move: (u) => limits(x, u, false),
-        up: (u, v, moved) => (moved ? limits(x, u, true) : inspect(rowAt(...place(u, v)))),
-      }
-    })
-    axis.addEventListener("pointermove", (event) => { // a drag takes onpointermove
-      if (!event.buttons) hover(event.target === axis ? rowAt(...place(event.offsetX, event.offsetY)) : -1, event.clientX, event.clientY)
-    })
-    axis.onpointerleave = () => hover(-1)
+    listenTo(axis, (x, y) => rowAt(...place(x, y)), (x, _, u) => [[column, between(column, scaleOf(column), shareAt(x), shareAt(u))]])
   }
   for (const {column, axis} of controls.values()) if (axis) listen(column)
   new ResizeObserver(() => {

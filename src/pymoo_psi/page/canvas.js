@@ -187,28 +187,26 @@ function picture(section) {
     g.fillStyle = getComputedStyle(part).backgroundColor
     part.tagName === "CANVAS" && part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
   }
+  const draw = (element, text, x, box) => {
+    const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
+    Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle"})
+    g.fillText(text, x, (box.top + box.bottom) / 2)
+  }
+  const isSeen = (element) => element.checkVisibility() && !element.closest("button, option, details, .unseen, .other:not(.on)")
   const texts = document.createTreeWalker(section, NodeFilter.SHOW_TEXT)
+  const range = document.createRange()
   while (texts.nextNode()) {
-    const {data: text, parentElement: element} = texts.currentNode
-    const range = document.createRange()
-    range.selectNodeContents(texts.currentNode)
-    const style = getComputedStyle(element)
-    if (element.closest("button, option") || style.visibility === "hidden") continue
-    Object.assign(g, {font: style.font, fillStyle: style.color, textBaseline: "middle", textAlign: "left"})
-    // A line of the text after the other.
-    for (let from = 0, to = 1; to <= text.length; to++) {
-      const top = (k) => { range.setStart(texts.currentNode, k); range.setEnd(texts.currentNode, k + 1); return range.getBoundingClientRect() }
-      if (to < text.length && top(to).top === top(from).top) continue
-      const line = top(from)
-      if (line.width) g.fillText(text.slice(from, to), line.left, (line.top + line.bottom) / 2)
-      from = to
+    const {currentNode: node} = texts
+    if (isSeen(node.parentElement)) for (const {0: word, index} of node.data.matchAll(/\S+/g)) {
+      range.setStart(node, index)
+      range.setEnd(node, index + word.length)
+      const box = range.getBoundingClientRect()
+      draw(node.parentElement, word, box.left, box)
     }
   }
   for (const field of section.querySelectorAll("input[type=text], select")) {
-    const {left, top, height} = field.getBoundingClientRect()
-    const style = getComputedStyle(field)
-    Object.assign(g, {font: style.font, fillStyle: style.color})
-    g.fillText(field.selectedOptions?.[0].text ?? field.value, left + 6, top + height / 2)
+    const box = field.getBoundingClientRect()
+    if (isSeen(field)) draw(field, field.selectedOptions?.[0].text ?? field.value, box.left + (field.value && !field.selectedOptions ? 7 : 0), box)
   }
   return canvas
 }

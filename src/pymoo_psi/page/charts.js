@@ -60,6 +60,21 @@ function hover(row, x, y) {
   tip.style.top = `${max(4, min(y + 12, innerHeight - height - 6))}px`
 }
 
+// A drag over a chart sets limits, a click inspects, and the pointer marks what is below it.
+//   limits(x, y, u, v)  those of a drag from one place to another, [[column, limit], …]
+function listenTo(element, rowAt, limits) {
+  const set = (...places) => setLimits(limits(...places).map(([column, limit]) =>
+    [column, limit.map((end) => (end === null ? null : readable(column, end)))]), false)
+  onDrag(element, (x, y, {target}) => target.matches("input") ? null : {
+    move: (u, v) => set(x, y, u, v),
+    up: (u, v, moved) => (moved ? (set(x, y, u, v), change({})) : inspect(rowAt(u, v))),
+  })
+  element.addEventListener("pointermove", (event) => { // a drag takes onpointermove
+    if (!event.buttons) hover(event.target.matches("input") ? -1 : rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
+  })
+  element.onpointerleave = () => hover(-1)
+}
+
 function buildColours() {
   const columns = [...data.columns.filter(({texts}) => texts && texts.length <= HUES.length), ...data.shades] // so many hues
   $("colour").append(make("option", "place"), ...columns.map(({label}) => make("option", label)))

@@ -8,14 +8,14 @@ function saveDecision() {
   const name = `${data.file}-decision.json`
   download(textFile(`${JSON.stringify(decisionNow(), null, 1)}\n`, "application/json"), name)
   isSaved()
-  say([`Saved as ${name}. Open it here with "Open…", or in the commands page, rank and report with --decision ${name}.`])
+  say([`Saved as ${name}, for "Open…" and --decision ${name}.`])
 }
 
 function exportRows() {
   const name = `${data.file}-shown.csv`
   download(textFile(csv(data, order, ranking, state), "text/csv"), name)
   download(textFile(metadata(data, order, state, name), "application/json"), `${name}-metadata.json`)
-  say([`Exported as ${name}. Keep ${name}-metadata.json beside it: the commands read objectives, directions and units there.`])
+  say([`Saved as ${name}. Keep ${name}-metadata.json beside it.`])
 }
 
 // The page as it was made, with the decision in place of what it opened with.
@@ -26,7 +26,7 @@ function savePage() {
   script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
   download(textFile(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html"), `${data.file}.html`)
   isSaved()
-  say([`Saved as ${data.file}.html: this page with its limits, choice, comparison, positions and reason.`])
+  say([`Saved as ${data.file}.html.`])
 }
 
 // The positions of files are added, and nothing else changes unless it is asked for; a single file

@@ -86,16 +86,10 @@ function* switches(data, state, now) {
   }
 }
 
-// The same in a sentence for tighter and one for looser limits, "" if the proposal stays at any limit.
-function staying(data, now, found) {
-  if (!now.best.length) return ""
-  return ["tighter", "looser"].map((direction) => {
-    const changes = found.filter((one) => one.value !== null && one.looser === (direction === "looser")).map(({name, end, looser, value, row}) => {
-      const {unit} = data.by.get(name)
-      return sentence(data, `${end ? "upper" : "lower"} ${direction}`, {column: name,
-        other: row < 0 ? sentence(data, "none", {}) : sentence(data, "other", {design: data.names[row]}),
-        limit: `${short(inSixDigits(value, looser === (end === 1)), 6)}${unit ? ` ${unit}` : ""}`})
-    })
-    return changes.length ? sentence(data, direction, {changes: changes.join("; ")}) : ""
-  }).filter(Boolean).join(" ")
+// One of them in words.
+function switchText(data, {name, end, looser, value, row}) {
+  const {unit} = data.by.get(name)
+  return sentence(data, `${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
+    other: row < 0 ? sentence(data, "none", {}) : sentence(data, "other", {design: data.names[row]}),
+    limit: `${short(inSixDigits(value, looser === (end === 1)), 6)}${unit ? ` ${unit}` : ""}`})
 }

@@ -18,32 +18,19 @@ function dye() {
 }
 dye()
 // Categories have colours and shapes that no other mark has. Neighbours differ in lightness, too.
-const HUES = [["#D55E00", "down"], ["#00795A", "half"], ["#B07800", "hexagon"], ["#7F3C8D", "bar"],
-  ["#C4568F", "column"], ["#5F6B00", "glass"], ["#8C4A2F", "star"], ["#0E8080", "arrow"]]
-  .map(([colour, shape]) => ({colour, shape, size: 4}))
+const HUES = entriesOf({down: "#D55E00", up: "#00795A", hexagon: "#B07800", square: "#7F3C8D", pentagon: "#C4568F", left: "#5F6B00", star: "#8C4A2F", burst: "#0E8080"})
+  .map(([shape, colour]) => ({colour, shape, size: 4.5}))
 
 // Outlines of the shapes, in units of their size, for canvas and SVG.
-const star = [...Array(10).keys()].map((k) => {
-  const [radius, angle] = [k % 2 ? 0.45 : 1, (k * Math.PI) / 5]
+const polygon = (corners, turn = 0, inner = 1) => `M${[...Array(corners).keys()].map((k) => {
+  const [angle, radius] = [(turn + 2 * k / corners) * Math.PI, k % 2 ? inner : 1]
   return `${radius * Math.sin(angle)} ${-radius * Math.cos(angle)}`
-})
-const CIRCLE = "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0"
+}).join("L")}Z`
+const CIRCLE = polygon(40)
+const FRAME = polygon(4, 0.25, 1)
 const OUTLINES = {
-  dot: CIRCLE,
-  ring: CIRCLE,
-  frame: "M-1-1H1V1H-1Z",
-  corners: "M-1-.4V-1H-.4M.4-1H1V-.4M1 .4V1H.4M-.4 1H-1V.4",
-  cross: "M-1-1L1 1M1-1L-1 1",
-  plus: "M0-1V1M-1 0H1",
-  diamond: "M0-1.1L1 0L0 1.1L-1 0Z",
-  star: `M${star.join("L")}Z`,
-  down: "M0 1L-.95-.8H.95Z",
-  hexagon: "M-1 0L-.5-.9H.5L1 0L.5.9H-.5Z",
-  bar: "M-1.2-.5H1.2V.5H-1.2Z",
-  column: "M-.5-1.2H.5V1.2H-.5Z",
-  glass: "M-1-1H1L-1 1H1Z",
-  half: "M-1 .5A1 1 0 0 1 1 .5Z",
-  arrow: "M1 0L-.8-1L-.3 0L-.8 1Z",
+  dot: CIRCLE, ring: CIRCLE, frame: FRAME, corners: FRAME, square: FRAME, diamond: polygon(4), cross: "M-1-1L1 1M1-1L-1 1", plus: "M0-1V1M-1 0H1",
+  up: polygon(3), down: polygon(3, 1), left: polygon(3, 1.5), pentagon: polygon(5), hexagon: polygon(6, 0.5), star: polygon(10, 0, 0.45), burst: polygon(8, 0, 0.4),
 }
 const PATHS = Object.fromEntries(entriesOf(OUTLINES).map(([key, path]) => [key, new Path2D(path)]))
 const isOpen = (shape) => ["cross", "ring", "plus", "frame", "corners"].includes(shape)

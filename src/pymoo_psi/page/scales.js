@@ -50,8 +50,10 @@ function tickTexts(scale, most, texts) {
   const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * floor(log10(size) / 3) : 0
   const digits = values.length > 1 ? 12 : 6 // all that a tick has; a single one is any number
   const powers = decades && (scale.high >= 1e5 || scale.low < 1e-3)
-  const text = (value) => powers ? `10${raised(round(log10(value)))}`
-    : apart(localized(String(Number((value / 10 ** power).toPrecision(digits))))).replace("-", "−")
+  const numbers = values.map((value) => String(Number((value / 10 ** power).toPrecision(digits))))
+  const decimals = max(...numbers.map((number) => number.includes("e") || decades ? 0 : (number.split(".")[1] ?? "").length))
+  const text = (value, k) => powers ? `10${raised(round(log10(value)))}`
+    : apart(localized(decimals ? Number(numbers[k]).toFixed(decimals) : numbers[k])).replaceAll("-", "−")
   return {values, texts: values.map(text), factor: power ? `×10${raised(power)}` : ""}
 }
 

@@ -178,18 +178,20 @@ function scatter(section, key, columns) {
     })
   }
 
-  // What lies beyond an axis is at its end: how many there are, and how many have no value.
+  // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
   function drawEdges(g) {
     const [w, h] = frame()
-    const [across, up] = [x, y].map((column, k) => beyond(column, valuesOf(data, ranking, column), shownRows, spans[k]))
-    const ends = [[across[0], "◂ beyond", LEFT + 4, TOP + h / 2, "left"], [across[1], "beyond ▸", LEFT + w - 4, TOP + h / 2, "right"],
-      [up[1], "beyond ▴", LEFT + w / 2, TOP + 9, "center"], [up[0], "beyond ▾", LEFT + w / 2, TOP + h - 9, "center"]]
-    for (const [count, word, u, v, align] of ends) if (count) drawText(g, `${count} ${word}`, u, v, align, "middle", INK.accent)
     const [xs, ys] = [x, y].map((column) => valuesOf(data, ranking, column))
-    let missing = 0
-    if (across[2] + up[2]) for (const row of shownRows) if (xs[row] !== xs[row] || ys[row] !== ys[row]) missing++
-    if (missing) drawText(g, `${missing} without a value`, LEFT + w - 4, TOP + h - 9, "right")
-    drawn = {points: shownRows.length - missing, missing, beyond: [...across.slice(0, 2), ...up.slice(0, 2)]}
+    const [{low: left, high: right}, {low, high}] = spans
+    let [missing, beyond] = [0, 0]
+    for (let k = 0; k < shownRows.length; k++) {
+      const [u, v] = [xs[shownRows[k]], ys[shownRows[k]]]
+      if (u !== u || v !== v) missing++
+      else if (u < left || u > right || v < low || v > high) beyond++
+    }
+    const words = [[beyond, "beyond the edge"], [missing, "without a value"]].filter(([count]) => count)
+    drawText(g, words.map(([count, word]) => `${countText(count)} ${word}`).join(", "), LEFT + w, TOP + h - 9, "right", "middle", INK.accent)
+    drawn = {points: shownRows.length - missing, missing, beyond}
   }
 
   // Names beside their points, where they cover neither one another nor a point that has a name. A
@@ -197,36 +199,37 @@ function scatter(section, key, columns) {
   function drawNames(g, at) {
     const people = new Map()
     for (const {name, chosen} of latest(state.positions)) people.set(chosen, [...people.get(chosen) ?? [], name])
-    const isMark = new Set(marked)
     const rows = new Set([...marked].reverse())
     for (const row of shownRows.length <= MOST_NAMES ? shownRows : []) rows.add(row)
     for (const name of people.keys()) if (rowOf(name) >= 0 && left.mask[rowOf(name)]) rows.add(rowOf(name))
     const spots = new Map([...rows].filter((row) => isInside(row)).map((row) => [row, at(row)]))
     const [w, h] = frame()
-    const taken = [...spots.values()].map(([u, v]) => ({x: u - 5, y: v - 5, width: 10, height: 10}))
-    const hits = (a) => taken.some((b) => a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)
+    const taken = [...spots].map(([row, [u, v]]) => ({row, x: u - 5, y: v - 5, width: 10, height: 10}))
+    const hits = (a) => taken.some((b) => a.row !== b.row && a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)
     const found = []
     for (const [row, [u, v]] of spots) {
-      const isShown = row === verdict?.row
-      g.font = isShown ? `600 ${FONT}` : FONT
+      g.font = fontOf(row)
       const lines = wrapped(g, [called(row), ...people.get(called(row)) ?? []].join(" · "), w * 0.6)
       const width = max(...lines.map((line) => g.measureText(line).width))
       const height = 14 * lines.length
-      const places = [10, 18, 30, 46, 64, 84].flatMap((r) => [[r, -height / 2], [-r - width, -height / 2], [-width / 2, -r - height], [-width / 2, r - 4],
-        [4, -r - height + 4], [4, r - 4], [-4 - width, -r - height + 4], [-4 - width, r - 4]].map(([dx, dy]) => [r, u + dx, v + dy]))
-      for (const [r, x, y] of places) {
-        const box = {row, x, y, width, height}
-        if (x < LEFT + 2 || x + width > LEFT + w + RIGHT || y < 0 || y + height > TOP + h - 1 || hits(box)) continue
-        if (r > 18) drawLine(g, INK.field, u, v, min(max(u, x), x + width), min(max(v, y), y + height))
-        lines.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", "middle", isShown ? INK.accent : isMark.has(row) ? INK.text : INK.muted))
-        taken.push(box)
-        found.push(box)
-        break
-      }
+      const [left, up] = [-4 - width, -height - 3]
+      const places = [7, 18, 30, 46, 64, 84, 110].flatMap((r) => [[4, up - r], [left, r - 4], [r, -height / 2], [-r - width, -height / 2],
+        [left, up - r], [4, r - 4], [-width / 2, up - r], [-width / 2, r]].map(([dx, dy]) => ({row, lines, isFar: r > 18, x: u + dx, y: v + dy, width, height})))
+      const box = places.find((box) => box.x > LEFT + 2 && box.x + width < LEFT + w + RIGHT && box.y >= 0 && box.y + height < TOP + h && !hits(box))
+      if (!box) continue
+      taken.push(box)
+      found.push(box)
+      if (box.isFar) drawLine(g, INK.field, u, v, min(max(u, box.x), box.x + width), min(max(v, box.y), box.y + height))
+    }
+    for (const {row, lines, x, y} of found) {
+      g.font = fontOf(row)
+      const colour = row === verdict?.row ? INK.accent : marked.includes(row) ? INK.text : INK.muted
+      lines.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", "middle", colour))
     }
     g.font = FONT
     return found
   }
+  const fontOf = (row) => (row === verdict?.row ? `600 ${FONT}` : FONT)
 
   function markRow(row) {
     const g = clean(2)
@@ -261,16 +264,9 @@ function scatter(section, key, columns) {
     const [[w, h], [across, up]] = [frame(), spans]
     const sides = [[x, a - u, across, (u - LEFT) / w, (a - LEFT) / w], [y, b - v, up, 1 - (v - TOP) / h, 1 - (b - TOP) / h]]
     return sides.filter(([column, way]) => !column.texts && !isGeometric(column) && abs(way) > 4)
-      .map(([column, , scale, ...shares]) => [column, between(column, scale, ...shares).map((end) => (end === null ? null : readable(column, end)))])
+      .map(([column, , scale, ...shares]) => [column, between(column, scale, ...shares)])
   }
-  onDrag(area, (u, v) => ({
-    move: (a, b) => setLimits(limits(u, v, a, b), false),
-    up: (a, b, moved) => (moved ? setLimits(limits(u, v, a, b), true) : inspect(rowAt(a, b))),
-  }))
-  area.addEventListener("pointermove", (event) => { // a brush takes onpointermove
-    if (!event.buttons && verdict !== undefined) hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
-  })
-  area.onpointerleave = () => hover(-1)
+  listenTo(area, rowAt, limits)
   area.addEventListener("wheel", (event) => {
     if (!event.ctrlKey && !event.metaKey) return
     event.preventDefault()

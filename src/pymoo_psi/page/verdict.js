@@ -82,7 +82,7 @@ function showSteps() {
 let thinking = 0
 function switchLater() {
   clearTimeout(thinking)
-  renew("stays")
+  $("relax").ariaBusy = "true" // what it says is of the limits before
   const search = switches(data, state, ranking)
   const found = []
   const think = () => {
@@ -98,30 +98,18 @@ function switchLater() {
 }
 
 function showSwitches(found) {
-  show("relax", found.length)
+  const changes = found.filter(({value}) => value !== null)
+  show("relax", changes.length)
+  $("relax").ariaBusy = "false"
   const keepFocus = focusKept()
-  renew("stays", staying(data, ranking, found))
-  const moved = ({name, end}, value) => {
-    const limit = [...(limitOf(data.by.get(name)) ?? [null, null])]
-    limit[end] = value
-    setLimit(data.by.get(name), limit, true)
-  }
-  const cell = (one) => {
-    if (!one || one.value === null) return [one ? "the same at any" : "–"]
-    const {name, end, looser, value, row, next, exact} = one
+  renew("relax-list", ...changes.map((one) => {
+    const {name, end, row, next, exact} = one
     const column = data.by.get(name)
-    return [`${looser ? "from" : end ? "below" : "above"} ${valueText(column, value)}${exact ? "" : " (of values tried)"} `, row < 0 ? "none is left" : inspectButton(row), " ",
-      next === null ? null : button("Set", () => moved(one, next), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`})]
-  }
-  renew("relax-table", make("thead", make("tr", ["Limit", "Tighter", "Looser"].map((text) => head("col", text)))),
-    make("tbody", found.filter(({looser}) => !looser).map((one) => {
-      const column = data.by.get(one.name)
-      const limit = limitOf(column)?.[one.end] ?? null
-      const looser = found.find(({name, end, looser}) => looser && name === one.name && end === one.end)
-      return make("tr", head("row", limit === null ? `${column.name} without a limit` : limitText(column, one.end, limit)),
-        make("td", cell(one)), make("td", cell(looser),
-          looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
-    })))
+    const limit = [...(limitOf(column) ?? [null, null])]
+    limit[end] = next
+    return make("li", `${switchText(data, one)}${exact ? "" : " (of values tried)"}. `.replace(/^./, (first) => first.toUpperCase()), row < 0 ? null : pinButton(row), " ",
+      next === null ? null : button("Set", () => setLimit(column, limit), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
+  }))
   keepFocus()
 }
 
