@@ -12,13 +12,11 @@ import shlex
 import sys
 import time
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
-import pandas as pd
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind, named_option, option_text
@@ -120,16 +118,17 @@ def _source(name: str) -> Any:
 
 def _test_problem(name: str) -> type[Problem]:
     """Return the class of a test problem of pymoo."""
-    from pymoo.problems import get_problem, many, multi, single
+    from pymoo.problems import get_problem
 
     # get_problem knows more names, but constructs problems without their arguments.
-    classes = {}
-    for module in (single, multi, many):
-        for value in vars(module).values():
-            if isinstance(value, type) and issubclass(value, Problem):
-                classes[value.__name__.lower()] = value
+    for package in ("single", "multi", "many"):
+        module = importlib.import_module(f"pymoo.problems.{package}")
+        for title, value in vars(module).items():
+            is_named = title.lower() == name.lower()
+            if is_named and isinstance(value, type) and issubclass(value, Problem):
+                return value
     try:
-        return classes.get(name.lower()) or type(get_problem(name))
+        return type(get_problem(name))
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
         forms = "'chute', a test problem of pymoo, module:attribute (beam:Beam), or a FILE.toml"
         raise invalid("PROBLEM", forms, name) from error
@@ -324,6 +323,8 @@ def _box_in(entries: Names, problem: Problem) -> Values:
 
 def write_example(name: str) -> int:
     """Write the commented example of a program's file, unless the file exists."""
+    from importlib.resources import files
+
     path = Path(name).expanduser()
     if path.exists() or path.suffix != ".toml":
         rule = "used with a new file of the suffix .toml, such as bracket.toml"
@@ -356,7 +357,9 @@ def try_program(name: str, problem: Any, points: int) -> int:
     rows = []
     for column, value in {**design, **run.outputs}.items():
         rows.append((with_unit(column, problem.units.get(column, "")), value))
-    print_frame(pd.DataFrame(rows, columns=["column", "value"]), "Variables and outputs:")
+    from pandas import DataFrame
+
+    print_frame(DataFrame(rows, columns=["column", "value"]), "Variables and outputs:")
     say(f"Took {run.seconds:.1f} s.")
     for flaw in run.flaws:
         say(f"Wrong: {flaw}")
