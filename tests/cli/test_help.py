@@ -141,6 +141,7 @@ ONLY_THERE = {
     "ask": {"points", "algorithm", "seed"},
     "page": {"out"},
     "live": {"host"},
+    "prefer": {"out"},
     "report": {"out"},
     "reproduce": {"out"},
 }

@@ -93,10 +93,10 @@ def test_answers_that_fit_no_longer_stay_in_the_file(capsys):
         (["--answers", "Town>Town"], "two different ones"),
         (["--answers", "Old>Town"], "Pareto optimal"),
         (["--answers", ""], "pairs of designs such as A>B"),
-        (["--answers", "Town>Coast", "--as", " "], "--as must be"),
+        (["--answers", "Town>Coast", "--as", ""], "length >= 1"),
         (["--answers", "Town>Coast", "--out", "d.txt"], ".json"),
-        (["--answers", "Town>Coast", "--out", "other.json"], "one that pymoo-psi has written"),
-        (["--answers", "Town>Coast", "--limits", "mass<=1"], "no feasible design"),
+        (["--answers", "Town>Coast", "--out", "other.json"], "continues a decision"),
+        (["--answers", "Town>Coast", "--limits", "mass<=1"], "with a feasible design"),
     ],
 )
 def test_what_cannot_be_done_is_refused_and_writes_nothing(words, message, tmp_path, capsys):
@@ -157,4 +157,5 @@ def test_an_interruption_loses_no_answer(key):
     terminal.press(["a", "e", key])
     code, out, err = terminal.end()
     assert code == (130 if key == "\x03" else 0)
-    assert "--out FILE.json keeps them: --answers '" in out + err
+    assert "2 answers of me in decision.json" in out + err
+    assert len(Decision.read_json("decision.json").positions[0]["answers"]) == 2

@@ -325,7 +325,12 @@ def rank() -> None:
     _FILE,
     _names("answers", '"A>B,C=D"', "Answers: A rather than B, C as good as D, E?F skipped."),
     click.Option(["--as", "person"], metavar="NAME", help="Name of the person who answers."),
-    _file("out", "FILE.json", "Write the proposal and the answers here, as a decision."),
+    _file(
+        "out",
+        "FILE.json",
+        "Write the answers and the proposal here, as a decision.",
+        default="decision.json",
+    ),
     *_READING,
 )
 def prefer() -> None:
@@ -333,12 +338,12 @@ def prefer() -> None:
 
     Each question shows two designs and where they differ. One key answers: a or b for the design
     you would rather have, e if they are equally good, s skips, u takes the last answer back, q
-    ends. What is answered is in the file of --out at once. --decision continues from such a file,
-    which rank, page and report read, too. In a list, put an answer with a comma in quotation marks.
+    ends. Each answer is in the file of --out at once. --decision continues from such a file, which
+    rank, page and report read, too. In a list, put an answer with a comma in quotation marks.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
-      pymoo-psi prefer front.csv --answers "130>27, 130=211" --out decision.json
+      pymoo-psi prefer front.csv --answers "130>27, 130=211"
     """
 
 

@@ -26,7 +26,7 @@ _PER_BLOCK = 1024  # weights in a block, a power of 2, so that each block is eve
 _MANY = 10_000  # designs from which on there are a quarter of the weights
 _AT_ONCE = 1 << 18  # distances that are computed at once, so that they fit in a cache
 _ROUNDING = 1e-12
-P_MOST = 32  # the exponent from which on powers of distances would underflow
+_P_MOST = 32  # the exponent from which on powers of distances would underflow
 _SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _FACTOR = 2.0  # the factor between weights in the sentence
 
@@ -63,11 +63,7 @@ class Acceptability:
         places: int = 3,
     ) -> Acceptability:
         """Return :func:`acceptability` of a ranking, or of what can be ranked, with its errors."""
-        # The comparisons reject NaN, too.
-        if not (1 <= p <= P_MOST or p == np.inf):
-            raise invalid("p", f"a number from 1 to {P_MOST}, or inf", p)
-        if factor is not None and not factor > 1:
-            raise invalid("factor", "a number above 1, or None for all weights", factor)
+        require_norm(p, factor)
         places = integer("places", places, minimum=1)
         ranking = rank_of_efficiency(F)
         front, terms, weighted = weighted_terms(ranking)
@@ -192,6 +188,15 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
         other=ranking.name_of(other),
         rest=percent(others[other]),
     )
+
+
+def require_norm(p: float, factor: float | None) -> None:
+    """Refuse an order of the norm or a factor of weights that is out of its range."""
+    # The comparisons reject NaN, too.
+    if not (1 <= p <= _P_MOST or p == np.inf):
+        raise invalid("p", f"a number from 1 to {_P_MOST}, or inf", p)
+    if factor is not None and not factor > 1:
+        raise invalid("factor", "a number above 1, or None for all weights", factor)
 
 
 def weighted_terms(ranking: EfficiencyRanking) -> tuple[Rows, Array, Rows]:

@@ -355,7 +355,6 @@ def explain(
     if is_table(F):
         decimal = F.decimal
     elif hasattr(type(F), "trades"):  # answers to questions; a frame may have such a column
-        decimal = F.decimal
         trades = F.trades(units)
         if row is None and design is None:
             row = F.row_of(F.best)

@@ -17,24 +17,25 @@ counts as equal, and of equal ones the first is taken.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._numbers import decimal_mark, percent
+from pymoo_psi._numbers import percent
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid
 from pymoo_psi.pareto._acceptability import (
-    P_MOST,
     nearest_designs,
+    require_norm,
     simplex_weights,
     weighted_terms,
 )
 from pymoo_psi.pareto._cautions import originals
 from pymoo_psi.pareto._explanation import compare_designs
-from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
+from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
 if TYPE_CHECKING:
@@ -82,9 +83,6 @@ class Preferences(Shown):
 
     Attributes:
         ranking: The ranking of the designs.
-        answers: The answers so far: two designs, and between them ">" if the first is preferred,
-            "=" if they are equally good, "?" if the question was skipped.
-        decimal: The decimal mark of the table, "" without one.
 
     Raises:
         ArgumentValueError: ``F`` does not fit, several Pareto-optimal designs have the same name,
@@ -110,34 +108,27 @@ class Preferences(Shown):
         normalize: bool | None = None,
         maximize: Collection[Any] = (),
     ) -> None:
-        # The comparisons reject NaN, too.
-        if not (1 <= p <= P_MOST or p == np.inf):
-            raise invalid("p", f"a number from 1 to {P_MOST}, or inf", p)
-        if factor is not None and not factor > 1:
-            raise invalid("factor", "a number above 1, or None for all weights", factor)
+        require_norm(p, factor)
         self.ranking: EfficiencyRanking = rank_of_efficiency(
             F, normalize=normalize, maximize=maximize
         )
-        self.answers: list[tuple[Any, str, Any]] = []
-        self.decimal: str = F.decimal if is_table(F) else ""
         self._front, terms, weighted = weighted_terms(self.ranking)
         self._names = self._names_of_front()
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.
         self._steps = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
-        first = originals(self._steps)
-        has_weight = first == np.arange(len(first))
-        self._repeated = dict(zip(weighted.tolist(), weighted[first].tolist(), strict=True))
+        has_weight = originals(self._steps) == np.arange(len(weighted))
         self._weighted: Rows = weighted[has_weight]
         self._terms: Array = terms[:, has_weight]
-        orders = dict.fromkeys(order for order in _ORDERS if order != p)
-        counts = {float(p): _N_WEIGHTS} | dict.fromkeys(orders, _N_OTHERS)
         m = len(self._weighted)
-        self._weights = {p: simplex_weights(n, m, factor) for p, n in counts.items()}
-        shares = [np.full(_N_WEIGHTS, (1 - _OF_OTHERS) / _N_WEIGHTS)]
-        shares += [np.full(_N_OTHERS, _OF_OTHERS / len(orders) / _N_OTHERS)] * len(orders)
-        # The probabilities of the weights after 0, 1, 2, … answers.
-        self._chances = [np.concatenate(shares)]
+        others = [order for order in _ORDERS if order != p]
+        self._weights = {float(p): simplex_weights(_N_WEIGHTS, m, factor)}
+        prior = [np.full(_N_WEIGHTS, (1 - _OF_OTHERS) / _N_WEIGHTS)]
+        for order in others:
+            self._weights[order] = simplex_weights(_N_OTHERS, m, factor)
+            prior.append(np.full(_N_OTHERS, _OF_OTHERS / len(others) / _N_OTHERS))
+        self._answers: list[tuple[int, str, int]] = []  # of Pareto-optimal designs, by position
+        self._chances = [np.concatenate(prior)]  # of the weights, after 0, 1, 2, … answers
         self._find_candidates()
 
     def _names_of_front(self) -> list[Any]:
@@ -179,12 +170,9 @@ class Preferences(Shown):
         blocks = []
         for p, weights in self._weights.items():
             if np.isinf(p):
-                distances = np.zeros((len(weights), len(rows)))
-                for w, t in zip(weights.T, terms.T, strict=True):
-                    np.maximum(distances, w[:, None] * t, out=distances)
+                blocks.append((weights[:, None] * terms).max(axis=2))
             else:
-                distances = (weights**p @ (terms**p).T) ** (1 / p)
-            blocks.append(distances)
+                blocks.append((weights**p @ (terms**p).T) ** (1 / p))
         return np.concatenate(blocks)
 
     def _valued(self, distances: Array) -> Array:
@@ -193,6 +181,16 @@ class Preferences(Shown):
         return np.asarray(np.maximum(1 - losses, _WORST))
 
     # What the answers say
+
+    @property
+    def answers(self) -> list[tuple[Any, str, Any]]:
+        """The answers so far, each with two designs.
+
+        Between them is ">" if the first is preferred, "=" if they are equally good, "?" if the
+        question was skipped.
+        """
+        names = self._names
+        return [(names[one], relation, names[other]) for one, relation, other in self._answers]
 
     @property
     def _expected(self) -> Array:
@@ -282,27 +280,17 @@ class Preferences(Shown):
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
         best = self.row_of(self.best)
-        n_answers = sum(relation != "?" for _, relation, _ in self.answers)
-        with decimal_mark(self.decimal):
-            proposed = sentence(
-                "preferred",
-                design=self.ranking.name_of(best),
-                answers=counted(n_answers, "answer"),
-                share=percent(self.shares[best]),
-                regret=percent(self.regret),
-            )
-        return (proposed, *self.trades(), *self._remarks())
-
-    def _remarks(self) -> Iterator[str]:
-        """Yield why there is no question, and which objectives have no weight of their own."""
-        if self.regret < _ENOUGH:
-            yield sentence("enough")
-        elif self.question() is None:
-            yield sentence("none left")
-        names = self.ranking.objectives.names
-        for twin, original in self._repeated.items():
-            if twin != original:
-                yield sentence("without weight", twin=names[twin], original=names[original])
+        proposed = sentence(
+            "preferred",
+            design=self.ranking.name_of(best),
+            answers=counted(sum(relation != "?" for _, relation, _ in self._answers), "answer"),
+            share=percent(self.shares[best]),
+            regret=percent(self.regret),
+        )
+        texts = [proposed, *self.trades()]
+        if self.question() is None:
+            texts.append(sentence("enough"))
+        return tuple(texts)
 
     def trades(self, units: Mapping[Any, str] | None = None) -> tuple[str, ...]:
         """Return what each answer gives up for what.
@@ -318,11 +306,10 @@ class Preferences(Shown):
         """
         ranking = with_units(self.ranking, units)
         sentences = []
-        for one, relation, other in self.answers:
-            pair = compare_designs(ranking, rows=[self.row_of(other), self.row_of(one)])
+        for one, relation, other in self._answers:
+            pair = compare_designs(ranking, rows=self._front[[other, one]].tolist())
             if relation in _TRADES and pair.gains[1].any():
-                with decimal_mark(self.decimal):
-                    better, worse = pair.amounts(1)
+                better, worse = pair.amounts(1)
                 sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
         return tuple(sentences)
 
@@ -349,35 +336,25 @@ class Preferences(Shown):
         likely[_first_greatest(expected)] += 1  # the proposal is asked about in any case
         asked = _by_size(likely)[:_N_ASKED]
         asked = asked[likely[asked] > 0]
+        answered = [{one, other} for one, _, other in self._answers]
         pair = None
         most = -np.inf
-        for i, a in enumerate(asked):
-            for b in asked[i + 1 :]:
-                if not self._can_be_asked(a, b):
-                    continue
-                prefers = chances * _chance(self._values[:, a], self._values[:, b])
-                share = prefers.sum()
-                without_mistakes = (share - _MISTAKES / 2) / (1 - _MISTAKES)
-                if not 1 - _CERTAIN < without_mistakes < _CERTAIN:
-                    continue
-                in_favour = prefers @ self._values
-                after = in_favour.max() + (expected - in_favour).max()
-                after += _OPEN * share * (1 - share)
-                if after > most + _TIE:
-                    most = after
-                    pair = a, b
-        if pair is None:
-            return None
-        one, other = self._candidates[[*pair]]
-        return self._names[one], self._names[other]
-
-    def _can_be_asked(self, a: int, b: int) -> bool:
-        """Whether two candidates differ visibly in two objectives, and were not asked about."""
-        one, other = self._candidates[[a, b]]
-        differences = np.abs(self._steps[one] - self._steps[other])
-        names = {self._names[one], self._names[other]}
-        asked = [{one, other} for one, _, other in self.answers]
-        return bool((differences >= _VISIBLE - _TIE).sum() >= 2) and names not in asked
+        for a, b in combinations(asked, 2):
+            one, other = self._candidates[[a, b]].tolist()
+            differs = np.abs(self._steps[one] - self._steps[other]) >= _VISIBLE - _TIE
+            if differs.sum() < 2 or {one, other} in answered:
+                continue
+            prefers = chances * _chance(self._values[:, a], self._values[:, b])
+            share = prefers.sum()
+            without_mistakes = (share - _MISTAKES / 2) / (1 - _MISTAKES)
+            if not 1 - _CERTAIN < without_mistakes < _CERTAIN:
+                continue
+            in_favour = prefers @ self._values
+            after = in_favour.max() + (expected - in_favour).max() + _OPEN * share * (1 - share)
+            if after > most + _TIE:
+                most = after
+                pair = self._names[one], self._names[other]
+        return pair
 
     def answer(self, better: Any, worse: Any) -> None:
         """Take an answer: one design is preferred to another one.
@@ -406,22 +383,22 @@ class Preferences(Shown):
         """
         if relation not in RELATIONS:
             raise invalid("the relation of an answer", f"one of {' '.join(RELATIONS)}", relation)
-        ks = [self._position(one), self._position(other)]
-        if ks[0] == ks[1]:
+        pair = [self._position(one), self._position(other)]
+        if pair[0] == pair[1]:
             raise invalid("the designs of an answer", "two different ones", one)
         chances = self._chances[-1]
         if relation != "?":
-            chance = _chance(*self._valued(self._distances(np.array(ks))).T)
+            chance = _chance(*self._valued(self._distances(np.array(pair))).T)
             if relation == "=":
                 chance = 4 * chance * (1 - chance)
             chances = chances * chance
         self._chances.append(chances / chances.sum())
-        self.answers.append((self._names[ks[0]], relation, self._names[ks[1]]))
+        self._answers.append((pair[0], relation, pair[1]))
 
     def take_back(self) -> None:
         """Forget the last answer, if there is one."""
-        if self.answers:
-            self.answers.pop()
+        if self._answers:
+            self._answers.pop()
             self._chances.pop()
 
     def row_of(self, design: Any) -> int:
