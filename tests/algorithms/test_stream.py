@@ -174,10 +174,10 @@ IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
     ("run", "runner", "how"),
     [  # each with each other once
         (OF_PSI, "", signal.SIGINT),
-        (OF_PSI, IN_WORKERS, signal.SIGTERM),
-        (RECORDED, "", signal.SIGTERM),
-        (RECORDED, IN_WORKERS, signal.SIGINT),
-        (IN_BLOCKS, "", signal.SIGTERM),
+        (RECORDED, IN_WORKERS, signal.SIGTERM),
+        pytest.param(OF_PSI, IN_WORKERS, signal.SIGTERM, marks=pytest.mark.slow),
+        pytest.param(RECORDED, "", signal.SIGINT, marks=pytest.mark.slow),
+        pytest.param(IN_BLOCKS, "", signal.SIGTERM, marks=pytest.mark.slow),
     ],
 )
 def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):

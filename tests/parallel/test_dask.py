@@ -57,6 +57,7 @@ def cluster(tmp_path):
         process.wait()
 
 
+@pytest.mark.slow
 def test_a_cluster_of_joblib_of_the_command_and_one_that_is_lost(
     cluster, tmp_path, monkeypatch, said
 ):

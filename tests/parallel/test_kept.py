@@ -287,7 +287,7 @@ def test_a_call_after_one_that_raised_gets_its_own_answers():
         return {"F": 2 * x}
 
     runner = ProcessRunner(2)
-    for start in range(10, 810, 100):
+    for start in (10, 110):
         designs = [*range(start, start + 40)]
         torn = [*designs[:5], 3, *designs[6:]]
         refused("the mesh is torn", runner, doubled, torn, error=EvaluationError)

@@ -92,12 +92,13 @@ investigate(Stuck(n_var=1, n_obj=1, xl=0.0, xu=1.0), 1000, n_jobs=2)
     ("program", "how"),
     [
         (RUNNER.format(""), signal.SIGKILL),
-        (RUNNER.format("timeout=1e4"), signal.SIGTERM),
-        (RUNNER.format(""), signal.SIGINT),  # as Ctrl-C, but to the parent alone
-        (TASKS, signal.SIGKILL),
         (BLOCKS, signal.SIGTERM),
+        pytest.param(RUNNER.format("timeout=1e4"), signal.SIGTERM, marks=pytest.mark.slow),
+        # as Ctrl-C, but to the parent alone
+        pytest.param(RUNNER.format(""), signal.SIGINT, marks=pytest.mark.slow),
+        pytest.param(TASKS, signal.SIGKILL, marks=pytest.mark.slow),
     ],
-    ids=["workers-SIGKILL", "timeout-SIGTERM", "workers-SIGINT", "tasks-SIGKILL", "blocks-SIGTERM"],
+    ids=["workers-SIGKILL", "blocks-SIGTERM", "timeout-SIGTERM", "workers-SIGINT", "tasks-SIGKILL"],
 )
 def test_no_process_outlives_its_program(program, how):
     """Neither a worker that is stuck, nor what the model has started there in any group."""

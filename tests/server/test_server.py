@@ -101,6 +101,7 @@ def directed(study_file):
 
 
 @posix
+@pytest.mark.slow
 def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_path, study_file):  # noqa: F811
     (tmp_path / "model.py").write_text(MODEL)
     run = begun(tmp_path)
