@@ -11,7 +11,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
-from pymoo_psi.algorithms._executor import executor_of
+from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import ByName, Retry, RunOptions
 from pymoo_psi.algorithms._run import Run, table_of_run
@@ -130,7 +130,7 @@ class Recorded(WithTable, WrappedProblem):
         table = table_of_run(self._model, options, lambda: "an algorithm (Recorded)")
         self._store = _DesignStore(table, options, self._model)
         self._store.study.stays_open = True
-        self._executor = executor_of(self._model, options)
+        self._executor = Executor(self._model, options, together=True)
         self.returned: set[int] = set()
         self.n_evaluated = 0
 

@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import Block, Executor, InPieces, OneByOne, executor_of
+from pymoo_psi.algorithms._executor import Block, Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -40,6 +40,7 @@ from pymoo_psi.algorithms._sources import (
 )
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
+from pymoo_psi.parallel import Queue
 from pymoo_psi.problems import problem_identity, require_no_permutation
 from pymoo_psi.study import LAST, further_tests
 from pymoo_psi.table import Decision, TestTable
@@ -52,7 +53,7 @@ SECONDS = 1.0
 COMPUTED = 20.0
 # Tests after which there is a commit in any case, so that their tables are joined only once.
 _MANY = 2**16
-SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
+SourceOf = Callable[[Points, int, Model, Queue, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
@@ -143,7 +144,7 @@ class Run:
         self,
         model: Model,
         source: Source,
-        executor: OneByOne | InPieces,
+        executor: Executor,
         store: Store,
         repeats: Repeats | None = None,
         n_points: int = 0,
@@ -227,7 +228,7 @@ class Run:
                 is_left = True
                 while is_left and not progress.is_complete:
                     is_left = self._advance()
-                if self.executor.n_pending_tasks == 0:
+                if self.executor.queue.n_pending == 0:
                     self._end_session()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
@@ -298,9 +299,9 @@ class Run:
             return {"answer": f"{total} tests in all", "points": total}
         self._steered = action
         if action == "continue":
-            self.executor.resume()
+            self.executor.queue.resume()
         else:
-            self.executor.pause()
+            self.executor.queue.pause()
         return {"answer": "done"}
 
     # From points to tests
@@ -327,7 +328,7 @@ class Run:
             if len(points):
                 self._start(points, session)
                 return True
-            if self.executor.n_pending_tasks:
+            if self.executor.queue.n_pending:
                 session.computed += self.executor.wait()
             elif self._steered == "pause":
                 time.sleep(_PAUSE_SECONDS)
@@ -340,13 +341,14 @@ class Run:
     def _is_commit_due(self, session: _Session) -> bool:
         """Whether to store the evaluated tests now."""
         executor = self.executor
+        queue = executor.queue
         if executor.n_evaluated == 0:
             return False
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
-        much = max(COMPUTED, SECONDS * executor.n_workers)
+        much = max(COMPUTED, SECONDS * queue.n_workers)
         is_late = session.computed >= much or time.monotonic() - session.last_commit >= SECONDS
         last_awaited = self._progress.last_awaited
-        is_complete = executor.n_pending_tasks == 0 or executor.first_pending > last_awaited
+        is_complete = queue.n_pending == 0 or queue.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
@@ -356,9 +358,9 @@ class Run:
             return Points.none()
         progress = self._progress
         n_new = progress.n_awaited - progress.n_started
-        if self.executor.n_pending_tasks:  # nothing ahead of points whose tests are all stored
+        if self.executor.queue.n_pending:  # nothing ahead of points whose tests are all stored
             n_new += self.executor.n_ahead
-        n_new = min(n_new, self.executor.room)
+        n_new = min(n_new, self.executor.n_accepted)
         if n_new <= 0:
             return Points.none()
         if progress.n_started == len(progress.points) and self.source.n_left > 0:
@@ -513,7 +515,8 @@ def run_of_sequence(
         n_first: How many of the points, at most, are of the sequence.
         repeat: Which of the tests of each design the run makes.
         source_of: Returns the source of the run, by the points of the sequence, the number of all
-            points, the model, the executor and the store; by default its points are the sequence.
+            points, the model, the queue of the workers and the store; by default its points are the
+            sequence.
     """
     require_no_permutation(problem)
     model = Model(problem, options, repeat)
@@ -538,10 +541,10 @@ def run_of_sequence(
         repeats = Repeats(model, store.known())
     if options.study is not None or repeats is not None:
         options = replace(options, keep="all")
-    executor = executor_of(model, options, len(points))
+    executor = Executor(model, options)
     source: Source
     if source_of is not None:
-        source = source_of(points, n_points, model, executor, store)
+        source = source_of(points, n_points, model, executor.queue, store)
     elif sampling.extendable and options.share is None:
         source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
     else:

@@ -19,7 +19,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, FilePath, integer
-from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
@@ -29,6 +28,7 @@ from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
+from pymoo_psi.parallel import Queue
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
@@ -197,21 +197,22 @@ class SurrogatePSI(PointAlgorithm):
         sequence: Points,
         n_points: int,
         model: Model,
-        executor: Executor,
+        queue: Queue,
         store: Store,
     ) -> SurrogateSource:
         """Return the source of a run of ``n_points``."""
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
-            is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
-        if executor.in_rounds or (executor.n_workers == 0 and not executor.elastic):
+            is_asynchronous = queue.runner.elastic or queue.n_workers > (self._batch or _BATCH)
+        runner = queue.runner
+        if runner.in_rounds or (queue.n_workers == 0 and not runner.elastic):
             is_asynchronous = False
         n_first = self._n_sequence - self._n_left_out(sequence, model, store)
         return SurrogateSource(
             sequence.at(slice(0, n_first)),
             n_points,
             model,
-            executor,
+            queue,
             store,
             seed=self.seed or 0,
             batch=self._batch,
@@ -280,7 +281,7 @@ class SurrogateSource(Source):
         sequence: The points that come first, those of the sequence.
         n_points: How many points there are in all.
         model: The model of the tests.
-        executor: What tests the points, and says how many workers are free.
+        queue: The points that are being tested, and how many workers there are.
         store: Where proposals are kept before they are tested.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -293,7 +294,7 @@ class SurrogateSource(Source):
         sequence: Points,
         n_points: int,
         model: Model,
-        executor: Executor,
+        queue: Queue,
         store: Store,
         *,
         seed: int,
@@ -301,7 +302,7 @@ class SurrogateSource(Source):
         is_asynchronous: bool,
     ) -> None:
         self._model = model
-        self._executor = executor
+        self._queue = queue
         self._store = store
         self._seed = seed
         self._batch = batch
@@ -333,8 +334,7 @@ class SurrogateSource(Source):
         """Whether a round is due, although points are being tested; it begins with all tests."""
         if not self._is_asynchronous or self._round is not None or self.n_left == 0:
             return False
-        n_waiting = -self._executor.n_free
-        return n_waiting <= self._n_ahead  # workers start these while the round is made
+        return -self._n_free <= self._n_ahead  # workers start these while the round is made
 
     @property
     def n_left(self) -> int:
@@ -460,15 +460,20 @@ class SurrogateSource(Source):
         if self._is_asynchronous:
             # Enough for the free workers, for those that end before it is there, and while the
             # next round is in the making.
-            return max(1, self._executor.n_free + 2 * self._n_ahead)
+            return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
-            return max(_FIRST_BATCH, self._executor.n_workers)
+            return max(_FIRST_BATCH, self._queue.n_workers)
         return _BATCH
+
+    @property
+    def _n_free(self) -> int:
+        """How many workers have no design; negative while designs wait for workers."""
+        return self._queue.n_workers - self._queue.n_pending
 
     @property
     def _n_ahead(self) -> int:
         """How many designs are tested while a round is in the making, so that no worker waits."""
-        n_workers = self._executor.n_workers
+        n_workers = self._queue.n_workers
         return max(1, n_workers // 4, min(self._n_meanwhile, n_workers))
 
     def _table(self) -> TestTable:

@@ -17,9 +17,14 @@ Example:
     >>> len(minimize(problem, PSI(200)).pop)
     200
 
-Other subpackages also use :class:`Runner`, which all three are, :func:`runner_of_jobs`,
-:func:`in_parallel` for tasks, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
-:func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
+Inside, whatever is evaluated is put into a :class:`Queue` (``_runner``). A runner takes jobs from
+it, each of which has some designs, or a piece of the points of a vectorised problem. The last two
+runners are given jobs by ``submit``, which returns a future (``_engine``); joblib asks for them by
+itself (``_joblib``). Guarded processes do the jobs of the last two (``_pool``, ``_worker``).
+
+Other subpackages also use :class:`Runner`, which all three are, :class:`Queue`,
+:func:`runner_of_jobs`, :func:`in_parallel` for tasks, :func:`progress_bar`, :func:`evaluate_here`,
+:func:`one_line`, :func:`same_folder` and :func:`raise_original`.
 """
 
 from pymoo_psi._names import attach_names

@@ -1,11 +1,12 @@
 """The runners on guarded processes: of this machine, or of the workers of any executor.
 
-This process sends tasks, each with some designs, and keeps every worker busy: a process of this
-machine, or what an executor of a cluster has, such as Dask, Ray, MPI or SLURM. An executor sees
-nothing but a function of this module, texts and bytes. Its worker gets the model's function when it
-answers that it lacks it; it evaluates the designs in a process of its own under the package's
-guard. So a design that hangs, or kills its process, costs that design, on every engine, and the
-engine's own worker goes on.
+Both are given jobs by ``submit``. A worker is a thread of this process, or what an executor of a
+cluster has, such as Dask, Ray, MPI or SLURM. It evaluates the designs of a job in a process of its
+own under the package's guard. So a design that hangs, or kills its process, costs that design, on
+every engine, and the engine's own worker goes on.
+
+An executor sees nothing but a function of this module, texts and bytes. Its worker gets the model's
+function when it answers that it lacks it.
 """
 
 from __future__ import annotations
@@ -16,14 +17,12 @@ import platform
 import secrets
 import sys
 import time
-from collections import OrderedDict, deque
-from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import BrokenExecutor, CancelledError, Executor
-from contextlib import suppress
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Generator
+from concurrent.futures import Executor, Future
+from contextlib import nullcontext, suppress
 from functools import partial
-from pickle import PickleError
-from queue import Empty, SimpleQueue
-from threading import Thread
+from threading import Semaphore, Thread
 from typing import Any
 
 import cloudpickle
@@ -37,32 +36,15 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import PsiError, WorkerError
-from pymoo_psi.parallel._evaluation import (
-    CHUNK_SECONDS,
-    POLLING_SECONDS,
-    Answer,
-    Function,
-    Result,
-    Waiting,
-    answer_by,
-    lost_values,
-    one_line,
-    pickled_function,
-    sendable,
-)
-from pymoo_psi.parallel._pool import Environment, Processes, Work
-from pymoo_psi.parallel._runner import Runner
+from pymoo_psi.parallel._evaluation import Answer, Function, Result, answer_by, sendable
+from pymoo_psi.parallel._pool import Environment, Job, evaluate, give_up, keep_idle
+from pymoo_psi.parallel._runner import Queue, Runner, gone
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
 _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
 
-# Seconds of a task for each worker that there is: this process sends some hundreds of tasks a
-# second, and a thousand workers must not ask for more.
-_TASK_SECONDS = 0.002
-# Tasks for each worker that are under way: one is evaluated while the next one waits beside it.
-_TASKS_AHEAD = 2
 _ASKING = 0.2  # seconds between two looks at the number of workers
-# Bytes of a pickled function up to which each task brings it: this takes less time than a worker
+# Bytes of a pickled function up to which each job brings it: this takes less time than a worker
 # that has to ask for it.
 _SMALL = 10_000
 _KEPT = 4  # functions that a worker keeps, one of each run that it works for
@@ -131,9 +113,29 @@ class ProcessRunner(Runner):
 
         return int(cpu_count())
 
-    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Evaluate the designs of a queue; see :class:`Runner`."""
-        yield from Tasks(self, f, waiting).results()
+    def results(self, queue: Queue) -> Generator[Result | None]:
+        """Yield the results of a queue; see :class:`Runner`."""
+        return queue.submitted()
+
+    def job(self, function: Function) -> Job:
+        """Return a job of a new run in the environment of this process."""
+        job = super().job(function)
+        threads = max(1, (os.cpu_count() or 1) // self.n_workers)  # workers share the cores
+        environment = Environment.now(job.identity, threads)
+        return job._replace(environment=environment, free=Semaphore(self.n_workers))
+
+    def submit(self, job: Job) -> Future[Answer]:
+        """Return the future of a job, which begins as soon as a worker is free."""
+        future: Future[Answer] = Future()
+        # A daemon, for which the interpreter does not wait at its end: its worker may be stuck.
+        Thread(target=_answer, args=(job, future), daemon=True).start()
+        return future
+
+    def give_up(self, run: str, futures: Collection[Any]) -> None:
+        """Cancel the jobs of a run; end the workers that are busy with it."""
+        super().give_up(run, futures)
+        give_up(run, futures)
+        keep_idle(self.n_workers)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles have the settings; workers and measurements stay here."""
@@ -231,170 +233,28 @@ class ExecutorRunner(Runner):
             try:
                 count = self._count()
             except (OSError, asyncio.TimeoutError) as error:  # the scheduler is gone
-                raise _gone(error) from error
+                raise gone(error) from error
             self._n_workers = integer("the result of workers", count, minimum=0)
             self._asked = now
         return self._n_workers
 
-    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Evaluate the designs of a queue; see :class:`Runner`."""
-        yield from Tasks(self, f, waiting, self.executor).results()
+    def results(self, queue: Queue) -> Generator[Result | None]:
+        """Yield the results of a queue; see :class:`Runner`."""
+        return queue.submitted()
 
-    def __copy__(self) -> ExecutorRunner:
-        """Return the runner itself: executors are not copied."""
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> ExecutorRunner:
-        """Return the runner itself; pymoo copies its algorithms."""
-        return self
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickles have the settings, and an executor that can do nothing."""
-        return partial(type(self), Executor(), workers=1, timeout=self.timeout), ()
-
-
-class Tasks:
-    """The tasks of one run: which designs wait, which were sent, and which were sent twice.
-
-    Args:
-        runner: The runner.
-        function: What to evaluate.
-        waiting: The designs, taken when a worker is free; more may be added meanwhile.
-        executor: The executor; ``None`` for processes of this machine.
-    """
-
-    def __init__(
-        self, runner: Runner, function: Function, waiting: Waiting, executor: Any = None
-    ) -> None:
-        self._runner = runner
-        self._function = function
-        self._waiting = waiting
-        pickled = pickled_function(function)
-        self._name = secrets.token_hex(8)
-        self._identity = _identity(runner, function, pickled)
-        self._workers: Processes | _Cluster
-        if executor is None:
-            count = runner.n_workers
-            threads = max(1, (os.cpu_count() or 1) // count)
-            self._workers = Processes(count, Environment.now(self._identity, threads), pickled)
-        else:
-            self._workers = _Cluster(executor, pickled)
-        self._sent: dict[Any, Waiting] = {}  # designs that were sent together, by their future
-        self._done: SimpleQueue[Any] = SimpleQueue()  # futures
-        self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
-
-    def results(self) -> Generator[Result | None]:
-        """Yield results, and ``None`` after moments without one, until no design is left.
-
-        What was sent is given up where the reader closes this; on a cluster, what has begun there
-        goes on, and nobody reads it.
-        """
-        try:
-            while True:
-                self._fill()
-                if not self._sent:
-                    return
-                try:
-                    future = self._done.get(timeout=POLLING_SECONDS)
-                except Empty:  # workers may have joined
-                    yield None
-                    continue
-                yield from self._results_of(future, self._sent.pop(future))
-        finally:
-            for future in self._sent:
-                with suppress(Exception):  # an executor that is gone
-                    future.cancel()
-            self._workers.close()
-
-    def _fill(self) -> None:
-        """Send tasks until all workers are busy."""
-        if not self._waiting:
-            return
-        # A cluster may start its first worker when it has a task.
-        n_workers = max(1, self._runner.n_workers)
-        lasting = max(CHUNK_SECONDS, _TASK_SECONDS * n_workers)
-        while self._waiting and len(self._sent) < _TASKS_AHEAD * n_workers:
-            size = self._runner.chunk(len(self._waiting), n_workers, lasting)
-            self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
-
-    def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
-        work = Work(self._name, self._identity, designs, self._runner.timeout, lasting)
-        future: Any = self._workers.submit(work, with_function)
-        self._sent[future] = designs
-        if hasattr(future, "add_done_callback"):
-            future.add_done_callback(lambda _: self._done.put(future))
-        else:  # it calls nobody when it is done
-            Thread(target=self._await, args=(future,), daemon=True).start()
-
-    def _await(self, future: Any) -> None:
-        with suppress(BaseException):  # it is raised again where the result is read
-            future.result()
-        self._done.put(future)
-
-    def _results_of(self, future: Any, waiting: Waiting) -> Iterator[Result]:
-        """Yield the results of designs that were sent together; send what is left of them again."""
-        try:
-            answer = self._workers.answer(future)
-        except PsiError:  # the guard in the worker has raised it
-            raise
-        except Exception as error:
-            yield from self._given_up(waiting, error)
-            return
-        if answer is None:  # it lacks the function
-            self._send(waiting, CHUNK_SECONDS, with_function=True)
-            return
-        designs = dict(waiting)
-        yield from self._runner.results_of(self._function, designs, answer)
-        self._waiting.extendleft(reversed(designs.items()))
-
-    def _given_up(self, waiting: Waiting, error: Exception) -> Iterator[Result]:
-        """Send designs again, each alone, whose task the engine gave up; lose them the next time.
-
-        Raises:
-            WorkerError: The executor is gone, or its workers cannot do any task.
-        """
-        if isinstance(error, BrokenExecutor):
-            raise _gone(error) from error
-        if isinstance(error, (ImportError, AttributeError, PickleError)):
-            raise _unusable(error) from error
-        for index, design in waiting:
-            if index not in self._sent_again:
-                self._sent_again.add(index)
-                self._send(deque([(index, design)]), CHUNK_SECONDS)
-            elif isinstance(error, CancelledError):
-                raise _gone(error) from error
-            elif not self._runner.samples:  # no worker has done anything
-                raise _unusable(error) from error
-            else:
-                reason = f"its worker was lost ({one_line(error)})"
-                yield index, lost_values(self._function, design, reason), 0.0
-
-
-class _Cluster:
-    """The workers of an executor.
-
-    Args:
-        executor: The executor.
-        function: The pickled function.
-    """
-
-    def __init__(self, executor: Any, function: bytes) -> None:
-        self._executor = executor
-        self._function = function
-
-    def submit(self, work: Work, with_function: bool) -> Any:
-        """Return the future of an answer; workers that lack the function need it with the work."""
+    def submit(self, job: Job) -> Any:
+        """Return the future of a job; workers that lack a large function need it with the job."""
         function = None
-        if with_function or len(self._function) <= _SMALL:
-            function = self._function
+        if job.is_repeated or len(job.function) <= _SMALL:
+            function = job.function
         name = secrets.token_hex(8)  # engines that know a task by its content repeat none
-        packed = cloudpickle.dumps(work)
+        packed = cloudpickle.dumps(job._replace(function=b"", is_repeated=False))
         try:
-            return self._executor.submit(evaluate, _VERSIONS, name, packed, function)
+            return self.executor.submit(evaluate_packed, _VERSIONS, name, packed, function)
         except PsiError:
             raise
         except Exception as error:
-            raise _gone(error) from error
+            raise gone(error) from error
 
     def answer(self, future: Any) -> Answer | None:
         """Return the answer of a future that is done, or ``None`` if its worker lacks the function.
@@ -413,40 +273,28 @@ class _Cluster:
         answer: Answer = cloudpickle.loads(packed)
         return answer
 
-    def close(self) -> None:
-        """The workers are the executor's."""
+    def __copy__(self) -> ExecutorRunner:
+        """Return the runner itself: executors are not copied."""
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> ExecutorRunner:
+        """Return the runner itself; pymoo copies its algorithms."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles have the settings, and an executor that can do nothing."""
+        return partial(type(self), Executor(), workers=1, timeout=self.timeout), ()
 
 
-def _gone(error: BaseException) -> WorkerError:
-    return WorkerError(
-        f"the executor takes no more work ({one_line(error)}); start it again and repeat the call: "
-        "a study goes on"
-    )
-
-
-def _unusable(error: BaseException) -> WorkerError:
-    return WorkerError(
-        f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
-        "pymoo_psi and what the model imports"
-    )
-
-
-def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes]:
-    """Return by what runs know that they may share workers; see :class:`Work`.
-
-    A worker may keep what a module has read from a file that the fingerprint of the function's
-    ``problem`` includes. A class of the main module is sent by value, and a worker may also keep
-    parts of its last version, which only calls of the same runner may use.
-    """
-    fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
-    parameters = None
-    if callable(fingerprint):
-        with suppress(Exception):  # a run without a study needs no fingerprint
-            parameters = fingerprint()
-    owner = ""
-    if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
-        owner = runner.name
-    return owner, bytes(cloudpickle.dumps(parameters))
+def _answer(job: Job, future: Future[Answer]) -> None:
+    """Set the result of a future, in a thread of its own."""
+    with job.free or nullcontext():
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            future.set_result(evaluate(job))
+        except BaseException as error:
+            future.set_exception(error)
 
 
 # In the workers of an executor
@@ -454,7 +302,7 @@ def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes
 _FUNCTIONS: OrderedDict[str, bytes] = OrderedDict()  # pickled, by their run; the last ones
 
 
-def evaluate(
+def evaluate_packed(
     versions: tuple[str, ...], name: str, packed: bytes, function: bytes | None
 ) -> tuple[tuple[str, ...], bytes | None]:
     """Evaluate designs in a worker of an executor, under a guard.
@@ -462,7 +310,7 @@ def evaluate(
     Args:
         versions: Those of the sender.
         name: That of the task, different for each.
-        packed: The pickled work.
+        packed: The pickled job, without its function.
         function: The pickled function, unless the worker is likely to have it.
 
     Returns:
@@ -471,24 +319,22 @@ def evaluate(
     """
     if versions != _VERSIONS:
         return _VERSIONS, None
-    work: Work = cloudpickle.loads(packed)
+    job: Job = cloudpickle.loads(packed)
     if function is not None:
-        _FUNCTIONS[work.run] = function
+        _FUNCTIONS[job.run] = function
         while len(_FUNCTIONS) > _KEPT:
             with suppress(KeyError):  # other threads of the worker do the same
                 _FUNCTIONS.popitem(last=False)
-    pickled = _FUNCTIONS.get(work.run)
+    pickled = _FUNCTIONS.get(job.run)
     if pickled is None:
         return _VERSIONS, None
     if sys.platform != "win32":
-        # One thread: the cores of a machine belong to all of its workers.
-        processes = Processes(1, Environment.now(work.identity, threads=1), pickled)
-        results, failure = processes.evaluate(work)
+        results, failure = evaluate(job._replace(function=pickled))
         if failure is not None:
             failure = sendable(failure)
         answer = results, failure
     else:
-        answer = answer_by(pickled, work.designs)
+        answer = answer_by(pickled, job.designs)
     return _VERSIONS, cloudpickle.dumps(answer)
 
 

@@ -46,10 +46,6 @@ class LostDesign(NamedTuple):
 # Seconds of evaluations between two measurements: many times as long as a measurement takes, and
 # shorter than sending a design to a worker.
 _MEASURED_SECONDS = 1e-3
-# Seconds that a chunk of designs takes: long beside the message that brings it, some 0.1 ms.
-CHUNK_SECONDS = 0.05
-# Seconds without a result after which the reader of results may do something else.
-POLLING_SECONDS = 0.05
 
 
 def one_line(error: BaseException) -> str:

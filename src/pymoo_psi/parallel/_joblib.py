@@ -5,34 +5,27 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import suppress
+from contextlib import closing
 from functools import partial
 from itertools import islice
 from typing import Any
 
 from pymoo_psi._modules import versions
 from pymoo_psi._validation import invalid, job_count
-from pymoo_psi.errors import PsiError, WorkerError
+from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._engine import ProcessRunner
 from pymoo_psi.parallel._evaluation import (
-    CHUNK_SECONDS,
-    Function,
     Result,
-    Waiting,
     answer_by,
     answer_of,
-    evaluate_here,
     one_line,
     pickled_function,
 )
-from pymoo_psi.parallel._runner import Runner
+from pymoo_psi.parallel._runner import JOBS_AHEAD, Queue, Runner, raise_original
 
 # joblib is imported in the functions that need it: the package is imported without it.
 
-# Calls for each worker that are under way: one is evaluated while the next one waits beside it.
-_CALLS_AHEAD = 2
 # Calls for each worker in one call of a backend that returns all results at its end.
 _CALLS_TOGETHER = 32
 # What may have changed since joblib's workers started: see _renew_workers.
@@ -112,24 +105,19 @@ class JoblibRunner(Runner):
             n_jobs = self.n_jobs
         return backend, max(1, int(backend.effective_n_jobs(n_jobs)))
 
-    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Evaluate the designs of a queue; see :class:`Runner`."""
+    def results(self, queue: Queue) -> Generator[Result | None]:
+        """Yield the results of a queue; see :class:`Runner`."""
         backend, n_workers = self._active()
         if n_workers == 1:
-            yield from evaluate_here(f, waiting)
-        while waiting:
-            yield from self._by_workers(f, waiting, backend, n_workers)
+            yield from queue.evaluated_here()
+        while queue.waiting:
+            yield from self._results(queue, backend, n_workers)
 
-    def _by_workers(
-        self, f: Function, waiting: Waiting, backend: Any, n_workers: int
-    ) -> Generator[Result | None]:
-        """Evaluate the designs of a queue by one call of joblib.
+    def _results(self, queue: Queue, backend: Any, n_workers: int) -> Generator[Result | None]:
+        """Yield the results of one call of joblib; what is added after its last job stays there.
 
-        Args:
-            f: What to evaluate.
-            waiting: The designs; those that come when joblib has taken the last one stay there.
-            backend: joblib's backend.
-            n_workers: The number of workers.
+        joblib asks for jobs by itself, in threads of its own, when workers are free: it would end
+        the call if it had to wait for one.
         """
         from joblib import Parallel, delayed
         from joblib.externals.loky.process_executor import TerminatedWorkerError
@@ -137,9 +125,9 @@ class JoblibRunner(Runner):
 
         if isinstance(backend, LokyBackend):
             _renew_workers()
-        call = partial(answer_of, f)
+        call = partial(answer_of, queue.function)
         if not getattr(backend, "supports_sharedmem", False):
-            call = partial(answer_by, pickled_function(f))
+            call = partial(answer_by, pickled_function(queue.function))
         return_as = "generator_unordered"
         n_calls = None
         if not backend.supports_return_generator:
@@ -149,27 +137,19 @@ class JoblibRunner(Runner):
             n_workers,
             backend=backend,
             batch_size=1,
-            pre_dispatch=_CALLS_AHEAD * n_workers,
+            pre_dispatch=JOBS_AHEAD * n_workers,
             return_as=return_as,
         )
-        under_way: dict[int, Any] = {}
 
         def calls() -> Iterator[Any]:
-            """Yield calls for some designs each; joblib takes them in threads of its own."""
-            while waiting:
-                designs: Waiting = deque()
-                size = self.chunk(len(waiting), n_workers, CHUNK_SECONDS)
-                with suppress(IndexError):  # a pause has taken the rest
-                    for _ in range(size):
-                        designs.append(waiting.popleft())
-                under_way.update(designs)
-                yield delayed(call)(designs)
+            while queue.waiting:
+                yield delayed(call)(queue.take())
 
         try:
             answers = (answer for answer in parallel(islice(calls(), n_calls)))
             try:
                 for answer in answers:
-                    yield from self.results_of(f, under_way, answer)
+                    yield from queue.results_of(answer)
             finally:
                 with warnings.catch_warnings():  # joblib warns of calls that are given up
                     warnings.simplefilter("ignore")
@@ -182,7 +162,7 @@ class JoblibRunner(Runner):
                     f"joblib's workers cannot go on ({one_line(error)}); repeat the call: a study "
                     "goes on"
                 ) from error
-            yield from ProcessRunner(n_workers).stream(f, deque(under_way.items()))
+            yield from queue.guarded_results(ProcessRunner(n_workers))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles have the settings; measurements stay here."""
@@ -202,14 +182,29 @@ def _renew_workers() -> None:
 def in_parallel(
     function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
 ) -> Generator[tuple[int, Any]]:
-    """Do tasks by joblib; see :meth:`Runner.tasks`, also for what it yields and raises.
+    """Do tasks by joblib; yield the number of each, from 0, and its result as soon as it is done.
+
+    Close the iterator early to stop the workers; the garbage collector would do so at any time and
+    in any thread.
 
     Args:
         function: What to do with a task.
-        tasks: The tasks; their numbers from 0 are the indices.
+        tasks: The tasks.
         n_jobs: Number of workers; 1 is this process.
+
+    Raises:
+        WorkerError: A worker was lost, or cannot load the function.
+        Exception: What the function raises.
     """
-    return JoblibRunner(n_jobs).tasks(function, deque(enumerate(tasks)))
+    with closing(Queue(function, JoblibRunner(n_jobs))) as queue:
+        queue.add(enumerate(tasks))
+        try:
+            while queue.n_pending:
+                result = queue.wait()
+                if result is not None:
+                    yield result[:2]
+        except EvaluationError as error:
+            raise_original(error)
 
 
 def runner_of_jobs(n_jobs: int, timeout: float | None = None) -> Runner:

@@ -30,16 +30,14 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Sequence
-from concurrent.futures import CancelledError, Future
-from contextlib import ExitStack, suppress
+from collections.abc import Collection, Sequence
+from concurrent.futures import CancelledError, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
-from queue import SimpleQueue
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any, NamedTuple
-from weakref import WeakSet
 
 import cloudpickle
 
@@ -66,7 +64,7 @@ class Environment(NamedTuple):
     """What may change the values of a model besides its code and its arguments.
 
     Attributes:
-        identity: What the sender says; see :class:`Work`.
+        identity: What the sender says; see :class:`Job`.
         threads: How many threads libraries may use, unless the environment limits them.
         variables: The environment variables.
         folder: The current folder.
@@ -87,132 +85,111 @@ class Environment(NamedTuple):
         return cls(identity, threads, {**os.environ}, os.getcwd(), [*sys.path], [*sys.argv])
 
 
-class Work(NamedTuple):
-    """Some designs to evaluate.
+class Job(NamedTuple):
+    """What a worker is given at once: designs, or a piece of the points of a vectorised problem.
 
     Attributes:
         run: The name of the run, which has one function.
+        function: The function, pickled.
         identity: Runs may share workers if this is equal: the name of the runner if code is sent by
             value, or else none; and what the problem says that its values depend on, pickled.
-        designs: The designs, with their indices.
         timeout: Seconds that a design may take, or ``None``.
-        lasting: Seconds that the designs may take together. After twice that time, the designs that
+        designs: The designs, or the piece, with their indices.
+        seconds: Seconds that the designs may take together. After twice that time, the designs that
             are not begun are left to other workers.
+        environment: The environment of the run; ``None`` for that of the worker.
+        free: The workers of this machine that are free for the run; ``None`` on others.
+        is_repeated: Whether it was sent before, to a worker that lacked the function.
     """
 
     run: str
+    function: bytes
     identity: tuple[str, bytes]
-    designs: Waiting
     timeout: float | None
-    lasting: float
+    designs: Waiting
+    seconds: float = math.inf
+    environment: Environment | None = None
+    free: threading.Semaphore | None = None
+    is_repeated: bool = False
 
 
 _IDLE: list[_Worker] = []  # the last ones at the end
-_OPEN: WeakSet[Processes] = WeakSet()
+_BUSY: dict[_Worker, str] = {}  # those at work, each on a job of the run of this name
+_GIVEN_UP: set[str] = set()  # runs of which nobody reads the results
+_IS_OVER = threading.Event()  # this process ends
 
 
-class Processes:
-    """Worker processes for one function, each of which has a thread of this process.
+def evaluate(job: Job) -> Answer:
+    """Evaluate designs in a worker process; what is not begun in the time has no result.
 
-    Args:
-        count: How many, at most.
-        environment: What the workers must agree with.
-        function: The pickled function.
+    A design whose process dies is tried once more.
+
+    Raises:
+        WorkerError: No worker starts, or none can load the function.
     """
-
-    def __init__(self, count: int, environment: Environment, function: bytes) -> None:
-        self._count = count
-        self._environment = environment
-        self._function = function
-        self._waiting: SimpleQueue[tuple[Work, Future[Answer]]] = SimpleQueue()
-        self._free = threading.Semaphore(count)
-        self._busy: set[_Worker] = set()
-        self._is_closed = False
-        _OPEN.add(self)
-
-    def submit(self, work: Work, with_function: bool = False) -> Future[Answer]:
-        """Return the future of an answer; see :meth:`evaluate`."""
-        future: Future[Answer] = Future()
-        self._waiting.put((work, future))
-        # A daemon, for which the interpreter does not wait at its end: its worker may be stuck.
-        threading.Thread(target=self._answer, daemon=True).start()
-        return future
-
-    def _answer(self) -> None:
-        """Evaluate the work that waits longest, once a worker is free."""
-        with self._free:
-            work, future = self._waiting.get()
-            if not future.set_running_or_notify_cancel():
-                return
-            try:
-                future.set_result(self.evaluate(work))
-            except BaseException as error:
-                future.set_exception(error)
-
-    def answer(self, future: Future[Answer]) -> Answer | None:
-        """Return the answer of a future that is done."""
-        return future.result()
-
-    def close(self) -> None:
-        """End the workers that are busy, with all that a model has started there."""
-        self._is_closed = True
-        for worker in list(self._busy):
-            worker.hang_up()
-        with ExitStack() as held:  # an interrupt releases what is held so far
-            for _ in range(self._count):  # until no thread is at work
-                held.enter_context(self._free)
-        _end(_IDLE[: -_KEPT * max(self._count, os.cpu_count() or 1)])
-
-    def evaluate(self, work: Work) -> Answer:
-        """Evaluate designs; those that are not begun in the time of the work have no result.
-
-        A design whose process dies is tried once more.
-
-        Raises:
-            WorkerError: No worker starts, or none can load the function.
-        """
-        designs = list(work.designs)
-        results: list[Result] = []
-        n_at_loss = -1  # how many results there were when a process was lost
-        while not self._is_closed:
-            worker = self._hire()
-            try:
-                more, end = worker.evaluate(work, self._function, designs[len(results) :])
-            except BaseException:
-                worker.end()
-                raise
-            finally:
-                self._busy.discard(worker)
-            results += more
-            if not isinstance(end, _Loss):
-                _IDLE.append(worker)
-                return results, end
-            if not end.has_loaded:
+    environment = job.environment or Environment.now(job.identity, threads=1)
+    designs = list(job.designs)
+    results: list[Result] = []
+    n_at_loss = -1  # how many results there were when a process was lost
+    while not _is_given_up(job.run):
+        worker = _hire(environment, job.run)
+        try:
+            more, end = worker.evaluate(job, designs[len(results) :])
+        except BaseException:
+            worker.end()
+            raise
+        finally:
+            _BUSY.pop(worker, None)
+        results += more
+        if not isinstance(end, _Loss):
+            _IDLE.append(worker)
+            return results, end
+        if not end.has_loaded:
+            continue
+        reason = end.reason
+        if not end.is_late:
+            if n_at_loss != len(results):
+                n_at_loss = len(results)
                 continue
-            reason = end.reason
-            if not end.is_late:
-                if n_at_loss != len(results):
-                    n_at_loss = len(results)
-                    continue
-                reason = f"its worker process died ({reason}, 2 times)"
-            index, _ = designs[len(results)]
-            results.append((index, LostDesign(reason), 0.0))
-            return results, None
-        raise CancelledError
+            reason = f"its worker process died ({reason}, 2 times)"
+        index, _ = designs[len(results)]
+        results.append((index, LostDesign(reason), 0.0))
+        return results, None
+    raise CancelledError
 
-    def _hire(self) -> _Worker:
-        """Return a worker that is idle under the environment, or else a new one."""
-        for worker in _IDLE[::-1]:
-            if worker.environment == self._environment:
-                with suppress(ValueError):  # other threads take them, too
-                    _IDLE.remove(worker)
-                    break
-        else:
-            worker = _Worker(self._environment)
-        self._busy.add(worker)
-        if self._is_closed:  # it is closed in another thread
+
+def _hire(environment: Environment, run: str) -> _Worker:
+    """Return a worker that is idle under the environment, or else a new one."""
+    for worker in _IDLE[::-1]:
+        if worker.environment == environment:
+            with suppress(ValueError):  # other threads take them, too
+                _IDLE.remove(worker)
+                break
+    else:
+        worker = _Worker(environment)
+    _BUSY[worker] = run
+    if _is_given_up(run):  # by another thread
+        worker.hang_up()
+    return worker
+
+
+def _is_given_up(run: str) -> bool:
+    return run in _GIVEN_UP or _IS_OVER.is_set()
+
+
+def give_up(run: str, futures: Collection[Future[Answer]]) -> None:
+    """End the workers that are busy with a run, with all that a model has started there."""
+    _GIVEN_UP.add(run)
+    for worker, busy_with in list(_BUSY.items()):
+        if busy_with == run:
             worker.hang_up()
-        return worker
+    wait([future for future in futures if not future.cancelled()])  # until no thread is at work
+    _GIVEN_UP.discard(run)
+
+
+def keep_idle(n_workers: int) -> None:
+    """End idle workers but for the last ones."""
+    _end(_IDLE[: -_KEPT * max(n_workers, os.cpu_count() or 1)])
 
 
 def _end(workers: list[_Worker]) -> None:
@@ -274,7 +251,7 @@ class _Worker:
         self.send((environment.path, environment.arguments))
 
     def evaluate(
-        self, work: Work, function: bytes, designs: Sequence[tuple[int, Any]]
+        self, job: Job, designs: Sequence[tuple[int, Any]]
     ) -> tuple[list[Result], EvaluationError | _Loss | None]:
         """Let it evaluate designs, one after the other.
 
@@ -288,9 +265,9 @@ class _Worker:
             WorkerError: It cannot load the function.
         """
         to_load = None
-        if self.run != work.run:
-            to_load = function
-        self.send((to_load, deque(designs), work.lasting))
+        if self.run != job.run:
+            to_load = job.function
+        self.send((to_load, deque(designs), job.seconds))
         flaw = self.receive()
         if isinstance(flaw, _Loss):
             if self.run:  # a module has changed, or it has waited too long
@@ -298,10 +275,10 @@ class _Worker:
             raise unloadable(f"the process ends before ({flaw.reason})")
         if flaw is not None:
             raise flaw
-        self.run = work.run
+        self.run = job.run
         results: list[Result] = []
         while len(results) < len(designs):
-            answer = self.receive(work.timeout)
+            answer = self.receive(job.timeout)
             if not isinstance(answer, tuple):
                 return results, answer
             results.append(answer)
@@ -370,11 +347,10 @@ def run_program(
     call = [program, *words[1:]], str(folder), timeout, {**os.environ}
     if sys.platform == "win32":
         return _worker.run_program(call)
-    work = Work("programs", ("", b"programs"), deque([(0, call)]), None, math.inf)
-    environment = Environment.now(work.identity, threads=1)
-    processes = Processes(1, environment, pickle.dumps((_worker.run_program, {})))
-    results, failure = processes.evaluate(work)
-    processes.close()
+    function = pickle.dumps((_worker.run_program, {}))
+    job = Job("programs", function, ("", b"programs"), None, deque([(0, call)]))
+    results, failure = evaluate(job)
+    keep_idle(1)
     if failure is not None:
         raise failure.original or failure
     _, end, _ = results[0]
@@ -386,15 +362,18 @@ def run_program(
 
 @atexit.register
 def _end_all() -> None:
-    for processes in list(_OPEN):
-        processes.close()
+    _IS_OVER.set()
+    for worker in list(_BUSY):
+        worker.hang_up()
+    while _BUSY:  # until no thread is at work
+        sleep(0.005)
     _end(_IDLE[:])
 
 
 def _forget() -> None:
     """Leave the workers alone in a fork: they are its parent's."""
     _IDLE.clear()
-    _OPEN.clear()
+    _BUSY.clear()
 
 
 if hasattr(os, "register_at_fork"):

@@ -1,4 +1,10 @@
-"""What all runners have in common, and the progress of a run."""
+"""Runners, and the queue of a run that they work on.
+
+Whatever this package evaluates, it puts into a :class:`Queue`: the designs of an algorithm, the
+points of a vectorised problem, or tasks. A :class:`Runner` takes jobs from the queue: some designs
+each, or a piece of the points. The queue knows how long the last jobs took, and so how much the
+next one has; who is at work on what; what is sent again after a loss, and who is to blame for it.
+"""
 
 from __future__ import annotations
 
@@ -6,37 +12,57 @@ import math
 import secrets
 import statistics
 import sys
-import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing, contextmanager
-from datetime import timedelta
-from typing import Any
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError
+from contextlib import closing, suppress
+from functools import partial
+from pickle import PickleError
+from queue import Empty, SimpleQueue
+from threading import Thread
+from typing import Any, NoReturn
+
+import cloudpickle
 
 from pymoo_psi._modules import require_unchanged
 from pymoo_psi._validation import Values, invalid, positive_number
-from pymoo_psi.errors import EvaluationError, WorkerError
+from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     Answer,
     Function,
     LostDesign,
     Result,
     Waiting,
+    evaluate_here,
     lost_values,
+    one_line,
+    pickled_function,
 )
+from pymoo_psi.parallel._pool import Job
+
+# Seconds that the designs of a job take: long beside the message that brings it, some 0.1 ms.
+_JOB_SECONDS = 0.05
+# The same for each worker that there is: this process sends some hundreds of jobs a second, and a
+# thousand workers must not ask for more.
+_SECONDS_OF_WORKER = 0.002
+# Seconds of designs that are worth a job of their own, though other workers wait meanwhile.
+_WORTHWHILE_SECONDS = 0.002
+# The first designs load libraries and say little: at most so many times as many follow.
+_GROWTH = 100
+# Jobs for each worker that are under way: one is evaluated while the next one waits beside it.
+JOBS_AHEAD = 2
+_POLLING_SECONDS = 0.05  # without a result, after which the reader may do something else
 
 
 class Runner:
-    """An ``elementwise_runner`` of this package: it evaluates designs, or does tasks, elsewhere.
+    """An ``elementwise_runner`` of this package; this base class evaluates in this process.
 
-    A subclass writes
-
-    - ``n_workers``: how many workers there are now; 0 if the first ones have not joined.
-    - ``stream(f, waiting)``: results, and ``None`` between.
+    A subclass writes ``n_workers``, and ``results``. Where workers are given jobs one by one, these
+    are ``queue.submitted()``, and it also writes ``submit``.
 
     Attributes:
-        samples: The last seconds that a design took, of which the median counts: a first evaluation
-            often loads libraries, and a busy machine stalls.
+        samples: How many designs the last jobs had, and the seconds that one of them took. Their
+            median counts: a first evaluation often loads libraries, and a busy machine stalls.
         elastic: Whether workers may join and leave during a run.
         in_rounds: Whether designs that are added may wait for all that are being evaluated.
     """
@@ -48,71 +74,57 @@ class Runner:
         self.timeout = None if timeout is None else positive_number("timeout", timeout)
         if timeout and sys.platform == "win32":
             raise invalid("timeout", "None on Windows", timeout)
-        self.samples: deque[float] = deque(maxlen=5)
+        self.samples: deque[tuple[int, float]] = deque(maxlen=5)
         self.name = secrets.token_hex(8)
         self._problem: Any = None  # whose designs it was called for last
 
     @property
     def n_workers(self) -> int:
-        """How many workers there are now."""
-        raise NotImplementedError
+        """How many workers there are now; 0 for this process, or if none has joined yet."""
+        return 0
 
-    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Evaluate the designs of a queue; yield each result as soon as it is there.
-
-        Designs are taken from the queue when a worker is free for them. More may be added while the
-        results are read, so that no worker waits for the slowest design of a batch. ``None`` is
-        yielded after every moment without a result, so that the reader can do something else.
-
-        Args:
-            f: What to evaluate.
-            waiting: A deque of pairs: an index, different for each, and a design. It is emptied.
-
-        Yields:
-            For each design its index, values, and the seconds of its evaluation; in any order.
+    def results(self, queue: Queue) -> Generator[Result | None]:
+        """Yield the results of a queue in any order, and ``None`` after moments without one.
 
         Raises:
             EvaluationError: A design raised or was lost.
-            WorkerError: The problem cannot be sent to workers, they cannot import it, or all of
-                them are gone.
+            WorkerError: The function cannot be sent to workers, they cannot load it, or all of them
+                are gone.
+        """
+        return queue.evaluated_here()
+
+    def job(self, function: Callable[[Any], Any]) -> Job:
+        """Return a job of a new run, yet without designs.
+
+        Raises:
+            WorkerError: The function cannot be pickled.
+        """
+        pickled = pickled_function(function)
+        identity = _identity(self, function, pickled)
+        return Job(secrets.token_hex(8), pickled, identity, self.timeout, deque())
+
+    def submit(self, job: Job) -> Any:
+        """Return the future of a job: one of Python's, or an engine's that can be polled.
+
+        Raises:
+            WorkerError: The workers are gone.
         """
         raise NotImplementedError
 
-    def results_of(
-        self, f: Function, under_way: dict[int, Any], answer: Answer
-    ) -> Iterator[Result]:
-        """Yield the results of an answer; their designs are under way no more.
+    def answer(self, future: Any) -> Answer | None:
+        """Return the answer of a future that is done; ``None`` if its worker lacks the function.
 
         Raises:
-            EvaluationError: A design raised or was lost.
+            Exception: What the worker raised, or the engine.
         """
-        results, failure = answer
-        for index, values, seconds in results:
-            design = under_way.pop(index)
-            if isinstance(values, LostDesign):
-                yield index, lost_values(f, design, values.reason), 0.0
-            else:
-                self.samples.append(seconds)
-                yield index, values, seconds
-        if failure is not None:
-            raise failure
+        answer: Answer = future.result()
+        return answer
 
-    def chunk(self, waiting: int, workers: int, lasting: float) -> int:
-        """Return how many of the waiting designs to send together next, at least 1.
-
-        They are at most half of a worker's share, so that all workers end together.
-
-        Args:
-            waiting: The number of waiting designs.
-            workers: The number of workers.
-            lasting: Seconds that the designs may take.
-        """
-        if not self.samples:
-            return 1
-        # 0 seconds where a clock is too coarse
-        seconds = max(statistics.median_low(self.samples), 1e-9)
-        half_share = math.ceil(waiting / (2 * workers))
-        return max(1, min(int(lasting / seconds), half_share))
+    def give_up(self, run: str, futures: Collection[Any]) -> None:
+        """Cancel the jobs of a run of which nobody reads the results."""
+        for future in futures:
+            with suppress(Exception):  # an executor that is gone
+                future.cancel()
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
@@ -120,98 +132,362 @@ class Runner:
         if problem is not self._problem:  # a later change of its files does not end its run
             require_unchanged(problem)
             self._problem = problem
-        waiting = deque(enumerate(X))
-        values_of_designs: list[Any] = [None] * len(waiting)
-        with closing(self.stream(f, waiting)) as results:
-            for result in results:
+        values_of_designs = dict(enumerate(X))
+        with closing(Queue(f, self)) as queue:
+            queue.add(values_of_designs.items())
+            while queue.n_pending:
+                result = queue.wait()
                 if result is not None:
                     index, values, _ = result
                     values_of_designs[index] = values
-        return values_of_designs
-
-    def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
-        """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
-
-        Close the iterator early to stop the workers; the garbage collector would do so at any time
-        and in any thread.
-
-        Args:
-            function: What to do with a task; it is sent to a worker once.
-            waiting: A deque of pairs: an index, different for each, and a task. It is emptied; more
-                tasks may be added while the results are read.
-
-        Raises:
-            WorkerError: A worker was lost, or cannot load the function.
-            Exception: What the function raises.
-        """
-        try:
-            with closing(self.stream(function, waiting)) as results:
-                for result in results:
-                    if result is not None:
-                        yield result[:2]
-        except EvaluationError as error:
-            if error.original is None:
-                raise WorkerError(f"a worker process failed: {error.reason}") from error
-            raise error.original from error.original.__cause__
+        return [*values_of_designs.values()]
 
 
-# The progress of a run: a bar in a terminal or a notebook, a line now and then in a log
+class Queue:
+    """Designs, points or tasks that wait, that are being evaluated, and that are done.
 
-_EVERY = 60.0  # seconds between two lines of a log
-
-
-class Progress:
-    """The share of 1 that is done and the time left, shown on a bar or in a line now and then.
+    Each has an index. More may be added while results are read, so that no worker waits for the
+    slowest design of a batch.
 
     Args:
-        bar: pymoo's bar; without one, lines go to standard error.
+        function: What evaluates a design.
+        runner: What evaluates; ``None`` is this process.
+        in_pieces: Whether the function evaluates many points of a vectorised problem together. Then
+            points are added, by the number of the first one, of which each job takes a piece.
+        smallest: The number of points in the smallest job, and in the first ones.
+        largest: The same for the largest job.
+        seconds: What a job takes; it shrinks or grows until it does.
+
+    Attributes:
+        function: What evaluates a design.
+        runner: What calls it.
+        largest: The number of points in the largest job.
+        waiting: What no worker has begun, with its index.
+        n_pending: How many of what was added have no result yet; none of those held by a pause.
     """
 
-    def __init__(self, bar: Any = None) -> None:
-        self.bar = bar
-        self.due = time.monotonic() + _EVERY
-        self.since = 0.0
-        self.known = 0.0  # the first share, which was known before the run
+    def __init__(
+        self,
+        function: Callable[[Any], Any],
+        runner: Runner | None = None,
+        *,
+        in_pieces: bool = False,
+        smallest: int = 1,
+        largest: int = sys.maxsize,
+        seconds: float = _JOB_SECONDS,
+    ) -> None:
+        self.function = function
+        self.waiting: Waiting = deque()
+        self.runner = runner or Runner()
+        self._in_pieces = in_pieces
+        self._smallest = smallest
+        self.largest = largest
+        self._seconds = seconds
+        self._samples: deque[tuple[int, float]] = deque(maxlen=5)
+        if not in_pieces:
+            self._samples = self.runner.samples  # of all batches
+        self._reset()
 
-    def __call__(self, share: float, note: str = "") -> None:
-        """Show a share and a note; in a log only if the next line is due."""
-        now = time.monotonic()
-        parts = []
-        if note:
-            parts.append(note)
-        if self.known == 0:
-            self.since = now
-            self.known = share
-        elif self.known < share < 1:
-            seconds = (now - self.since) * (1 - share) / (share - self.known)
-            parts.append(f"{timedelta(seconds=math.ceil(seconds))} left")
-        if self.bar is not None:
-            self.bar.set(share)
-            self.bar.obj.text(", ".join(parts))
-        elif now >= self.due:
-            self.due = now + _EVERY
-            print(", ".join([f"{share:.0%} done", *parts]), file=sys.stderr, flush=True)
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies have the settings; what is being evaluated stays here."""
+        made = partial(
+            Queue,
+            in_pieces=self._in_pieces,
+            smallest=self._smallest,
+            largest=self.largest,
+            seconds=self._seconds,
+        )
+        return made, (self.function, self.runner)
+
+    def _reset(self) -> None:
+        """Forget whatever was added."""
+        self.waiting.clear()
+        self._held: Waiting = deque()  # what workers must not begin, during a pause
+        self._is_paused = False
+        self._pending: dict[int, None] = {}  # the indices of what is not done, in their order
+        self.under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
+        self._results: Generator[Result | None] | None = None
+        self._sent: dict[Any, Job] = {}  # by the future of the job
+        self._done: SimpleQueue[Any] = SimpleQueue()  # futures
+        self._sent_again: set[int] = set()  # the indices of jobs that an engine gave up
+
+    # As its reader sees it
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are now; 0 for this process."""
+        return self.runner.n_workers
+
+    @property
+    def n_pending(self) -> int:
+        """How many of what was added have no result yet; none of those held by a pause."""
+        return len(self._pending) - len(self._held)
+
+    @property
+    def first_pending(self) -> int:
+        """The first index without a result; the largest number if there is none."""
+        indices: Iterable[int] = self._pending
+        if self._in_pieces:
+            indices = [*indices]  # joblib may cut a piece at the same time, in another thread
+        return next(iter(indices), sys.maxsize)
+
+    def add(self, designs: Iterable[tuple[int, Any]]) -> None:
+        """Add designs with their indices; not during a pause."""
+        for index, design in designs:
+            self._pending[index] = None
+            self.waiting.append((index, design))
+
+    def pause(self) -> None:
+        """Let no worker begin anything."""
+        self._is_paused = True
+        with suppress(IndexError):  # a runner may take some at the same time
+            while True:
+                self._held.append(self.waiting.popleft())
+
+    def resume(self) -> None:
+        """Let workers begin again."""
+        self._is_paused = False
+        self.waiting.extend(self._held)
+        self._held.clear()
+
+    def wait(self) -> Result | None:
+        """Return another result, or ``None`` after a moment without one.
+
+        Returns:
+            The index, the values, and the seconds of the evaluation.
+
+        Raises:
+            EvaluationError: As for :meth:`Runner.results`, as the next one.
+            WorkerError: As for :meth:`Runner.results`.
+        """
+        if self._results is None:
+            self._results = self.runner.results(self)
+        result = next(self._results)
+        if result is not None:
+            del self._pending[result[0]]
+        return result
+
+    def close(self) -> None:
+        """Give up what is not done; workers with nothing to do are kept."""
+        if self._results is not None:
+            if not self._pending:
+                next(self._results, None)  # the end, where workers become idle
+            self._results.close()
+        self._reset()
+
+    # As a runner sees it
+
+    def evaluated_here(self) -> Generator[Result]:
+        """Evaluate what waits in this process; yield the results."""
+        while self.waiting:
+            designs = self.waiting
+            if self._in_pieces:
+                designs = self.take()
+            for index, values, seconds in evaluate_here(self.function, designs):
+                points = self.under_way.pop(index, None)
+                if points is not None:
+                    self._samples.append((len(points), seconds / len(points)))
+                yield index, values, seconds
+
+    def take(self) -> Waiting:
+        """Take the designs of the next job, or the next piece of the points that wait."""
+        size = self._size()
+        taken: Waiting = deque()
+        with suppress(IndexError):  # a pause has taken the rest
+            if self._in_pieces:
+                first, points = self.waiting.popleft()
+                rest = points.at(slice(size, None))
+                if len(rest):
+                    number = int(rest.numbers[0])
+                    self._pending[number] = None
+                    self._put_back([(number, rest)])
+                taken.append((first, points.at(slice(0, size))))
+            while len(taken) < size and not self._in_pieces:
+                taken.append(self.waiting.popleft())
+        self.under_way.update(taken)
+        return taken
+
+    def _put_back(self, designs: Iterable[tuple[int, Any]]) -> None:
+        """Let designs wait before all others."""
+        waiting = self._held if self._is_paused else self.waiting
+        waiting.extendleft(reversed([*designs]))
+
+    def _size(self) -> int:
+        """Return how many designs or points the next job has, at least 1.
+
+        They take the seconds of a job, by the last ones, and are at most half of a worker's share,
+        so that all workers end together, unless that is too little to be worth a message.
+        """
+        if not self._samples:
+            return self._smallest
+        last_size, _ = self._samples[-1]
+        # 0 seconds where a clock is too coarse
+        seconds = max(statistics.median_low([seconds for _, seconds in self._samples]), 1e-9)
+        size = min(int(self._job_seconds / seconds), _GROWTH * last_size, self.largest)
+        n_workers = self.n_workers
+        if n_workers > 1:
+            n_waiting = len(self.waiting)
+            if self._in_pieces:
+                n_waiting = sum(len(points) for _, points in [*self.waiting])
+            half_share = math.ceil(n_waiting / (2 * n_workers))
+            worthwhile = math.ceil(_WORTHWHILE_SECONDS / seconds)
+            size = min(size, max(half_share, worthwhile))
+        return max(size, self._smallest)
+
+    @property
+    def _job_seconds(self) -> float:
+        return max(self._seconds, _SECONDS_OF_WORKER * self.n_workers)
+
+    def results_of(self, answer: Answer) -> Iterator[Result]:
+        """Yield the results of an answer; what they are of is under way no more.
+
+        Raises:
+            EvaluationError: A design raised or was lost.
+        """
+        results, failure = answer
+        n_measured = 0
+        measured_seconds = 0.0
+        for index, values, seconds in results:
+            design = self.under_way.pop(index)
+            if isinstance(values, LostDesign):
+                yield index, lost_values(self.function, design, values.reason), 0.0
+                continue
+            n_measured += len(design) if self._in_pieces else 1
+            measured_seconds += seconds
+            yield index, values, seconds
+        if n_measured:
+            self._samples.append((n_measured, measured_seconds / n_measured))
+        if failure is not None:
+            raise failure
+
+    def guarded_results(self, runner: Runner) -> Generator[Result | None]:
+        """Evaluate by another runner what was under way when workers were lost."""
+        with closing(Queue(self.function, runner)) as queue:
+            queue.add(self.under_way.items())
+            self.under_way.clear()
+            while queue.n_pending:
+                yield queue.wait()
+
+    # Jobs that a runner is given by ``submit``
+
+    def submitted(self) -> Generator[Result | None]:
+        """Submit jobs until nothing waits; yield results, and ``None`` after moments without one.
+
+        What was submitted is given up where the reader closes this.
+        """
+        runner = self.runner
+        job = runner.job(self.function)
+        try:
+            while True:
+                # A cluster may start its first worker when it has a job.
+                n_most = JOBS_AHEAD * max(1, runner.n_workers)
+                while self.waiting and len(self._sent) < n_most:
+                    self._send(job._replace(designs=self.take(), seconds=self._job_seconds))
+                if not self._sent:
+                    return
+                try:
+                    future = self._done.get(timeout=_POLLING_SECONDS)
+                except Empty:  # workers may have joined
+                    yield None
+                    continue
+                yield from self._results_of(future, self._sent.pop(future))
+        finally:
+            runner.give_up(job.run, self._sent)
+
+    def _send(self, job: Job) -> None:
+        future: Any = self.runner.submit(job)
+        self._sent[future] = job
+        if hasattr(future, "add_done_callback"):
+            future.add_done_callback(lambda _: self._done.put(future))
+        else:  # it calls nobody when it is done
+            Thread(target=self._await, args=(future,), daemon=True).start()
+
+    def _await(self, future: Any) -> None:
+        with suppress(BaseException):  # it is raised again where the result is read
+            future.result()
+        self._done.put(future)
+
+    def _results_of(self, future: Any, job: Job) -> Iterator[Result]:
+        """Yield the results of a job; let wait again what is left of it."""
+        try:
+            answer = self.runner.answer(future)
+        except PsiError:  # the guard in the worker has raised it
+            raise
+        except Exception as error:
+            yield from self._given_up(job, error)
+            return
+        if answer is None:  # its worker lacks the function
+            self._send(job._replace(is_repeated=True))
+            return
+        yield from self.results_of(answer)
+        left = [(index, design) for index, design in job.designs if index in self.under_way]
+        for index, _ in left:
+            del self.under_way[index]
+        self._put_back(left)
+
+    def _given_up(self, job: Job, error: Exception) -> Iterator[Result]:
+        """Send designs again, each alone, whose job the engine gave up; lose them the next time.
+
+        Raises:
+            WorkerError: The executor is gone, or its workers cannot do any job.
+        """
+        if isinstance(error, BrokenExecutor):
+            raise gone(error) from error
+        if isinstance(error, (ImportError, AttributeError, PickleError)):
+            raise _unusable(error) from error
+        for index, design in job.designs:
+            if index not in self._sent_again:
+                self._sent_again.add(index)
+                self._send(job._replace(designs=deque([(index, design)])))
+            elif isinstance(error, CancelledError):
+                raise gone(error) from error
+            elif not self._samples:  # no worker has done anything
+                raise _unusable(error) from error
+            else:
+                reason = f"its worker was lost ({one_line(error)})"
+                yield from self.results_of(([(index, LostDesign(reason), 0.0)], None))
 
 
-@contextmanager
-def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
-    """Give a function that shows a share of 1 and a note; it does nothing without ``progress``.
+def gone(error: BaseException) -> WorkerError:
+    """Return the error for an executor that takes no more jobs."""
+    return WorkerError(
+        f"the executor takes no more work ({one_line(error)}); start it again and repeat the call: "
+        "a study goes on"
+    )
 
-    It shows them on pymoo's bar in a terminal or a notebook, elsewhere in a line now and then.
+
+def _unusable(error: BaseException) -> WorkerError:
+    return WorkerError(
+        f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
+        "pymoo_psi and what the model imports"
+    )
+
+
+def raise_original(error: EvaluationError) -> NoReturn:
+    """Raise what a task has raised, or that its worker was lost.
+
+    Raises:
+        WorkerError: The worker was lost.
+        Exception: What the task raised.
     """
-    from pymoo.util.display.progress import ProgressBar
+    if error.original is None:
+        raise WorkerError(f"a worker process failed: {error.reason}") from error
+    raise error.original from error.original.__cause__
 
-    if not progress:
-        yield lambda share, note="": None
-        return
-    ipython = sys.modules.get("IPython")
-    is_notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
-    # A service may have no output at all.
-    if not is_notebook and (sys.stdout is None or not sys.stdout.isatty()):
-        yield Progress()
-        return
-    # The bar's own statistics are wrong: a hundredth of the rate ("0.2%/s" for 20), and a time left
-    # that counts tests known before as tests of this run. A notebook keeps every state of a line.
-    pause = 1.0 if is_notebook else 0.0
-    with ProgressBar(stats=False, stats_end=False, refresh_secs=pause) as bar:
-        yield Progress(bar)
+
+def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes]:
+    """Return by what runs know that they may share workers; see :class:`Job`.
+
+    A worker may keep what a module has read from a file that the fingerprint of the function's
+    ``problem`` includes. A class of the main module is sent by value, and a worker may also keep
+    parts of its last version, which only calls of the same runner may use.
+    """
+    fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
+    parameters = None
+    if callable(fingerprint):
+        with suppress(Exception):  # a run without a study needs no fingerprint
+            parameters = fingerprint()
+    owner = ""
+    if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
+        owner = runner.name
+    return owner, bytes(cloudpickle.dumps(parameters))

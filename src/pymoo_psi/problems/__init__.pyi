@@ -23,7 +23,7 @@ from ._design_space import require_no_permutation as require_no_permutation
 from ._evaluation import Seeded as Seeded
 from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
-from ._evaluation import stream_designs as stream_designs
+from ._evaluation import function_of_designs as function_of_designs
 from ._evaluation import streams as streams
 from ._evaluation import untolerant as untolerant
 from ._program import ProgramRun as ProgramRun

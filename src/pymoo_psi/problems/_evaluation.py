@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import copy
 import zlib
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import chain
 from typing import Any, Literal, NamedTuple
@@ -22,14 +22,7 @@ from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
 from pymoo_psi._validation import AnyArray, Array, Mask, Values, known_name
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel import (
-    Result,
-    Runner,
-    Waiting,
-    evaluate_here,
-    one_line,
-    same_folder,
-)
+from pymoo_psi.parallel import Runner, one_line, same_folder
 from pymoo_psi.pareto import competes, constraint_violation, meets_constraints
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._requirements import with_requirements
@@ -110,23 +103,12 @@ def _is_one_by_one(problem: Any) -> bool:
     return bool(problem.elementwise) and type(problem).do is Problem.do
 
 
-def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result | None]:
-    """Evaluate the designs of a queue and yield the values of each as soon as they are there.
-
-    Where workers evaluate, ``None`` is yielded after every moment without a result.
+def function_of_designs(problem: Any) -> Callable[[Any], Values]:
+    """Return the function that evaluates a design of a problem that :func:`streams`.
 
     A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.
-
-    Args:
-        problem: A pymoo problem that :func:`streams`.
-        waiting: The designs with their indices; more may be added while the results are read.
     """
-    function = _CheckedFunction(problem, (), {})
-    runner = problem.elementwise_runner
-    if isinstance(runner, Runner):
-        yield from runner.stream(function, waiting)
-    else:
-        yield from evaluate_here(function, waiting)
+    return _CheckedFunction(problem, (), {})
 
 
 def columns_of_values(problem: Any, rows: Sequence[Values]) -> Values:
