@@ -121,11 +121,10 @@ class TakingLong(ProcessRunner):
         super().__init__(1)
         self.seconds, self.seen = seconds, seen
 
-    def stream(self, f, waiting):
+    def results(self, queue):
         n = 0
-        while waiting:
-            index, design = waiting.popleft()
-            yield index, f(design), self.seconds
+        for index, values, _ in queue.evaluated_here():
+            yield index, values, self.seconds
             n += 1
             self.seen(n)
 

@@ -73,9 +73,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the backgro
 """
 RUNNER = "from pymoo_psi import ProcessRunner\nProcessRunner(2, {})(stuck, [0, 1, 2])"
 TASKS = """
-from collections import deque
 from pymoo_psi import ProcessRunner
-list(ProcessRunner(2).tasks(stuck, deque(enumerate(range(9)))))
+from pymoo_psi.parallel import Queue
+queue = Queue(stuck, ProcessRunner(2))
+queue.add(enumerate(range(9)))
+while queue.n_pending:
+    queue.wait()
 """
 BLOCKS = """
 from pymoo.core.problem import Problem
@@ -116,11 +119,11 @@ def test_no_process_outlives_its_program(program, how):
 
 
 ABANDONED = """
-from collections import deque
 from pymoo_psi import ProcessRunner
-waiting = deque(enumerate([0, 1, 2]))
-results = ProcessRunner(2).stream(lambda x: x and stuck(x), waiting)
-next(results)
+from pymoo_psi.parallel import Queue
+queue = Queue(lambda x: x and stuck(x), ProcessRunner(2))
+queue.add(enumerate([0, 1, 2]))
+queue.wait()
 """
 
 

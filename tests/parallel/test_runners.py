@@ -9,7 +9,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -20,6 +19,7 @@ from pymoo.core.problem import ElementwiseProblem
 
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
+from pymoo_psi.parallel import Queue
 from tests.processes import gone, posix
 from tests.refusals import refused
 
@@ -158,9 +158,12 @@ def workers(request):
 def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers(make):
     workers = make(2)
     given = {}
-    results = workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5))))
-    for index, values, _ in filter(None, results):
-        given[index] = workers(lambda x: {"F": -x}, [values["F"]])
+    with contextlib.closing(Queue(lambda x: {"F": 2 * x}, workers)) as queue:
+        queue.add(enumerate(range(5)))
+        while queue.n_pending:
+            if result := queue.wait():
+                index, values, _ = result
+                given[index] = workers(lambda x: {"F": -x}, [values["F"]])
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
     assert len(pickle.dumps(workers)) < 300
 

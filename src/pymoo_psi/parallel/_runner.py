@@ -329,9 +329,9 @@ class Queue:
             n_waiting = len(self.waiting)
             if self._in_pieces:
                 n_waiting = sum(len(points) for _, points in [*self.waiting])
-            half_share = math.ceil(n_waiting / (2 * n_workers))
+            share = math.ceil(n_waiting / n_workers)
             worthwhile = math.ceil(_WORTHWHILE_SECONDS / seconds)
-            size = min(size, max(half_share, worthwhile))
+            size = min(size, max(math.ceil(share / 2), min(worthwhile, share)))
         return max(size, self._smallest)
 
     @property
