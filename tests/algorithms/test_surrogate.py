@@ -248,11 +248,11 @@ class InAnyOrder(ProcessRunner):
         self.random, self.total, self.until = np.random.default_rng(1), total, until
         self.most = self.given = 0
 
-    def stream(self, f, waiting):
+    def results(self, queue):
         at = []
-        while waiting or at:
-            while waiting and len(at) < self.n_jobs:
-                at.append(waiting.popleft())
+        while queue.waiting or at:
+            while queue.waiting and len(at) < self.n_jobs:
+                at.append(queue.waiting.popleft())
                 self.given += 1
             self.most = max(self.most, len(at))
             if len(at) < self.n_jobs and self.given < self.total:
@@ -263,7 +263,7 @@ class InAnyOrder(ProcessRunner):
                 raise KeyboardInterrupt
             self.until = until - 1
             index, design = at.pop(self.random.integers(len(at)))
-            yield index, f(design), 1.0
+            yield index, queue.function(design), 1.0
 
 
 @pytest.mark.parametrize(

@@ -159,11 +159,12 @@ class Executor:
     @property
     def n_accepted(self) -> int:
         """How many more points to submit now; 0 while enough of them wait."""
-        if self._has_designs:
-            return _WAITING if len(self.queue.waiting) < _WAITING else 0
-        if self.queue.waiting:
+        enough = _WAITING
+        if not self._has_designs:
+            enough = self.queue.largest * max(1, _PIECES_AHEAD * self.queue.n_workers)
+        if self.queue.n_waiting >= enough:
             return 0
-        return self.queue.largest * max(1, _PIECES_AHEAD * self.queue.n_workers)
+        return enough
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate, numbered above all earlier ones; not during a pause."""

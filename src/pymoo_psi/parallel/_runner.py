@@ -42,13 +42,13 @@ from pymoo_psi.parallel._pool import Job
 
 # Seconds that the designs of a job take: long beside the message that brings it, some 0.1 ms.
 _JOB_SECONDS = 0.05
-# The same for each worker that there is: this process sends some hundreds of jobs a second, and a
-# thousand workers must not ask for more.
+# The least part of these seconds that is worth a job of its own.
+_WORTHWHILE = 0.04
+# Seconds of a job for each worker that there is: this process sends some hundreds of jobs a second,
+# and a thousand workers must not ask for more.
 _SECONDS_OF_WORKER = 0.002
-# Seconds of designs that are worth a job of their own, though other workers wait meanwhile.
-_WORTHWHILE_SECONDS = 0.002
 # The first designs load libraries and say little: at most so many times as many follow.
-_GROWTH = 100
+_GROWTH = 10
 # Jobs for each worker that are under way: one is evaluated while the next one waits beside it.
 JOBS_AHEAD = 2
 _POLLING_SECONDS = 0.05  # without a result, after which the reader may do something else
@@ -226,10 +226,16 @@ class Queue:
     @property
     def first_pending(self) -> int:
         """The first index without a result; the largest number if there is none."""
-        indices: Iterable[int] = self._pending
+        if self._in_pieces:  # joblib may cut one at the same time, in another thread
+            return min([*self._pending], default=sys.maxsize)
+        return next(iter(self._pending), sys.maxsize)
+
+    @property
+    def n_waiting(self) -> int:
+        """How many designs or points no worker has begun; none of those held by a pause."""
         if self._in_pieces:
-            indices = [*indices]  # joblib may cut a piece at the same time, in another thread
-        return next(iter(indices), sys.maxsize)
+            return sum(len(points) for _, points in [*self.waiting])
+        return len(self.waiting)
 
     def add(self, designs: Iterable[tuple[int, Any]]) -> None:
         """Add designs with their indices; not during a pause."""
@@ -326,11 +332,8 @@ class Queue:
         size = min(int(self._job_seconds / seconds), _GROWTH * last_size, self.largest)
         n_workers = self.n_workers
         if n_workers > 1:
-            n_waiting = len(self.waiting)
-            if self._in_pieces:
-                n_waiting = sum(len(points) for _, points in [*self.waiting])
-            share = math.ceil(n_waiting / n_workers)
-            worthwhile = math.ceil(_WORTHWHILE_SECONDS / seconds)
+            share = math.ceil(self.n_waiting / n_workers)
+            worthwhile = math.ceil(_WORTHWHILE * self._seconds / seconds)
             size = min(size, max(math.ceil(share / 2), min(worthwhile, share)))
         return max(size, self._smallest)
 
