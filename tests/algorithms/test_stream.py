@@ -122,10 +122,8 @@ class TakingLong(ProcessRunner):
         self.seconds, self.seen = seconds, seen
 
     def results(self, queue):
-        n = 0
-        for index, values, _ in queue.evaluated_here():
+        for n, (index, values, _) in enumerate(queue.evaluated_here(), 1):
             yield index, values, self.seconds
-            n += 1
             self.seen(n)
 
 

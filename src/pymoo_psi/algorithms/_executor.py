@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Mask, Numbers, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -125,7 +125,8 @@ class Executor:
         ArgumentValueError: The model is noisy, and is called for several designs together.
     """
 
-    def __init__(self, model: Model, options: RunOptions, *, together: bool = False) -> None:
+    def __init__(self, model: Model, options: RunOptions, together: bool = False) -> None:
+        self._arguments = model, options, together
         self._model = model
         self._has_designs = streams(model.inner)  # in the queue, instead of points
         if self._has_designs:
@@ -144,9 +145,9 @@ class Executor:
         self._evaluated: list[Any] = []  # results
         self.n_evaluated = 0
 
-    def __getstate__(self) -> Values:
+    def __reduce__(self) -> tuple[Any, ...]:
         """Copies have the settings; what is being evaluated stays with the executor."""
-        return self.__dict__ | {"_points": Points.none(), "_evaluated": [], "n_evaluated": 0}
+        return Executor, self._arguments, {"may_end_early": self.may_end_early}
 
     @property
     def n_ahead(self) -> int:
@@ -167,7 +168,7 @@ class Executor:
         return enough
 
     def submit(self, points: Points) -> None:
-        """Take points to evaluate, numbered above all earlier ones; not during a pause."""
+        """Take points to evaluate, numbered above all earlier ones."""
         numbers = points.numbers.tolist()
         if self._has_designs:
             space = self._model.space

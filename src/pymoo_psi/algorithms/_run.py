@@ -40,7 +40,6 @@ from pymoo_psi.algorithms._sources import (
 )
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
-from pymoo_psi.parallel import Queue
 from pymoo_psi.problems import problem_identity, require_no_permutation
 from pymoo_psi.study import LAST, further_tests
 from pymoo_psi.table import Decision, TestTable
@@ -53,7 +52,7 @@ SECONDS = 1.0
 COMPUTED = 20.0
 # Tests after which there is a commit in any case, so that their tables are joined only once.
 _MANY = 2**16
-SourceOf = Callable[[Points, int, Model, Queue, Store], Source]
+SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
@@ -298,10 +297,7 @@ class Run:
                 self.n_points = total
             return {"answer": f"{total} tests in all", "points": total}
         self._steered = action
-        if action == "continue":
-            self.executor.queue.resume()
-        else:
-            self.executor.queue.pause()
+        self.executor.queue.is_paused = action != "continue"
         return {"answer": "done"}
 
     # From points to tests
@@ -515,8 +511,7 @@ def run_of_sequence(
         n_first: How many of the points, at most, are of the sequence.
         repeat: Which of the tests of each design the run makes.
         source_of: Returns the source of the run, by the points of the sequence, the number of all
-            points, the model, the queue of the workers and the store; by default its points are the
-            sequence.
+            points, the model, the executor and the store; by default its points are the sequence.
     """
     require_no_permutation(problem)
     model = Model(problem, options, repeat)
@@ -544,7 +539,7 @@ def run_of_sequence(
     executor = Executor(model, options)
     source: Source
     if source_of is not None:
-        source = source_of(points, n_points, model, executor.queue, store)
+        source = source_of(points, n_points, model, executor, store)
     elif sampling.extendable and options.share is None:
         source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
     else:

@@ -19,6 +19,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, FilePath, integer
+from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
@@ -28,7 +29,6 @@ from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded
-from pymoo_psi.parallel import Queue
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
@@ -197,10 +197,11 @@ class SurrogatePSI(PointAlgorithm):
         sequence: Points,
         n_points: int,
         model: Model,
-        queue: Queue,
+        executor: Executor,
         store: Store,
     ) -> SurrogateSource:
         """Return the source of a run of ``n_points``."""
+        queue = executor.queue
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
             is_asynchronous = queue.runner.elastic or queue.n_workers > (self._batch or _BATCH)
@@ -212,7 +213,7 @@ class SurrogatePSI(PointAlgorithm):
             sequence.at(slice(0, n_first)),
             n_points,
             model,
-            queue,
+            executor,
             store,
             seed=self.seed or 0,
             batch=self._batch,
@@ -281,7 +282,7 @@ class SurrogateSource(Source):
         sequence: The points that come first, those of the sequence.
         n_points: How many points there are in all.
         model: The model of the tests.
-        queue: The points that are being tested, and how many workers there are.
+        executor: What tests the points, and says how many workers are free.
         store: Where proposals are kept before they are tested.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -294,7 +295,7 @@ class SurrogateSource(Source):
         sequence: Points,
         n_points: int,
         model: Model,
-        queue: Queue,
+        executor: Executor,
         store: Store,
         *,
         seed: int,
@@ -302,7 +303,7 @@ class SurrogateSource(Source):
         is_asynchronous: bool,
     ) -> None:
         self._model = model
-        self._queue = queue
+        self._executor = executor
         self._store = store
         self._seed = seed
         self._batch = batch
@@ -462,18 +463,18 @@ class SurrogateSource(Source):
             # next round is in the making.
             return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
-            return max(_FIRST_BATCH, self._queue.n_workers)
+            return max(_FIRST_BATCH, self._executor.queue.n_workers)
         return _BATCH
 
     @property
     def _n_free(self) -> int:
         """How many workers have no design; negative while designs wait for workers."""
-        return self._queue.n_workers - self._queue.n_pending
+        return self._executor.queue.n_workers - self._executor.queue.n_pending
 
     @property
     def _n_ahead(self) -> int:
         """How many designs are tested while a round is in the making, so that no worker waits."""
-        n_workers = self._queue.n_workers
+        n_workers = self._executor.queue.n_workers
         return max(1, n_workers // 4, min(self._n_meanwhile, n_workers))
 
     def _table(self) -> TestTable:

@@ -110,7 +110,7 @@ class JoblibRunner(Runner):
         backend, n_workers = self._active()
         if n_workers == 1:
             yield from queue.evaluated_here()
-        while queue.waiting:
+        while queue.is_ready:
             yield from self._results(queue, backend, n_workers)
 
     def _results(self, queue: Queue, backend: Any, n_workers: int) -> Generator[Result | None]:
@@ -142,7 +142,7 @@ class JoblibRunner(Runner):
         )
 
         def calls() -> Iterator[Any]:
-            while queue.waiting:
+            while queue.is_ready:
                 yield delayed(call)(queue.take())
 
         try:

@@ -16,7 +16,6 @@ from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError
 from contextlib import closing, suppress
-from functools import partial
 from pickle import PickleError
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -163,7 +162,7 @@ class Queue:
         runner: What calls it.
         largest: The number of points in the largest job.
         waiting: What no worker has begun, with its index.
-        n_pending: How many of what was added have no result yet; none of those held by a pause.
+        is_paused: Whether no worker may begin anything.
     """
 
     def __init__(
@@ -177,7 +176,6 @@ class Queue:
         seconds: float = _JOB_SECONDS,
     ) -> None:
         self.function = function
-        self.waiting: Waiting = deque()
         self.runner = runner or Runner()
         self._in_pieces = in_pieces
         self._smallest = smallest
@@ -188,22 +186,10 @@ class Queue:
             self._samples = self.runner.samples  # of all batches
         self._reset()
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copies have the settings; what is being evaluated stays here."""
-        made = partial(
-            Queue,
-            in_pieces=self._in_pieces,
-            smallest=self._smallest,
-            largest=self.largest,
-            seconds=self._seconds,
-        )
-        return made, (self.function, self.runner)
-
     def _reset(self) -> None:
         """Forget whatever was added."""
-        self.waiting.clear()
-        self._held: Waiting = deque()  # what workers must not begin, during a pause
-        self._is_paused = False
+        self.waiting: Waiting = deque()
+        self.is_paused = False
         self._pending: dict[int, None] = {}  # the indices of what is not done, in their order
         self.under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
         self._results: Generator[Result | None] | None = None
@@ -220,8 +206,10 @@ class Queue:
 
     @property
     def n_pending(self) -> int:
-        """How many of what was added have no result yet; none of those held by a pause."""
-        return len(self._pending) - len(self._held)
+        """How many of what was added have no result yet, and are not held by a pause."""
+        if self.is_paused:
+            return len(self._pending) - len(self.waiting)
+        return len(self._pending)
 
     @property
     def first_pending(self) -> int:
@@ -232,29 +220,16 @@ class Queue:
 
     @property
     def n_waiting(self) -> int:
-        """How many designs or points no worker has begun; none of those held by a pause."""
+        """How many designs or points no worker has begun."""
         if self._in_pieces:
             return sum(len(points) for _, points in [*self.waiting])
         return len(self.waiting)
 
     def add(self, designs: Iterable[tuple[int, Any]]) -> None:
-        """Add designs with their indices; not during a pause."""
+        """Add designs with their indices."""
         for index, design in designs:
             self._pending[index] = None
             self.waiting.append((index, design))
-
-    def pause(self) -> None:
-        """Let no worker begin anything."""
-        self._is_paused = True
-        with suppress(IndexError):  # a runner may take some at the same time
-            while True:
-                self._held.append(self.waiting.popleft())
-
-    def resume(self) -> None:
-        """Let workers begin again."""
-        self._is_paused = False
-        self.waiting.extend(self._held)
-        self._held.clear()
 
     def wait(self) -> Result | None:
         """Return another result, or ``None`` after a moment without one.
@@ -283,9 +258,14 @@ class Queue:
 
     # As a runner sees it
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether there is something that may be begun."""
+        return len(self.waiting) > 0 and not self.is_paused
+
     def evaluated_here(self) -> Generator[Result]:
         """Evaluate what waits in this process; yield the results."""
-        while self.waiting:
+        while self.is_ready:
             designs = self.waiting
             if self._in_pieces:
                 designs = self.take()
@@ -298,25 +278,18 @@ class Queue:
     def take(self) -> Waiting:
         """Take the designs of the next job, or the next piece of the points that wait."""
         size = self._size()
-        taken: Waiting = deque()
-        with suppress(IndexError):  # a pause has taken the rest
-            if self._in_pieces:
-                first, points = self.waiting.popleft()
-                rest = points.at(slice(size, None))
-                if len(rest):
-                    number = int(rest.numbers[0])
-                    self._pending[number] = None
-                    self._put_back([(number, rest)])
-                taken.append((first, points.at(slice(0, size))))
-            while len(taken) < size and not self._in_pieces:
-                taken.append(self.waiting.popleft())
+        if not self._in_pieces:
+            taken = deque(self.waiting.popleft() for _ in range(min(size, len(self.waiting))))
+        else:
+            first, points = self.waiting.popleft()
+            rest = points.at(slice(size, None))
+            if len(rest):
+                number = int(rest.numbers[0])
+                self._pending[number] = None
+                self.waiting.appendleft((number, rest))
+            taken = deque([(first, points.at(slice(0, size)))])
         self.under_way.update(taken)
         return taken
-
-    def _put_back(self, designs: Iterable[tuple[int, Any]]) -> None:
-        """Let designs wait before all others."""
-        waiting = self._held if self._is_paused else self.waiting
-        waiting.extendleft(reversed([*designs]))
 
     def _size(self) -> int:
         """Return how many designs or points the next job has, at least 1.
@@ -384,9 +357,9 @@ class Queue:
             while True:
                 # A cluster may start its first worker when it has a job.
                 n_most = JOBS_AHEAD * max(1, runner.n_workers)
-                while self.waiting and len(self._sent) < n_most:
+                while self.is_ready and len(self._sent) < n_most:
                     self._send(job._replace(designs=self.take(), seconds=self._job_seconds))
-                if not self._sent:
+                if not self._sent and not self.waiting:  # nor is anything held by a pause
                     return
                 try:
                     future = self._done.get(timeout=_POLLING_SECONDS)
@@ -423,10 +396,9 @@ class Queue:
             self._send(job._replace(is_repeated=True))
             return
         yield from self.results_of(answer)
-        left = [(index, design) for index, design in job.designs if index in self.under_way]
-        for index, _ in left:
-            del self.under_way[index]
-        self._put_back(left)
+        for index, _ in reversed(job.designs):
+            if index in self.under_way:
+                self.waiting.appendleft((index, self.under_way.pop(index)))
 
     def _given_up(self, job: Job, error: Exception) -> Iterator[Result]:
         """Send designs again, each alone, whose job the engine gave up; lose them the next time.
