@@ -20,8 +20,9 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor, Future
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from functools import partial
+from queue import SimpleQueue
 from threading import Semaphore, Thread
 from typing import Any
 
@@ -122,13 +123,15 @@ class ProcessRunner(Runner):
         job = super().job(function)
         threads = max(1, (os.cpu_count() or 1) // self.n_workers)  # workers share the cores
         environment = Environment.now(job.identity, threads)
-        return job._replace(environment=environment, free=Semaphore(self.n_workers))
+        free = Semaphore(self.n_workers)
+        return job._replace(environment=environment, free=free, submitted=SimpleQueue())
 
     def submit(self, job: Job) -> Future[Answer]:
         """Return the future of a job, which begins as soon as a worker is free."""
         future: Future[Answer] = Future()
+        job.submitted.put((job, future))
         # A daemon, for which the interpreter does not wait at its end: its worker may be stuck.
-        Thread(target=_answer, args=(job, future), daemon=True).start()
+        Thread(target=_answer_first, args=(job.free, job.submitted), daemon=True).start()
         return future
 
     def give_up(self, run: str, futures: Collection[Any]) -> None:
@@ -286,9 +289,10 @@ class ExecutorRunner(Runner):
         return partial(type(self), Executor(), workers=1, timeout=self.timeout), ()
 
 
-def _answer(job: Job, future: Future[Answer]) -> None:
-    """Set the result of a future, in a thread of its own."""
-    with job.free or nullcontext():
+def _answer_first(free: Semaphore, submitted: SimpleQueue[tuple[Job, Future[Answer]]]) -> None:
+    """Do the job that waits longest, once a worker is free, in a thread of its own."""
+    with free:
+        job, future = submitted.get()
         if not future.set_running_or_notify_cancel():
             return
         try:

@@ -98,7 +98,8 @@ class Job(NamedTuple):
         seconds: Seconds that the designs may take together. After twice that time, the designs that
             are not begun are left to other workers.
         environment: The environment of the run; ``None`` for that of the worker.
-        free: The workers of this machine that are free for the run; ``None`` on others.
+        free: The workers of this machine that are free for the run; none where others evaluate.
+        submitted: The jobs of the run that wait for one of these, with their futures.
         is_repeated: Whether it was sent before, to a worker that lacked the function.
     """
 
@@ -109,7 +110,8 @@ class Job(NamedTuple):
     designs: Waiting
     seconds: float = math.inf
     environment: Environment | None = None
-    free: threading.Semaphore | None = None
+    free: Any = None
+    submitted: Any = None
     is_repeated: bool = False
 
 
