@@ -3,7 +3,8 @@
 A process keeps the version of a module that it has imported; a worker that starts later imports
 the file as it is then. So the content of each file is noted when this process imports it. A run is
 refused if a file has changed since, and a worker refuses a model if it has another version of a
-module than the process that sent it.
+module than the process that sent it. Answers of workers bring their versions, as a model may import
+modules when it runs; a run accepts one version of each.
 
 Modules of the standard library and of installed packages do not count.
 """
@@ -13,13 +14,14 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import source_hash
 from pathlib import Path
 from typing import Any
 
-from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.errors import ArgumentValueError, WorkerError
 
 REMEDY = "reload it and what imports it (importlib.reload) and make the problem again, or restart"
 
@@ -91,3 +93,17 @@ def require_unchanged(model: Any) -> None:
         for other in current:
             if other.rpartition(".")[2] in words and other not in names:
                 names.append(other)
+
+
+def accept(known: dict[str, bytes], others: Mapping[str, bytes]) -> None:
+    """Add the versions of a worker to those that a run has accepted.
+
+    Raises:
+        WorkerError: Another version of a module is known.
+    """
+    for name, version in others.items():
+        if known.setdefault(name, version) != version:
+            raise WorkerError(
+                f"{name} has changed during the run, and workers have imported two versions of it; "
+                "repeat the call, with another study if one was given"
+            )

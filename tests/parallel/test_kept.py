@@ -230,6 +230,41 @@ def test_a_worker_with_another_version_is_refused(tmp_path):
     assert "a worker process has another version of helper.py" in done.stdout
 
 
+LATE = """
+import time
+from pathlib import Path
+from pymoo.core.problem import ElementwiseProblem
+from pymoo_psi import RUNNER, investigate
+from pymoo_psi.errors import WorkerError
+
+class Beam(ElementwiseProblem):
+    def __init__(self, **options):
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1, **options)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        edited = Path("edited")
+        while x[0] > 0 and not edited.exists():
+            time.sleep(0.01)
+        import helper
+        if x[0] == 0:
+            Path("helper.py").write_text("FACTOR = 2.00")
+            edited.touch()
+        out["F"] = helper.FACTOR
+
+try:
+    investigate(Beam(elementwise_runner=RUNNER(2)), 8)
+except WorkerError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
+def test_workers_that_import_a_file_before_and_after_it_changes_are_refused(tmp_path, runner):
+    """The model imports it when it runs; this process never does."""
+    done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")
+    assert done.stdout.startswith("helper has changed during the run")
+
+
 def test_environment_and_folder_are_those_of_the_call(folder, monkeypatch, tmp_path_factory):
     folder.tests()
     other = tmp_path_factory.mktemp("other")

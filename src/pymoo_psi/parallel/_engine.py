@@ -71,8 +71,8 @@ class ProcessRunner(Runner):
 
     No table mixes two versions of a model. A file of yours that was edited after its import is
     refused before anything is evaluated, here, by other runners, and without a runner: reload it by
-    ``importlib.reload`` and make the problem again, or restart Python. A worker that imports
-    another version than this process has is refused, too.
+    ``importlib.reload`` and make the problem again, or restart Python. A run also ends when a
+    worker imports another version than this process or another worker has.
 
     Args:
         n_jobs: Number of workers; -1 is one for each core.
@@ -333,10 +333,10 @@ def evaluate_packed(
     if pickled is None:
         return _VERSIONS, None
     if sys.platform != "win32":
-        results, failure = evaluate(job._replace(function=pickled))
+        results, failure, accepted = evaluate(job._replace(function=pickled))
         if failure is not None:
             failure = sendable(failure)
-        answer = results, failure
+        answer = results, failure, accepted
     else:
         answer = answer_by(pickled, job.designs)
     return _VERSIONS, cloudpickle.dumps(answer)

@@ -33,8 +33,9 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 Function = Callable[[Any], Values]
 Waiting = deque[tuple[int, Any]]  # designs to be evaluated, each with its index
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
-# Results of the designs that were evaluated, and the error that ended the evaluation.
-Answer = tuple[list[Result], EvaluationError | None]
+# Results of the designs that were evaluated, the error that ended the evaluation, and the versions
+# of the modules that the worker has imported.
+Answer = tuple[list[Result], EvaluationError | None, dict[str, bytes]]
 
 
 class LostDesign(NamedTuple):
@@ -118,8 +119,8 @@ def answer_of(f: Function, designs: Waiting) -> Answer:
         for result in evaluate_here(f, designs, moment=0.0):
             results.append(result)
     except EvaluationError as error:
-        return results, error
-    return results, None
+        return results, error, {}
+    return results, None, {}
 
 
 def pickled_function(function: Function) -> bytes:
@@ -210,8 +211,8 @@ _loaded = lru_cache(maxsize=4)(loaded_function)  # those of the last runs
 
 def answer_by(pickled: bytes, designs: Waiting) -> Answer:
     """Return the answer of a pickled function, to be sent; see :func:`answer_of`."""
-    results, failure = answer_of(_loaded(pickled), designs)
+    results, failure, _ = answer_of(_loaded(pickled), designs)
     sent = [sendable_result(result) for result in results]
     if failure is not None:
         failure = sendable(failure)
-    return sent, failure
+    return sent, failure, versions()

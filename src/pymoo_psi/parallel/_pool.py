@@ -41,6 +41,7 @@ from typing import Any, NamedTuple
 
 import cloudpickle
 
+from pymoo_psi._modules import accept
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import Answer, LostDesign, Result, Waiting, unloadable
@@ -132,6 +133,7 @@ def evaluate(job: Job) -> Answer:
     environment = job.environment or Environment.now(job.identity, threads=1)
     designs = list(job.designs)
     results: list[Result] = []
+    versions: dict[str, bytes] = {}
     n_at_loss = -1  # how many results there were when a process was lost
     while not _is_given_up(job.run):
         worker = _hire(environment, job.run)
@@ -143,9 +145,11 @@ def evaluate(job: Job) -> Answer:
         finally:
             _BUSY.pop(worker, None)
         results += more
+        if more:
+            accept(versions, worker.versions)
         if not isinstance(end, _Loss):
             _IDLE.append(worker)
-            return results, end
+            return results, end, versions
         if not end.has_loaded:
             continue
         reason = end.reason
@@ -156,7 +160,7 @@ def evaluate(job: Job) -> Answer:
             reason = f"its worker process died ({reason}, 2 times)"
         index, _ = designs[len(results)]
         results.append((index, LostDesign(reason), 0.0))
-        return results, None
+        return results, None, versions
     raise CancelledError
 
 
@@ -230,11 +234,13 @@ class _Worker:
         process: The process that Popen started: the guard of the one that evaluates.
         channel: The connection to it.
         run: The run whose function it has loaded last; empty if none.
+        versions: Those of the modules that it has imported.
     """
 
     def __init__(self, environment: Environment) -> None:
         self.environment = environment
         self.run = ""
+        self.versions: dict[str, bytes] = {}
         self.channel, theirs = Pipe()
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
@@ -281,9 +287,12 @@ class _Worker:
         results: list[Result] = []
         while len(results) < len(designs):
             answer = self.receive(job.timeout)
-            if not isinstance(answer, tuple):
+            if isinstance(answer, dict):
+                self.versions = answer
+            elif isinstance(answer, tuple):
+                results.append(answer)
+            else:
                 return results, answer
-            results.append(answer)
         return results, None
 
     def send(self, content: Any) -> None:
@@ -351,7 +360,7 @@ def run_program(
         return _worker.run_program(call)
     function = pickle.dumps((_worker.run_program, {}))
     job = Job("programs", function, ("", b"programs"), None, deque([(0, call)]))
-    results, failure = evaluate(job)
+    results, failure, _ = evaluate(job)
     keep_idle(1)
     if failure is not None:
         raise failure.original or failure

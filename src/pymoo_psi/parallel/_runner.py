@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 
 import cloudpickle
 
-from pymoo_psi._modules import require_unchanged
+from pymoo_psi._modules import accept, require_unchanged, versions
 from pymoo_psi._validation import Values, invalid, positive_number
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
@@ -193,6 +193,7 @@ class Queue:
         self._pending: dict[int, None] = {}  # the indices of what is not done, in their order
         self.under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
         self._results: Generator[Result | None] | None = None
+        self._versions = versions()  # of the modules that were accepted
         self._sent: dict[Any, Job] = {}  # by the future of the job
         self._done: SimpleQueue[Any] = SimpleQueue()  # futures
         self._sent_again: set[int] = set()  # the indices of jobs that an engine gave up
@@ -319,8 +320,10 @@ class Queue:
 
         Raises:
             EvaluationError: A design raised or was lost.
+            WorkerError: The worker has another version of a module than this process or others.
         """
-        results, failure = answer
+        results, failure, versions_of_worker = answer
+        accept(self._versions, versions_of_worker)
         n_measured = 0
         measured_seconds = 0.0
         for index, values, seconds in results:
@@ -420,7 +423,7 @@ class Queue:
                 raise _unusable(error) from error
             else:
                 reason = f"its worker was lost ({one_line(error)})"
-                yield from self.results_of(([(index, LostDesign(reason), 0.0)], None))
+                yield from self.results_of(([(index, LostDesign(reason), 0.0)], None, {}))
 
 
 def gone(error: BaseException) -> WorkerError:

@@ -10,7 +10,8 @@ guard also finds processes that left the worker's group.
 Messages to the worker: the path and the arguments of the program; then a pickled function, or None
 for the one that it has, designs, and the seconds that they may take; None at the end. Messages from
 it: when it has loaded a function, None, or an error that says why it cannot; for each design, in
-turn and as soon as it is done, a ``Result``; last, if designs are left, the error of the one that
+turn and as soon as it is done, a ``Result``, after the versions of the users' modules if some were
+imported since the last one, a dictionary; last, if designs are left, the error of the one that
 raised, or None if it leaves them to other workers.
 
 A worker that has loaded a function before, and cannot load another, ends, as a module that it has
@@ -185,6 +186,7 @@ def _serve(channel: Any) -> None:
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
+    from pymoo_psi._modules import versions
     from pymoo_psi.errors import EvaluationError, WorkerError
     from pymoo_psi.parallel._evaluation import (
         evaluate_here,
@@ -197,6 +199,7 @@ def _serve(channel: Any) -> None:
         channel.send_bytes(cloudpickle.dumps(message))
 
     function: Any = None
+    n_modules = 0
     while channel.poll(_LINGERING):
         message = channel.recv()
         if message is None:
@@ -213,6 +216,9 @@ def _serve(channel: Any) -> None:
         try:
             end = perf_counter() + 2 * lasting  # the rest is for others
             for result in evaluate_here(function, designs, end, moment=0.0):
+                if len(sys.modules) != n_modules:
+                    n_modules = len(sys.modules)
+                    send(versions())
                 try:
                     data = pickle.dumps(result)
                 except Exception:  # cloudpickle takes twice as long, and pickles more
