@@ -25,10 +25,9 @@ _AS_GIVEN = 3  # decimals up to which values are written as they are
 _SAME = 1e-12  # values closer than this, relatively, differ by rounding only
 _MOST = 12  # decimals
 _LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
-_LONGEST = 1e7  # and from this size on all numbers of a column
+_LONGEST = 1e7  # and from this size on all numbers
 _SHORT = 1e-4
 _ALL = 100 - 1e-7  # per cent, up to rounding
-_LONG_OF_SENTENCES = 1e9
 
 
 @dataclass(frozen=True)
@@ -175,7 +174,7 @@ def number(value: float, digits: int = 4) -> str:
     """
     value = value + 0.0  # no -0
     size = abs(value)
-    if size < _LONG_OF_SENTENCES and (size >= 10**digits - 0.5 or value == round(value)):
+    if size < _LONGEST and (size >= 10**digits - 0.5 or value == round(value)):
         return _grouped(f"{value:.0f}")
     text, _, power = f"{value:.{digits}g}".partition("e")
     text = _grouped(text)

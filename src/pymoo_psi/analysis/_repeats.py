@@ -214,18 +214,20 @@ def certainty_sentences(table: TestTable, row: int) -> list[str]:
         table: The designs.
         row: Row of the design in the ranking of the feasible designs.
     """
-    sentences = []
     weights = weights_sentence(table.feasible_ranking(), row)
-    if weights:
-        sentences.append(weights)
-    if has_errors(table):
-        chances = table.confidence().iloc[row]
-        text = sentence(
-            "confidence",
-            design=str(chances.name),
-            best=percent(chances["best"]),
-            near=percent(chances["near_best"]),
-            pareto=percent(chances["pareto"]),
-        )
-        sentences.append(text)
-    return sentences
+    return [*filter(None, [weights]), *confidence_sentences(table, row)]
+
+
+def confidence_sentences(table: TestTable, row: int) -> list[str]:
+    """Say how sure it is that a design is the best; nothing if no errors are known."""
+    if not has_errors(table):
+        return []
+    chances = table.confidence().iloc[row]
+    text = sentence(
+        "confidence",
+        design=str(chances.name),
+        best=percent(chances["best"]),
+        near=percent(chances["near_best"]),
+        pareto=percent(chances["pareto"]),
+    )
+    return [text]

@@ -304,7 +304,11 @@ def tell() -> None:
 
 
 @_command(
-    "_documents", _FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING
+    "_documents",
+    _FILE,
+    _file("out", "FILE", "Write all designs here (.csv, .xlsx)."),
+    _flag("long", text="Show all columns, cautions, and on what the proposal depends."),
+    *_READING,
 )
 def rank() -> None:
     """Rank the designs of a table, the best compromise first.

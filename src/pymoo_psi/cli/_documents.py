@@ -1,8 +1,7 @@
 """``pymoo-psi rank``, ``page``, ``live``, ``report``, ``analyze``, ``export``: from a source.
 
 Each command opens its source, makes something of the table, and says what a reader has to know of
-both. Rank, page and report are about one choice; analyze is about the tests. ``say_best`` prints
-the result of ``solve``, too.
+both. Rank, page and report are about one choice; analyze is about the tests.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import os
 import shlex
 import sys
 import threading
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
@@ -21,8 +21,6 @@ from pymoo_psi import __version__
 from pymoo_psi._numbers import localized, number
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
-    certainty_sentences,
-    constraint_costs,
     decision_sentences,
     positions_frame,
     separation_sentences,
@@ -30,6 +28,7 @@ from pymoo_psi.analysis import (
 )
 from pymoo_psi.cli._app import Options, path_in
 from pymoo_psi.cli._console import print_frame, require_output, results_folder, say, write_frame
+from pymoo_psi.cli._ranking import command, counts, named_ranking, none_left, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -43,18 +42,33 @@ from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.files import STUDY, suffixes_for, write_table
 from pymoo_psi.pareto import (
     RANKING_COLUMNS,
-    cautions,
+    Caution,
+    EfficiencyRanking,
+    cautions_of_distances,
     explain,
     measured_in,
     ranking_frame,
+    weights_sentence,
 )
 from pymoo_psi.table import TEST, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_N_PRINTED = 12  # designs or variables; all are in the file
-_N_REASONS = 4  # sentences that a reader takes in at a glance
+_N_PRINTED = 12  # variables
+_N_IN_DETAIL = 40  # designs
+# Options that another command on the same source needs, too.
+_OF_SOURCE = (
+    *OF_FORMULATION,
+    "variables",
+    "units",
+    "decimal",
+    "encoding",
+    "skip_rows",
+    "sheet",
+    "average_by",
+    "drop_incomplete",
+)
 _HTML = (".html", ".htm")
 
 
@@ -93,87 +107,74 @@ def _beside_ranking(name: str) -> str:
     return name
 
 
-def most_violated(table: TestTable) -> str:
-    """Say which constraint or limit most designs violate, and how many violate it alone."""
-    n_computed = (table.status != "failed").sum()
-    costs = constraint_costs(table)
-    if not costs["rejects"].any():
-        return f"{n_computed} of {counted(len(table), 'design')} have values"
-    worst = costs.sort_values("rejects", ascending=False, kind="stable").iloc[0]
-    n_infeasible = n_computed - table.feasible().sum()
-    return (
-        f"Infeasible: {n_infeasible} of {n_computed} with values; "
-        f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
-    )
-
-
 def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
     table = opened_by_options(options, suffixes_for("designs"))
     if not table.feasible().any():
-        raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
-    frame = ranked_frame(table, options.out)
-    say_source(path, table)
+        raise PsiError(f"{path}: {none_left(table)}")
+    if options.out is not None:
+        ranked_frame(table, options.out)
+    ranking = named_ranking(table)
+    found = cautions_of_distances(ranking)
+    last = []
+    more = ": --out FILE.csv"
+    if options.out is not None:
+        last.append(f"{counted(len(ranking.rows), 'design')} written to {options.out}.")
+        more = ""
+    last.append(f"Next: {_after_ranking(path, found)}")
+    head = [*table.facts, counts(table), *decision_remarks(path, table)]
+    head += [*separation_sentences(table), *decision_sentences(table.decision.decided)]
+    say_ranking(table, ranking, head, caution_lines(found, "--long"), last, more)
     if table.decision.positions:
         print_frame(positions_frame(table), "Positions:")
-    say(*separation_sentences(table), *decision_sentences(table.decision.decided))
-    _say_set(path, table)
-    say_best(frame, "The best compromises, by place:", table, options.out)
-    say(*switching(table))
+    if options.long:
+        _say_details(table, ranking, found)
     return 0
 
 
-def _say_set(path: Path, table: TestTable) -> None:
-    """Print the size of the set, its optima, and the ideal and the nadir of each objective."""
-    ranking = table.feasible_ranking()
-    optima = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
-    if len(ranking.salukvadze) > 5:
-        optima += "; …"
-    size = f"{counted(len(ranking.rank), 'design')}, {ranking.pareto.sum()} Pareto optimal"
-    say(f"{path}: {size}; Salukvadze optimum: {optima}")
-    title = "Best and worst values of the Pareto set:"
-    if table.formulation.ranges:
-        title = "Best and worst values as fixed:"
-    import pandas as pd
-
-    names = ranking.objectives.headings()
-    frame = pd.DataFrame({"objective": names, "best": ranking.ideal, "worst": ranking.nadir})
-    print_frame(frame, title)
-
-
-def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None) -> None:
-    """Print reasons against relying on the ranking, the best designs, and why the optimum is one.
+def caution_lines(found: Sequence[Caution], where: str) -> list[str]:
+    """Return the most serious of cautions, and how many more there are, as a line if any.
 
     Args:
-        frame: The frame of :func:`ranked_frame`.
-        title: Heading of the table.
-        table: The tests.
-        out: The file to which the frame was written, if it was.
+        found: The cautions.
+        where: The option or command that shows all.
     """
-    ranking = table.feasible_ranking()
-    optimum = int(ranking.salukvadze[0])
-    reasons = [str(caution) for caution in cautions(ranking)]
-    for reason in reasons:
-        say(f"Attention: {reason}")
-    print_frame(_rounded(frame.head(_N_PRINTED), table), title)
-    if out is not None:
-        say(f"All {len(frame)} written to {out}")
-    elif len(frame) > _N_PRINTED:
-        say(f"({len(frame) - _N_PRINTED} more; --out FILE.csv writes all)")
-    say(
-        "place: 1 is nearest to the ideal point (distance mu1). Equal distances share a place; "
-        "dominated designs have none. eff_rank: not an order, see 'pymoo-psi guide method'."
-    )
-    say(f"{measured_in(ranking)}.")
-    say(*explain(ranking).sentences[:_N_REASONS])
-    for text in certainty_sentences(table, optimum):
-        if text not in reasons:
-            say(text)
+    if not found:
+        return []
+    text = f"Caution: {found[0].sentence}"
+    if len(found) > 1:
+        text += f" ({where} shows {len(found) - 1} more.)"
+    return [text]
+
+
+def _after_ranking(path: Path, found: Sequence[Caution]) -> str:
+    """Return what to do after a ranking."""
+    if found and found[0].remedy:
+        column, _, _ = found[0].remedy.partition("=")
+        objective = column.removeprefix("log_")
+        compute = command("--compute", found[0].remedy)
+        return f"the same with {column} in place of {objective} and {compute}"
+    return command("pymoo-psi", "page", str(path), *typed_options(_OF_SOURCE))
+
+
+def _say_details(table: TestTable, ranking: EfficiencyRanking, found: Sequence[Caution]) -> None:
+    """Print all that is known of the best designs, and on what the proposal depends."""
+    frame = ranked_frame(table, None)
+    print_frame(_rounded(frame.head(_N_IN_DETAIL), table), "\nAll columns, by place:")
+    if len(frame) > _N_IN_DETAIL:
+        say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
+    say(f"mu1 is the distance to the best values. {measured_in(ranking)}.")
+    say(*(f"Caution: {caution}" for caution in found[1:]))
+    why = explain(ranking)
+    say("One step away:", *why.sentences[2:])
+    weights = weights_sentence(ranking, why.row)
+    say(*filter(None, [weights]), *switching(table))
+    say(*table.remarks[len(table.facts) :])
 
 
 def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
-    """Return designs with numbers rounded as on the page, and units in the headings."""
+    """Return designs with one number format a column, and units in the headings."""
     from pymoo_psi.page import number_formats
 
     rounded = frame.drop(columns=["mu2", "mu3", "pareto"], errors="ignore")
@@ -185,7 +186,7 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
     headings = {column.name: column.heading for column in table.schema.columns}
     # The number leads each part of a wide table, as dominated designs have no place.
     rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))
-    return rounded.rename(columns=headings | {"efficiency_rank": "eff_rank"})
+    return rounded.rename(columns=headings)
 
 
 def run_page(options: Options) -> int:
@@ -264,9 +265,9 @@ def run_report(options: Options) -> int:
         about=[origin, *remarks],
         prototype=existing_designs(options.prototype, table, **_of_writer(options)),
     )
-    command = shlex.join(["pymoo-psi", "report", str(path), *typed_options([*vars(options)])])
+    words = ["pymoo-psi", "report", str(path), *typed_options([*vars(options)])]
     further = _command_for_more(path, table, typed_options(OF_FORMULATION))
-    replace(report, command=command, further=further).save(out)
+    replace(report, command=shlex.join(words), further=further).save(out)
     say_source(path, table)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
@@ -282,7 +283,7 @@ def run_analyze(options: Options) -> int:
         folder = results_folder(options.out)
         if path.resolve().parent == folder.resolve() and path.stem in _ANALYSES:
             raise invalid("--out", "another folder than that of the file read", str(options.out))
-    say_source(path, table, ranked=False)
+    say_source(path, table)
     for name, analyze in _ANALYSES.items():
         try:
             frame = analyze(table)

@@ -17,7 +17,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi._validation import Integers, Mask, Names, Received, counted, invalid
 from pymoo_psi.algorithms import (
     Model,
     Recorded,
@@ -31,11 +31,12 @@ from pymoo_psi.algorithms import (
     stored_at_termination,
     tell_tests,
 )
-from pymoo_psi.analysis import alike, averaged_repeats, failure_sentences, written_limits
+from pymoo_psi.analysis import alike, averaged_repeats, failure_sentences
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
-from pymoo_psi.cli._documents import most_violated, ranked_frame, say_best
+from pymoo_psi.cli._documents import caution_lines, ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
+from pymoo_psi.cli._ranking import command, counts, named_ranking, none_left, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -44,6 +45,7 @@ from pymoo_psi.cli._source import (
 )
 from pymoo_psi.files import read_table, suffixes_for
 from pymoo_psi.parallel import Runner, progress_bar
+from pymoo_psi.pareto import EfficiencyRanking, cautions_of_distances, listed
 from pymoo_psi.problems import (
     FailureTolerant,
     problem_name,
@@ -55,6 +57,7 @@ from pymoo_psi.table import Decision, Formulation, TestTable
 
 _N_REASONS = 3  # most frequent reasons of failures
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
+_MANY = 10  # designs, whose bounds say where others may be
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
 _KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry", "share")
@@ -134,25 +137,23 @@ def run_solve(options: Options) -> int:
     plan = _plan(options, problem, n_points, settings)
     _import(problem, options, settings)
     study = options.study and options.study.absolute()  # a model may change the working directory
+    known = _known_tests(options.study)
     result = _search(options, plan)
-    counts = _counts(problem, result)
-    if study is None:
-        subject = f"{problem_name(problem)} by {options.algorithm}"
-        _say_result(options, subject, f", {counts}", result, out)
-    else:
-        evaluated = counted(result.n_evaluated, "design")
+    subject = f"{problem_name(problem)} by {options.algorithm}"
+    if study is not None:
+        subject = str(options.study)
         result = _result(plan, read_table(study, repeats=False), result.n_evaluated)
-        tests = counted(len(result.tests), "test")
-        size = f" of {tests} in {options.study} ({result.tests.status_counts()})"
-        _say_result(options, problem_name(problem), size, result, out)
-        say(f"This run by {options.algorithm} evaluated {evaluated}: {counts}.")
+    is_new = ~np.isin(result.tests.numbers, known)
+    reasons = _reasons(result, is_new, is_continued=len(known) > 0)
     if not result.table.feasible().any():
+        say(f"{subject}: {none_left(result.table)}", *result.table.facts)
+        say(*_not_run(problem, result), *reasons)
+        if out is not None:
+            say(f"{options.out} is not written.")
         return 1
-    limits = written_limits(result.table)
-    if limits:
-        say(f"Limits: {', '.join(limits)}.")
-    if formulation.limits and not options.box:
-        _say_box(result.table)
+    if out is not None:
+        ranked_frame(result.table, out, only_pareto=True)
+    _say_result(options, problem, subject, result, is_new, reasons)
     return 0
 
 
@@ -318,33 +319,93 @@ def _by_nsga3(plan: Plan, show: Show) -> Result:
 # The result
 
 
+def _known_tests(study: Path | None) -> Integers:
+    """Return the numbers of the tests that a study has, if there is one."""
+    if study is None or not study.is_file():
+        return np.empty(0, dtype=np.int64)
+    with Study(study).reading() as database:
+        return database.test_numbers()
+
+
 def _say_result(
-    options: Options, subject: str, size: str, result: Result, out: Path | None
+    options: Options,
+    problem: Problem,
+    subject: str,
+    result: Result,
+    is_new: Mask,
+    reasons: Names,
 ) -> None:
-    """Write the Pareto set if a file is named, and print the best designs, or why there are none.
+    """Print the ranking, what this run has added to a study, why tests failed, and what is next.
 
     Args:
         options: The options.
-        subject: What was searched, in words.
-        size: How many tests there are, in words.
-        result: These tests.
-        out: The absolute path of the file.
+        problem: What was searched.
+        subject: The study, or the problem and the algorithm.
+        result: The tests.
+        is_new: ``(n,)`` which tests of the result this run has added.
+        reasons: Why tests failed.
     """
     table = result.table
-    if table.feasible().any():
-        frame = ranked_frame(table, out, only_pareto=True)
-        n_optimal = counted(len(frame), "Pareto-optimal design")
-        say_best(frame, f"{subject}: {n_optimal}{size}, by place", table, options.out)
-        _say_remarks(result)
-        return
-    say(f"{subject}: no feasible design{size}", f"{most_violated(table)}.")
-    _say_remarks(result)
-    if out is not None:
-        say(f"{options.out} is not written.")
+    ranking = named_ranking(table)
+    found = cautions_of_distances(ranking)
+    head = [*table.facts, counts(table, subject), *_not_run(problem, result)]
+    if len(table) < len(result.tests):
+        head.insert(0, f"{counted(len(result.tests), 'test')}, of which ranked:")
+    if not is_new.all():
+        head.append(_added(result, ranking, is_new))
+    last = []
+    if options.out is not None:
+        last.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
+    box = _box(table)
+    if box and options.limits and not options.box:
+        last.append(f"To search there only: --box {box}")
+    formulated = typed_options(OF_FORMULATION)
+    if options.study is not None:
+        following = command("pymoo-psi", "page", str(options.study), *formulated)
+    elif options.out is not None:
+        following = command("pymoo-psi", "page", str(options.out))
+    else:
+        following = "the same with --study FILE.db, which keeps the tests"
+    where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
+    cautions = [*reasons, *caution_lines(found, where)]
+    say_ranking(table, ranking, head, cautions, [*last, f"Next: {following}"])
 
 
-def _counts(problem: Problem, result: Result) -> str:
-    """Return how many designs were tested, were in the study, failed and were not run, in words."""
+def _added(result: Result, ranking: EfficiencyRanking, is_new: Mask) -> str:
+    """Return what this run has added to the tests of a study, and whether the proposal is new."""
+    n_new = int(is_new.sum())
+    if not n_new:
+        again = f", {result.n_evaluated} evaluated again" if result.n_evaluated else ""
+        return f"This run: no new test{again}."
+    n_failed = int(result.tests.failed()[is_new].sum())
+    text = f"This run: {counted(n_new, 'test')}"
+    if n_failed:
+        text += f", of which {n_failed} failed"
+    table = result.table
+    new = np.isin(table.numbers[ranking.rows], result.tests.numbers[is_new])
+    n_optimal = int((new & ranking.pareto).sum())
+    verb = "is" if n_optimal == 1 else "are"
+    text += f"{' and' if n_failed else ', of which'} {n_optimal} {verb} not dominated"
+    best = int(ranking.salukvadze[0])
+    before = table.take(~np.isin(table.numbers, result.tests.numbers[is_new]))
+    if not before.feasible().any():
+        return f"{text}."
+    number = before.numbers[before.ranking().rows[before.ranking().salukvadze[0]]]
+    former = ranking.name_of(int(np.flatnonzero(table.numbers[ranking.rows] == number)[0]))
+    if not new[best]:
+        if table.numbers[ranking.rows[best]] == number:
+            return f"{text}; the proposal is as before."
+        return f"{text}; before, {former} was proposed."
+    optimal = ranking.by_place[: ranking.pareto.sum()]
+    n_first = int(np.append(~new[optimal], True).argmax())
+    places = "place 1 is new"
+    if n_first > 1:
+        places = f"places 1 to {ranking.place[optimal[n_first - 1]]} are new"
+    return f"{text}; {places} (before: {former})."
+
+
+def _not_run(problem: Problem, result: Result) -> list[str]:
+    """Say how many tests did not run because of requirements."""
     tests = result.tests
     has_run = np.full(len(tests), True)
     violated = []
@@ -353,41 +414,53 @@ def _counts(problem: Problem, result: Result) -> str:
         has_run &= is_met
         if not is_met.all():
             violated.append(rule.text)
-    n_run = has_run.sum()
-    n_failed = (tests.status == "failed").sum()
-    n_stored = n_run - result.n_evaluated
-    if not getattr(problem, "noisy", False):  # a model without noise is not evaluated again
-        n_stored -= tests.repeats[has_run].sum()
-    counts = [f"{n_run} tested"]
-    if n_stored:
-        counts.append(f"{n_stored} of them from the study")
-    if n_failed:
-        counts.append(f"{n_failed} failed")
-    if violated:
-        counts.append(f"{len(tests) - n_run} not run by requirements: {', '.join(violated)}")
-    return ", ".join(counts)
+    if not violated:
+        return []
+    n = int((~has_run).sum())
+    return [
+        f"{n} of {counted(len(tests), 'test')} did not run, by requirements: {listed(violated)}."
+    ]
 
 
-def _say_remarks(result: Result) -> None:
-    """Print remarks, and why designs failed, if any did, the most frequent reason first."""
-    say(*result.table.remarks)
-    counts = Counter(alike(result.tests.reasons.values()))
-    if not counts:
-        return
-    texts = [f"{n} × {reason:.{_LONGEST}}" for reason, n in counts.most_common(_N_REASONS)]
-    if len(counts) > _N_REASONS:
-        texts.append(counted(len(counts) - _N_REASONS, "other reason"))
-    say(f"Failed: {'; '.join(texts)}", *failure_sentences(result.tests))
+def _reasons(result: Result, is_new: Mask, *, is_continued: bool) -> list[str]:
+    """Say how many tests have failed and why, the most frequent reason first.
+
+    Args:
+        result: The tests.
+        is_new: ``(n,)`` which of them this run has added.
+        is_continued: Whether there were others before.
+    """
+    tests = result.tests
+    word = "test"
+    if is_continued and is_new.any():
+        tests = tests.take(is_new)
+        word = "new test"
+    failures = Counter(alike(tests.reasons.values()))
+    if not failures:
+        return []
+    texts = [f"{reason:.{_LONGEST}}" for reason, _ in failures.most_common(_N_REASONS)]
+    if len(failures) > _N_REASONS:
+        texts.append(counted(len(failures) - _N_REASONS, "other reason"))
+    n_failed = failures.total()
+    text = f"Caution: {n_failed} of {counted(len(tests), word)} failed: {'; '.join(texts)}."
+    return [" ".join([text, *failure_sentences(result.tests)])]
 
 
-def _say_box(table: TestTable) -> None:
-    """Print the bounds of the feasible designs as an option for the next search."""
+def _box(table: TestTable) -> str:
+    """Return the bounds of the feasible designs as an option, rounded outwards; "" of a few."""
+    if table.feasible().sum() < _MANY:
+        return ""
     entries = []
-    for name, lower, upper in zip(table.schema.variables, *table.refined_bounds(), strict=True):
+    schema = table.schema
+    ends = zip(schema.lower, schema.upper, strict=True)
+    refined = zip(schema.variables, *table.refined_bounds(), ends, strict=True)
+    for name, lower, upper, (least, greatest) in refined:
         if lower < upper:  # not a choice, where both are NaN, nor a fixed variable
-            entries.append(f"{name}={lower}:{upper}")
-    if entries:
-        say(f"Where the feasible designs lie: --box {shlex.quote(','.join(entries))}")
+            step = 10.0 ** (np.floor(np.log10(upper - lower)) - 2)
+            low = max(least, np.floor(lower / step) * step)
+            high = min(greatest, np.ceil(upper / step) * step)
+            entries.append(f"{name}={low:.9g}:{high:.9g}")
+    return command(",".join(entries)) if entries else ""
 
 
 # Tests that people make

@@ -14,9 +14,10 @@ import click
 from click.core import ParameterSource
 
 from pymoo_psi._numbers import decimal_mark, number
-from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid
+from pymoo_psi._validation import Entries, Names, Received, instance, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
+from pymoo_psi.cli._ranking import counts
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Decision, TestTable, entries_of, limits_of
@@ -131,28 +132,14 @@ def opened_by_options(options: Options, suffixes: Names) -> TestTable:
     return opened(path, options, decision_in(options))
 
 
-def say_source(path: Path, table: TestTable, *, ranked: bool = True) -> None:
-    """Print remarks on the rows of a source, on its objectives if none is named, on a decision.
-
-    Args:
-        path: The source.
-        table: Its table.
-        ranked: Whether infeasible designs are left out of the result.
-    """
-    schema = table.schema
+def say_source(path: Path, table: TestTable) -> None:
+    """Print remarks on the rows of a source, on its objectives if none is named, on a decision."""
     say(*table.remarks)
     if not table.formulation.objectives:
-        headings = [schema[name].heading for name in schema.objectives]
+        headings = [table.schema[name].heading for name in table.schema.objectives]
         say(f"Objectives: {', '.join(headings)}")
-    n_feasible = (table.status == "ok").sum()
-    n_failed = (table.status == "failed").sum()
-    if n_feasible < len(table):
-        sentence = f"{n_feasible} of {counted(len(table), schema.words['row'])} are feasible"
-        if n_failed:
-            sentence += f", {n_failed} {schema.words['failed']}"
-        if ranked:
-            sentence += "; the others are left out"
-        say(f"{sentence}.")
+    if not table.feasible().all():
+        say(counts(table))
     say(*decision_remarks(path, table))
 
 

@@ -28,7 +28,7 @@ _TIE = 1e-9
 # A step is at least this share of the range: on a dense front, the least step is hardly another
 # design.
 _STEP = 0.01
-_MOST_COSTS = 6  # objectives named in a sentence, those with the greatest shares of a range
+_MOST_COSTS = 4  # objectives named in a sentence, those with the greatest shares of a range
 
 
 @dataclass(frozen=True, eq=False, repr=False)

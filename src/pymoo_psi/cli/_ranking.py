@@ -1,0 +1,323 @@
+"""The ranking of a table as the terminal shows it: a head, the designs by place, a few sentences.
+
+The table has the objectives in one number format each, with the best and the worst values of the
+designs that no other dominates as its last rows. Texts are cut to the width of the terminal, never
+numbers; objectives for which there is no room are counted.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from unicodedata import combining, east_asian_width
+
+import numpy as np
+
+from pymoo_psi._numbers import NumberFormat, number
+from pymoo_psi._validation import Names, counted
+from pymoo_psi.analysis import confidence_sentences
+from pymoo_psi.cli._console import print_text, width
+from pymoo_psi.pareto import EfficiencyRanking, Explanation, explain, listed, wrapped
+from pymoo_psi.table import POINT, RUN, TEST, Limit, TestTable
+
+_WIDTH_OF_PIPE = 80
+_MOST_ROWS = 10
+_LEAST_ROWS = 5
+_LINES = 24
+_FEW = 12  # designs, whose ranking has fewer lines
+_LINES_OF_FEW = 18
+_HEADING_WIDTHS = (80, 24, 16, 12)  # the first of these at which a table fits
+_LEAST_LABEL = 16
+_GAP = "  "
+_BESIDE_PLACES = " " * len("place") + _GAP
+_MOST_NAMED = 6  # values of the proposed test
+_MOST_LIMITS = 3
+_CONSTRAINT = re.compile(r"(.+?)\s*(<=|>=)\s*(.+)")  # the name of one that is a limit of a program
+_PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
+
+
+def named_ranking(table: TestTable) -> EfficiencyRanking:
+    """Return the ranking of a table; tests of several runs are named by run and point, 2.15."""
+    ranking = table.feasible_ranking()
+    if table.schema.label is not None or not {RUN, POINT} <= {*table.schema.notes}:
+        return ranking
+    runs = table.column(RUN)[ranking.rows]
+    points = table.column(POINT)[ranking.rows]
+    names = [f"{TEST} {run}.{point}" for run, point in zip(runs, points, strict=True)]
+    return replace(ranking, objectives=replace(ranking.objectives, labels=names))
+
+
+def say_ranking(
+    table: TestTable,
+    ranking: EfficiencyRanking,
+    head: Names,
+    cautions: Names,
+    last: Names,
+    more: str = "",
+) -> None:
+    """Print the ranking of a table.
+
+    Args:
+        table: The tests.
+        ranking: Their ranking.
+        head: Lines before the designs.
+        cautions: Lines after the proposal and its costs.
+        last: Lines after these.
+        more: Where designs are that are not shown.
+    """
+    columns = width() or _WIDTH_OF_PIPE
+    above = wrapped(head, columns).splitlines()
+    below = wrapped([*_proposal(table, ranking), *cautions, *last], columns).splitlines()
+    lines = _LINES
+    if len(table) <= _FEW:
+        lines = _LINES_OF_FEW
+    # Beside them: two blank lines, the head of the table, its ends, and the count of further rows.
+    n_rows = lines - len(above) - len(below) - 6
+    n_rows = min(max(n_rows, _LEAST_ROWS), _MOST_ROWS)
+    if ranking.pareto.sum() == n_rows + 1:  # the row itself takes no more than its count
+        n_rows += 1
+    designs = _table(table, ranking, n_rows, columns, more)
+    print_text("\n".join([*above, "", *designs, "", *below]))
+
+
+# The head
+
+
+def counts(table: TestTable, subject: str = "") -> str:
+    """Return how many tests there are, within the limits, and not dominated, as a sentence.
+
+    Args:
+        table: The tests.
+        subject: What they are tests of, if that is said.
+    """
+    words = table.schema.words
+    n_within = int(table.feasible().sum())
+    n_failed = int(table.failed().sum())
+    size = counted(len(table), words["row"])
+    failed = f", {n_failed} {words['failed']}" if n_failed else ""
+    limits = limit_words(table)
+    named = ", ".join(limits[:_MOST_LIMITS])
+    if len(limits) > _MOST_LIMITS:
+        named += f" and {len(limits) - _MOST_LIMITS} more"
+    noun = "limit" if len(limits) == 1 else "limits"
+    within = f"{_are(n_within)} within the {noun} ({named})"
+    if subject:
+        text = f"{subject}: {size}{_of_runs(table)}{failed}"
+        if limits:
+            text += f"; {n_within} {within}"
+    elif limits:
+        text = f"{n_within} of {size} {within}{failed}"
+    else:
+        text = f"{size}{failed}"
+    if n_within > 1:
+        n_optimal = int(table.feasible_ranking().pareto.sum())
+        text += f"; {n_optimal} of them {_are(n_optimal)} not dominated"
+    return f"{text}."
+
+
+def _are(n: int) -> str:
+    return "is" if n == 1 else "are"
+
+
+def _of_runs(table: TestTable) -> str:
+    if RUN not in table.schema.notes:
+        return ""
+    return f" of {counted(len({*table.column(RUN)}), 'run')}"
+
+
+def limit_words(table: TestTable) -> list[str]:
+    """Return the constraints and limits of a table in words: "price at most 1400 €"."""
+    units = table.schema.units
+    texts = []
+    for name in table.schema.constraints:
+        parts = _CONSTRAINT.fullmatch(name)
+        if parts is None:
+            texts.append(name)
+        else:
+            side = "at most" if parts[2] == "<=" else "at least"
+            texts.append(f"{parts[1]} {side} {parts[3]} {units.get(parts[1], '')}".strip())
+    for name, limit in table.limits.items():
+        texts.append(f"{name} {_allowed(limit)} {units.get(name, '')}".strip())
+    return texts
+
+
+def _allowed(limit: Limit) -> str:
+    """Return what a limit allows, in words."""
+    if limit.texts is not None:
+        return f"= {listed(limit.texts or ['nothing'], 'or')}"
+    low, high = number(limit.low, 15), number(limit.high, 15)
+    if limit.low == -np.inf:
+        return f"at most {high}"
+    if limit.high == np.inf:
+        return f"at least {low}"
+    return f"from {low} to {high}"
+
+
+def none_left(table: TestTable) -> str:
+    """Say that no design is left, and without which limit one would be."""
+    words = table.schema.words
+    has_values = ~table.failed()
+    if not has_values.any():
+        return f"No design is left: {counted(len(table), words['row'])}, all {words['failed']}."
+    limits = limit_words(table)
+    if not limits:
+        return f"No design is left: {counted(len(table), words['row'])}, none with all objectives."
+    violated = table.violations()[0][has_values]
+    text = f"No design is left: none of {has_values.sum()} meets the limits ({', '.join(limits)})."
+    alone = (violated & (violated.sum(axis=1) == 1)[:, None]).sum(axis=0)
+    names = [*table.schema.constraints, *table.limits]
+    worst = int(violated.sum(axis=0).argmax())
+    if alone.any():
+        worst = int(alone.argmax())
+        return f"{text} Without that on {names[worst]} {alone[worst]} {_are(alone[worst])} left."
+    return f"{text} That on {names[worst]} rejects most, {violated[:, worst].sum()}."
+
+
+# The table
+
+
+def _table(
+    table: TestTable, ranking: EfficiencyRanking, n_rows: int, columns: int, more: str
+) -> list[str]:
+    """Return the lines of the table.
+
+    Args:
+        table: The tests.
+        ranking: Their ranking.
+        n_rows: How many designs are shown.
+        columns: The width of the terminal.
+        more: Where the other designs are.
+    """
+    objectives = ranking.objectives
+    optimal = ranking.by_place[: ranking.pareto.sum()]
+    shown = optimal[:n_rows]
+    word = (table.schema.label or TEST).replace("_", " ")
+    names = [ranking.name_of(row).removeprefix(f"{word} ") for row in shown]
+    n_hidden = len(optimal) - len(shown)
+    places = [f"{place}" for place in ranking.place[shown]]
+    texts = ["best", "worst"]
+    if ranking.frame.is_fixed:
+        texts = ["best, fixed", "worst, fixed"]
+    numbers = []
+    for j, name in enumerate(objectives.names):
+        ends = [ranking.ideal[j], ranking.nadir[j]]
+        column = NumberFormat.of([*objectives.values[optimal, j], *ends])
+        cells = [column.text(value) for value in (*objectives.values[shown, j], *ends)]
+        arrow = "↑" if objectives.sign[j] < 0 else "↓"
+        numbers.append((f"{name}", arrow, cells))
+    lines = _lines(("place", [*places, "", ""]), (word, [*names, *texts]), numbers, columns)
+    if n_hidden:
+        lines.insert(1 + len(shown), f"{_BESIDE_PLACES}… {n_hidden} more{more}")
+    return lines
+
+
+def _lines(
+    place: tuple[str, list[str]],
+    label: tuple[str, list[str]],
+    numbers: Sequence[tuple[str, str, list[str]]],
+    columns: int,
+) -> list[str]:
+    """Return a table as lines that fit into a width."""
+    labels = [" ".join(text.split()) for text in (label[0], *label[1])]
+    label_width = max(map(_columns, labels))
+    wanted = min(label_width, _LEAST_LABEL)
+    n_shown = len(numbers)
+    fits = False
+    while not fits:
+        for most in _HEADING_WIDTHS:
+            cells = []
+            for name, arrow, texts in numbers[:n_shown]:
+                cells.append([f"{_cut(' '.join(name.split()), most)} {arrow}", *texts])
+            widths = [max(map(_columns, column)) for column in cells]
+            room = columns - len(place[0]) - sum(widths) - len(_GAP) * (len(widths) + 1)
+            fits = room >= wanted or n_shown == 1
+            if room >= wanted:
+                break
+        if not fits:
+            n_shown -= 1
+    label_width = min(label_width, max(room, wanted))
+    lines = []
+    for i, first in enumerate((place[0], *place[1])):
+        text = _padded(_cut(labels[i], label_width), label_width, left=True)
+        parts = [first.rjust(len(place[0])), text]
+        for column, cell_width in zip(cells, widths, strict=True):
+            parts.append(_padded(column[i], cell_width, left=False))
+        lines.append(_GAP.join(parts).rstrip())
+    if n_shown < len(numbers):
+        n_folded = len(numbers) - n_shown
+        lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
+    return lines
+
+
+def _columns(text: str) -> int:
+    """Return how many columns of a terminal a text takes."""
+    if text.isascii():
+        return len(text)
+    wide = sum(east_asian_width(letter) in "WF" for letter in text)
+    return len(text) + wide - sum(combining(letter) > 0 for letter in text)
+
+
+def _padded(text: str, columns: int, *, left: bool) -> str:
+    blanks = " " * (columns - _columns(text))
+    return text + blanks if left else blanks + text
+
+
+def _cut(text: str, most: int) -> str:
+    """Return a text without its middle if it is too wide: names that begin alike end unlike."""
+    if _columns(text) <= most:
+        return text
+    n = min(len(text), most)
+    while _columns(text[: n - n // 2]) + _columns(text[len(text) - n // 2 :]) >= most:
+        n -= 1
+    return f"{text[: n - n // 2]}…{text[len(text) - n // 2 :]}"
+
+
+# The sentences
+
+
+def _proposal(table: TestTable, ranking: EfficiencyRanking) -> list[str]:
+    """Return what is proposed, what it costs and, of repeated tests, how sure it is."""
+    why = explain(ranking)
+    sentences = [_with_values(why, table)]
+    if ranking.pareto.sum() > 1:
+        sentences.append(why.costs)
+    return [*sentences, *confidence_sentences(table, why.row)]
+
+
+def _with_values(why: Explanation, table: TestTable) -> str:
+    """Return what is proposed; a test, whose name says nothing, with its values."""
+    if table.schema.label not in (None, "row"):
+        return why.standing
+    optimal = why.ranking.rows[why.ranking.pareto]
+    row = why.ranking.rows[why.row]
+    schema = table.schema
+    groups = []
+    for names in (schema.objectives, schema.variables):
+        texts = []
+        for name in names[:_MOST_NAMED]:
+            cells = table.column(name)
+            text = f"{cells[row]}"
+            if cells.dtype.kind in "fi":
+                text = NumberFormat.of(cells[optimal]).text(cells[row])
+            texts.append(f"{name} {text} {schema.units.get(name, '')}".strip())
+        if len(names) > _MOST_NAMED:
+            texts.append("…")
+        if texts:
+            groups.append(", ".join(texts))
+    name = why.ranking.name_of(why.row)
+    return why.standing.replace(name, f"{name} ({'; '.join(groups)})", 1)
+
+
+def command(*words: str) -> str:
+    """Return a command line that shells of all systems read."""
+    texts = []
+    for word in words:
+        if _PLAIN_WORD.fullmatch(word):
+            texts.append(word)
+        elif re.search(r'["$`\\!]', word):
+            texts.append(shlex.quote(word))
+        else:
+            texts.append(f'"{word}"')
+    return " ".join(texts)
