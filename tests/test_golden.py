@@ -146,7 +146,7 @@ def transcript(lines, folder):
 
 # Their numbers are of other libraries, too: resampling and random numbers of recent releases of
 # SciPy and pymoo.
-RECENT = {"analyze", "solve_nsga3"}
+RECENT = {"algorithms", "study"}
 
 
 @pytest.mark.parametrize("name", SESSIONS)

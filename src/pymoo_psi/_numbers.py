@@ -174,7 +174,7 @@ def number(value: float, digits: int = 4) -> str:
     """
     value = value + 0.0  # no -0
     size = abs(value)
-    if size < _LONGEST and (size >= 10**digits - 0.5 or value == round(value)):
+    if size < _LONGEST - 0.5 and (size >= 10**digits - 0.5 or value == round(value)):
         return _grouped(f"{value:.0f}")
     text, _, power = f"{value:.{digits}g}".partition("e")
     text = _grouped(text)

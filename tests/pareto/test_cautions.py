@@ -171,7 +171,7 @@ def test_an_objective_listed_twice_is_named_if_it_counts(noise, draws):
         if is_moved:
             assert said(twice, "redundant").startswith(
                 f"f{F.shape[1] + 1} nearly repeats f{F.shape[1]}, which counts several times. "
-                f"Without f{F.shape[1] + 1} design {once[0]} is proposed."
+                f"Without f{F.shape[1] + 1}, design {once[0]} is proposed."
             )
     assert n_moved > 2
 

@@ -27,7 +27,14 @@ from pymoo_psi.analysis import (
     switching,
 )
 from pymoo_psi.cli._app import Options, path_in
-from pymoo_psi.cli._console import print_frame, require_output, results_folder, say, write_frame
+from pymoo_psi.cli._console import (
+    print_frame,
+    print_text,
+    require_output,
+    results_folder,
+    say,
+    write_frame,
+)
 from pymoo_psi.cli._ranking import command, counts, named_ranking, none_left, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
@@ -117,15 +124,15 @@ def run_rank(options: Options) -> int:
         ranked_frame(table, options.out)
     ranking = named_ranking(table)
     found = cautions_of_distances(ranking)
-    last = []
+    last: list[str] = []
     more = ": --out FILE.csv"
     if options.out is not None:
         last.append(f"{counted(len(ranking.rows), 'design')} written to {options.out}.")
         more = ""
-    last.append(f"Next: {_after_ranking(path, found)}")
     head = [*table.facts, counts(table), *decision_remarks(path, table)]
     head += [*separation_sentences(table), *decision_sentences(table.decision.decided)]
-    say_ranking(table, ranking, head, caution_lines(found, "--long"), last, more)
+    warnings = caution_lines(found, "--long")
+    say_ranking(table, ranking, head, warnings, last, _after_ranking(path, found), more)
     if table.decision.positions:
         print_frame(positions_frame(table), "Positions:")
     if options.long:
@@ -148,20 +155,21 @@ def caution_lines(found: Sequence[Caution], where: str) -> list[str]:
     return [text]
 
 
-def _after_ranking(path: Path, found: Sequence[Caution]) -> str:
+def _after_ranking(path: Path, found: Sequence[Caution]) -> list[str]:
     """Return what to do after a ranking."""
     if found and found[0].remedy:
         column, _, _ = found[0].remedy.partition("=")
         objective = column.removeprefix("log_")
-        compute = command("--compute", found[0].remedy)
-        return f"the same with {column} in place of {objective} and {compute}"
+        same = f"the same with {column} in place of {objective} and"
+        return [same, *command("--compute", found[0].remedy)]
     return command("pymoo-psi", "page", str(path), *typed_options(_OF_SOURCE))
 
 
 def _say_details(table: TestTable, ranking: EfficiencyRanking, found: Sequence[Caution]) -> None:
     """Print all that is known of the best designs, and on what the proposal depends."""
     frame = ranked_frame(table, None)
-    print_frame(_rounded(frame.head(_N_IN_DETAIL), table), "\nAll columns, by place:")
+    print_text("")
+    print_frame(_rounded(frame.head(_N_IN_DETAIL), table), "All columns, by place:")
     if len(frame) > _N_IN_DETAIL:
         say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
     say(f"mu1 is the distance to the best values. {measured_in(ranking)}.")

@@ -55,6 +55,7 @@ def say_ranking(
     head: Names,
     cautions: Names,
     last: Names,
+    following: Names,
     more: str = "",
 ) -> None:
     """Print the ranking of a table.
@@ -65,11 +66,13 @@ def say_ranking(
         head: Lines before the designs.
         cautions: Lines after the proposal and its costs.
         last: Lines after these.
+        following: The next command: its first words, and its options.
         more: Where designs are that are not shown.
     """
     columns = width() or _WIDTH_OF_PIPE
     above = wrapped(head, columns).splitlines()
     below = wrapped([*_proposal(table, ranking), *cautions, *last], columns).splitlines()
+    below += _continued(f"Next: {following[0]}", following[1:], columns)
     lines = _LINES
     if len(table) <= _FEW:
         lines = _LINES_OF_FEW
@@ -171,8 +174,10 @@ def none_left(table: TestTable) -> str:
     worst = int(violated.sum(axis=0).argmax())
     if alone.any():
         worst = int(alone.argmax())
-        return f"{text} Without that on {names[worst]} {alone[worst]} {_are(alone[worst])} left."
-    return f"{text} That on {names[worst]} rejects most, {violated[:, worst].sum()}."
+        return (
+            f"{text} Without the limit on {names[worst]} {alone[worst]} {_are(alone[worst])} left."
+        )
+    return f"{text} The limit on {names[worst]} rejects most, {violated[:, worst].sum()}."
 
 
 # The table
@@ -310,14 +315,32 @@ def _with_values(why: Explanation, table: TestTable) -> str:
     return why.standing.replace(name, f"{name} ({'; '.join(groups)})", 1)
 
 
-def command(*words: str) -> str:
-    """Return a command line that shells of all systems read."""
-    texts = []
+# The next command
+
+
+def command(*words: str) -> list[str]:
+    """Return a command with its argument, and each option with its value, as shells read them."""
+    texts: list[str] = []
     for word in words:
-        if _PLAIN_WORD.fullmatch(word):
-            texts.append(word)
-        elif re.search(r'["$`\\!]', word):
-            texts.append(shlex.quote(word))
+        text = word
+        if re.search(r'["$`\\!]', word):
+            text = shlex.quote(word)
+        elif not _PLAIN_WORD.fullmatch(word):
+            text = f'"{word}"'
+        if word.startswith("--") or not texts:
+            texts.append(text)
         else:
-            texts.append(f'"{word}"')
-    return " ".join(texts)
+            texts[-1] += f" {text}"
+    return texts
+
+
+def _continued(first: str, options: Names, columns: int) -> list[str]:
+    """Return a command in lines that fit into a width and that a shell joins."""
+    lines = [first]
+    for option in options:
+        if _columns(f"{lines[-1]} {option}") + 2 <= columns:
+            lines[-1] += f" {option}"
+        else:
+            lines[-1] += " \\"
+            lines.append(f"    {option}")
+    return lines

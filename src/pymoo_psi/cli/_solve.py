@@ -365,10 +365,10 @@ def _say_result(
     elif options.out is not None:
         following = command("pymoo-psi", "page", str(options.out))
     else:
-        following = "the same with --study FILE.db, which keeps the tests"
+        following = ["the same with --study FILE.db, which keeps the tests"]
     where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
     cautions = [*reasons, *caution_lines(found, where)]
-    say_ranking(table, ranking, head, cautions, [*last, f"Next: {following}"])
+    say_ranking(table, ranking, head, cautions, last, following)
 
 
 def _added(result: Result, ranking: EfficiencyRanking, is_new: Mask) -> str:
@@ -398,9 +398,11 @@ def _added(result: Result, ranking: EfficiencyRanking, is_new: Mask) -> str:
         return f"{text}; before, {former} was proposed."
     optimal = ranking.by_place[: ranking.pareto.sum()]
     n_first = int(np.append(~new[optimal], True).argmax())
+    last = ranking.place[optimal[n_first - 1]]
     places = "place 1 is new"
-    if n_first > 1:
-        places = f"places 1 to {ranking.place[optimal[n_first - 1]]} are new"
+    if last > 1:
+        word = "to" if last > 2 else "and"
+        places = f"places 1 {word} {last} are new"
     return f"{text}; {places} (before: {former})."
 
 
@@ -460,7 +462,9 @@ def _box(table: TestTable) -> str:
             low = max(least, np.floor(lower / step) * step)
             high = min(greatest, np.ceil(upper / step) * step)
             entries.append(f"{name}={low:.9g}:{high:.9g}")
-    return command(",".join(entries)) if entries else ""
+    if not entries:
+        return ""
+    return " ".join(command(",".join(entries)))
 
 
 # Tests that people make

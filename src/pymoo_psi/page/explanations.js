@@ -2,7 +2,7 @@
 
 const TIE = 1e-9 // as in pareto
 const STEP = 0.01
-const MOST_COSTS = 6
+const MOST_COSTS = 4
 
 const sentence = (data, name, parts) =>
   data.sentences[name].replace(/\{(\w+)\}/g, (_, part) => parts[part])
@@ -167,7 +167,7 @@ function costsOf(data, ranking, behind, shares) {
     return sentence(data, `${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
       amount: amount(column, behind[j]), share: percent(shares[j]), range: ranking.fixed ? "fixed range" : "range"})
   })
-  if (places.length > MOST_COSTS) changes.push(`${counted(places.length - MOST_COSTS, "other objective")} less`)
+  if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
   return sentence(data, "costs", {changes: listed(changes)})
 }
 

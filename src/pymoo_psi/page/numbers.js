@@ -27,7 +27,7 @@ function evenWhole(size) {
 function short(value, digits = 4) {
   if (value === 0 || !isNumber(value)) return String(value).replace("Infinity", "inf")
   const size = abs(value)
-  if (size < 1e7 && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) {
+  if (size < 1e7 - 0.5 && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) {
     return (value < 0 ? "-" : "") + apart(String(evenWhole(size)))
   }
   const text = roundedText(value, digits)

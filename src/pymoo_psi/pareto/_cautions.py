@@ -151,8 +151,8 @@ def cautions(
         ()
         >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Design 4 alone makes the range of f2 9 times as long. Without it design 1 is proposed (f2
-        0.6 lower).
+        Design 4 alone makes the range of f2 9 times as long. Without it, design 1 is proposed
+        (f2 0.6 lower).
     """
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     return (*cautions_of_distances(ranking), *_Checks(ranking).of_weights())

@@ -288,8 +288,7 @@ class Explanation:
             texts = {"amount": amount, "share": share, "range": measure}
             changes.append(sentence(template, objective=name, **texts))
         if len(columns) > _MOST_COSTS:
-            others = counted(len(columns) - _MOST_COSTS, "other objective")
-            changes.append(f"{others} less")
+            changes.append(counted(len(columns) - _MOST_COSTS, "other objective"))
         return sentence("costs", changes=listed(changes))
 
     def _step_sentences(self, order: Rows) -> list[str]:

@@ -703,8 +703,8 @@ def measured_in(ranking: EfficiencyRanking) -> str:
     if not ranking.frame.normalize:
         return "Not normalised: plain distances, as in the paper"
     if ranking.frame.is_fixed:
-        return "Normalised: distances in units of the fixed ranges"
-    return "Normalised: distances in units of the ranges"
+        return "Each objective counts by its fixed range"
+    return "Each objective counts by its range: best 0, worst 1"
 
 
 @lru_cache(maxsize=1)
