@@ -154,18 +154,14 @@ def cautions(
         Design 4 alone makes the range of f2 9 times as long. Without it, design 1 is proposed
         (f2 0.6 lower).
     """
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    return (*cautions_of_distances(ranking), *_Checks(ranking).of_weights())
+    checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
+    return (*checks.of_distances(), *checks.of_weights())
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def cautions_of_distances(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     """Return :func:`cautions` but that of other weights, which takes most of the time."""
-    checks = _Checks(ranking)
-    found = [*checks.of_values()]
-    if not ranking.frame.is_fixed:  # else the ranges are the user's own
-        found += [*checks.decades(), *checks.redundant()]
-    return (*found, *checks.of_optimum())
+    return tuple(_Checks(ranking).of_distances())
 
 
 def _caution(kind: str, remedy: str = "", **values: object) -> Caution:
@@ -211,6 +207,14 @@ class _Checks:
         if len(designs) > _NAMED:
             names.append(f"{len(designs) - _NAMED} more")
         return listed(names)
+
+    def of_distances(self) -> Iterator[Caution]:
+        """Yield all cautions but that of other weights."""
+        yield from self.of_values()
+        if not self.ranking.frame.is_fixed:  # else the ranges are the user's own
+            yield from self.decades()
+            yield from self.redundant()
+        yield from self.of_optimum()
 
     def of_values(self) -> Iterator[Caution]:
         """Yield the cautions about single values, whatever their place in the ranking."""
