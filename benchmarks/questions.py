@@ -261,12 +261,11 @@ def times() -> str:
     """Return how long the beginning and a question take with 20 000 designs of five objectives."""
     X = np.abs(np.random.default_rng(0).standard_normal((sized(20_000, 200), 5)))
     X = 1 - X / np.linalg.norm(X, axis=1)[:, None]
-    start = time.perf_counter()
+    start = time.process_time()
     person = Preferences(X)
-    begun = time.perf_counter()
-    pair = person.question()
-    asked = time.perf_counter()
-    assert pair is not None
+    begun = time.process_time()
+    person.question()
+    asked = time.process_time()
     return f"{len(X)} designs: begun in {begun - start:.2f} s, a question in {asked - begun:.3f} s"
 
 
