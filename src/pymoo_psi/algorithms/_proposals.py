@@ -30,7 +30,7 @@ from scipy.special import ndtr
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Learned, bounded
+from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
@@ -46,7 +46,7 @@ _ROUNDS_PER_NEARBY_SEARCH = 3
 # around this many of the best tests. Both were chosen once and not tuned, as was the optimism.
 _NEARBY_HALF_WIDTH = 0.2
 _N_NEARBY_CENTRES = 10
-# One round in this many does not avoid designs near failed ones.
+# One round in this many does not avoid designs near failed ones, while failures may be random.
 _ROUNDS_PER_RISKY_ROUND = 4
 # A design is avoided unless its distance from the nearest test with outputs is less than this share
 # of that from the nearest failed test: in the middle between both it might lie on the boundary.
@@ -101,8 +101,9 @@ def propose(
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
     seen = np.vstack([tests.Z, goal.encode(tests.pending)])
-    # In some rounds nothing is avoided, as models get repaired, and a failure may have been random.
-    if round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
+    # In some rounds nothing is avoided, as failures may be random.
+    is_risky = round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1
+    if is_risky and (learned is None or learned.failures is None):
         tests = replace(tests, has_failed=np.zeros_like(tests.has_failed))
     if learned is None:
         return _distant_points(seen, tests, batch, goal, random)
@@ -136,8 +137,8 @@ def propose(
 
 
 def best_and_spread(Y: Array, learned: Learned, goal: Goal, size: int) -> Rows:
-    """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
-    order = _best_tests(learned.to(bounded(Y)), learned, goal)
+    """Return rows of ``(n, q)`` bounded outputs: the best tests, and as many among the others."""
+    order = _best_tests(learned.to(Y), learned, goal)
     half = size // 2
     others = np.sort(order[half:])
     spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
@@ -246,7 +247,8 @@ class _Surrogates:
             for j in goal.limits:
                 margins[:, j] = self.processes[j].deviation(Z)
         excess = goal.excess(T, self._learned, margins)
-        columns = [excess, _failure_risk(Z, self._tests), goal.violations(points)]
+        risk = _failure_risk(Z, self._tests, self._learned.failures)
+        columns = [excess, risk, goal.violations(points)]
         return T[:, : goal.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:
@@ -337,12 +339,22 @@ def _nearest(A: Array, B: Array) -> Array:
     return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
 
 
-def _failure_risk(Z: Array, tests: Observations) -> Array:
-    """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones."""
+def _failure_risk(Z: Array, tests: Observations, metric: Covariance | None = None) -> Array:
+    """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones.
+
+    Args:
+        Z: ``(k, e)`` the designs.
+        tests: The tests.
+        metric: The units in which distances are measured.
+    """
     if not tests.has_failed.any():
         return np.zeros(len(Z))
-    distance = _nearest(Z, tests.Z[tests.is_known])
-    excess = distance - _SAFE_DISTANCE_RATIO * _nearest(Z, tests.Z[tests.has_failed])
+    tested = tests.Z
+    if metric is not None:
+        Z = metric.scaled(Z)
+        tested = metric.scaled(tested)
+    distance = _nearest(Z, tested[tests.is_known])
+    excess = distance - _SAFE_DISTANCE_RATIO * _nearest(Z, tested[tests.has_failed])
     return np.asarray(np.minimum(excess, 1.0))
 
 

@@ -28,7 +28,7 @@ from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
-from pymoo_psi.algorithms._surrogate_models import Learned, bounded
+from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, OutputFit, bounded
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
@@ -48,6 +48,10 @@ _POINTS = 20
 # again: the time of a round grows with their second power, and thousands of workers wait for it.
 _MOST_LEARNED = 2048
 _LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
+# Failures are taken to be random if each is predicted from all other tests with an error of this
+# many standard deviations or more. Those of 10 % at random have errors of 0.85 to 1.1.
+_ERROR_OF_RANDOM_FAILURES = 0.9
+_MOST_FAILURES = 96  # tests from which it is learned how they fail, so that it takes little time
 
 
 class SurrogatePSI(PointAlgorithm):
@@ -104,8 +108,10 @@ class SurrogatePSI(PointAlgorithm):
             round at a time.
         first, ...: As for :class:`PSI`. Proposals follow the objectives, limits and ranges of a
             ``formulation``, or those of the problem under ``limits``. Computed columns are computed
-            from surrogates. ``retry`` does not change earlier proposals. Three rounds of four avoid
-            designs near failed ones.
+            from surrogates. Proposals avoid designs that are close to failed ones, in lengths that
+            are learned from failed tests and others. While failures may be random, one round of
+            four does not avoid them. ``retry`` tests failed designs again, for example after a
+            repair of the model; it does not change earlier proposals.
         **kwargs: The options of pymoo's algorithms.
 
     Raises:
@@ -258,6 +264,13 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learne
         best = best_and_spread(Y, learned, goal, most)
         learned.left_out = tests.numbers[np.delete(rows, best)]
     learned.extend(tests.numbers[rows], Z)
+    rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, _MOST_FAILURES).astype(int))]
+    has_failed = tests.has_failed[rows].astype(float)
+    if has_failed.any():
+        fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
+        if fit.error < _ERROR_OF_RANDOM_FAILURES:
+            learned.failures = Covariance(tests.Z[:0], fit.lengths)
     return learned
 
 

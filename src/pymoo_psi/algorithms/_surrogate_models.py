@@ -71,9 +71,9 @@ class Scale:
         origin: Where the scale is finest: the best value of an objective, 0 for a constraint.
         unit: The unit; infinite for a linear scale, which is ``y`` standardised.
         reciprocal: Whether the scale is reciprocal.
-        most: Twice the largest size of the values; infinite for a linear scale. Predictions beyond
-            have no meaning, and those on a reciprocal scale are cut there, as they lie on both
-            sides of the pole. On an ``arcsinh`` scale they show a search where to go.
+        most: Twice the largest size of the values. Predictions beyond have no meaning, and those on
+            a reciprocal scale are cut there, as they lie on both sides of the pole. On another
+            scale they show a search where to go.
         mean: Mean of the values before they are standardised.
         deviation: Their standard deviation.
     """
@@ -88,10 +88,7 @@ class Scale:
     @classmethod
     def of(cls, y: Array, origin: float, unit: float, reciprocal: bool = False) -> Scale:
         """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
-        most = np.inf
-        if np.isfinite(unit):
-            most = 2 * float(np.abs(y).max())
-        scale = cls(origin, unit, reciprocal, most)
+        scale = cls(origin, unit, reciprocal, 2 * float(np.abs(y).max()))
         t = scale.to(y)
         return replace(scale, mean=t.mean(), deviation=t.std() or 1.0)  # all may be equal
 
@@ -110,12 +107,12 @@ class Scale:
         t = t * self.deviation + self.mean
         if np.isinf(self.unit):
             return t
-        if self.reciprocal:
-            t = np.clip(t, -_NEARLY_ONE, _NEARLY_ONE)
-            y = self.origin + self.unit * t / (1 - np.abs(t))
-            return np.asarray(np.clip(y, -self.most, self.most))
-        # Useless predictions, as large as sinh(300), must be finite in any unit.
-        return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -300, 300)))
+        if not self.reciprocal:
+            # Useless predictions, as large as sinh(300), must be finite in any unit.
+            return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -300, 300)))
+        t = np.clip(t, -_NEARLY_ONE, _NEARLY_ONE)
+        y = self.origin + self.unit * t / (1 - np.abs(t))
+        return np.asarray(np.clip(y, -self.most, self.most))
 
     def log_slope(self, y: Array) -> float:
         """Return the sum of log dt/dy over values, by which densities on two scales differ."""
@@ -350,9 +347,13 @@ class Covariance:
         """Return ``(k, n)`` values of Matérn's kernel of designs and the tests."""
         return _in_place_matern(self._rows(Z) @ self._columns)
 
+    def scaled(self, Z: Array) -> Array:
+        """Return ``(k, d)`` designs, bent, in units in which covariances follow from distances."""
+        return np.asarray(_bent(Z, self._rates) * self._scale)
+
     def _rows(self, Z: Array) -> Array:
-        """Return ``(k, d + 2)`` designs a, bent and scaled, as rows ``(a, a·a, 1)``."""
-        scaled = _bent(Z, self._rates) * self._scale
+        """Return ``(k, d + 2)`` designs a, as :meth:`scaled`, as rows ``(a, a·a, 1)``."""
+        scaled = self.scaled(Z)
         return np.column_stack([scaled, (scaled**2).sum(axis=1), np.ones(len(Z))])
 
 
@@ -463,6 +464,8 @@ class Learned:
         outputs: What is fitted, for each output.
         numbers: ``(n,)`` the numbers of the tests, in the order in which they were appended.
         left_out: The numbers of tests that are never appended.
+        failures: Designs in units in which tests fail alike if they are close together; ``None`` if
+            failures do not follow from the design, as far as is known.
     """
 
     def __init__(self, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> None:
@@ -471,6 +474,7 @@ class Learned:
             self.outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
         self.numbers = np.zeros(0, dtype=np.int64)
         self.left_out = self.numbers
+        self.failures: Covariance | None = None
         self._covariances = [Covariance(Z[:0], output.lengths) for output in self.outputs]
 
     def to(self, Y: Array) -> Array:
