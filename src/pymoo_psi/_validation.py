@@ -213,7 +213,9 @@ def require_shape(name: str, array: AnyArray, shape: tuple[int, ...]) -> None:
 def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a float64 array of finite numbers."""
     array = real_array(name, value)
-    for index in np.argwhere(~np.isfinite(array)).tolist():
+    is_finite = np.isfinite(array)
+    if not is_finite.all():
+        index = np.argwhere(~is_finite)[0].tolist()
         received = f"{array[tuple(index)]} at index {index}"
         raise invalid(name, "finite", Received(received), remedy)
     return array

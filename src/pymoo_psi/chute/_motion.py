@@ -202,7 +202,10 @@ def broadcast(
     speed = finite_array("v_p", v_p)
     if (slope < 0).any():
         raise invalid("u1", "tan α >= 0", Received(str(slope.min())))
-    return tuple(np.broadcast_arrays(slope, speed, *parameters.columns))
+    columns = (slope, speed, *map(np.asarray, parameters.columns))
+    if any(column.ndim for column in columns):
+        columns = np.broadcast_arrays(*columns)
+    return columns
 
 
 def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
@@ -214,10 +217,11 @@ def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
     shape = columns[0].shape
     with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
         if columns[0].size == 1:
-            fields = _solve(NUMBERS, *(column.item() for column in columns))
-            return tuple(np.reshape(field, shape + np.shape(field)) for field in fields)
-        fields = _solve(np, *(column.reshape(-1) for column in columns))
-        return tuple(np.reshape(field, shape + field.shape[1:]) for field in fields)
+            fields = _solve(NUMBERS, *[column.item() for column in columns])
+            arrays = map(np.asarray, fields)
+            return tuple([array.reshape(shape + array.shape) for array in arrays])
+        fields = _solve(np, *[column.reshape(-1) for column in columns])
+        return tuple([field.reshape(shape + field.shape[1:]) for field in fields])
 
 
 def _solve(

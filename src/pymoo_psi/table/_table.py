@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
+_NUMBER = re.compile(r"\d+( #\d+)?")  # a name that is one, perhaps with that of the test
 _ROUNDING = 1e-9  # the relative difference of results that two machines have computed
 
 
@@ -705,7 +706,7 @@ class TestTable(Shown):
         for name, number in zip(labels, self.numbers.tolist(), strict=True):
             if count[name] > 1:
                 name = f"{name} #{number}"
-            if re.fullmatch(r"\d+( #\d+)?", name):
+            if _NUMBER.fullmatch(name):
                 name = f"{word} {name}"
             names.append(name)
         return names
