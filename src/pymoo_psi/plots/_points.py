@@ -75,7 +75,7 @@ class Marker(NamedTuple):
             "marker": self.shape,
             "color": self.colour,
             "markersize": self.size * shrink,
-            "markerfacecolor": "white" if self.is_open else self.colour,
+            "markerfacecolor": "white" if self.is_open and n <= _MANY else self.colour,
             "markeredgewidth": 0.8 * shrink,
             "zorder": self.level,
             "label": f"{name} ({n})",

@@ -121,12 +121,17 @@ class Choice:
         names = np.array(self.ranking.objectives.names, dtype=object)
         best = names[is_best & np.isfinite(self.ranking.lengths)]
         if is_best.all():
-            return f"The best {others} in every objective."
-        if len(best) == 0:
-            return f"None {others} is nearer to the best values of all objectives."
-        if len(best) > _CHANGES:
-            return f"The best {others} in {len(best)} of {len(names)} objectives."
-        return f"The best {others} in {listed(best)}."
+            text = f"The best {others} in every objective."
+        elif len(best) == 0:
+            text = f"None {others} is nearer to the best values of all objectives."
+        elif len(best) > _CHANGES:
+            text = f"The best {others} in {len(best)} of {len(names)} objectives."
+        else:
+            text = f"The best {others} in {listed(best)}."
+        n_equal = len(self.ranking.salukvadze)
+        if n_equal > 1:
+            text += f" {counted(n_equal, 'design')} are equally near to the best values."
+        return text
 
     def costs(self) -> list[str]:
         """Return how far the design is behind the best, the largest share of a range first."""
@@ -331,8 +336,10 @@ class Choice:
             heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
             columns[heading] = list(map(self.formats[name].text, designs.column(name)))
         columns["status"] = list(map(self._status, rows.tolist()))
-        title = f"All {counted(n, 'design')}"
-        if n > _DESIGNS:
+        title = f"All {n} designs"
+        if n == 1:
+            title = "The design"
+        elif n > _DESIGNS:
             title = f"The first {_DESIGNS} of {counted(n, 'design')}"
         return pd.DataFrame(columns), title
 
