@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -40,7 +39,7 @@ def run_prefer(options: Options) -> int:
     table = opened(options.file, options, decision_in(options))
     dialogue = _Dialogue(table, _person_in(options.person, table.decision), options.out)
     for entry in entries_of(options.answers):
-        dialogue.person.add(*_answer_in(entry, table.names))
+        dialogue.person.add(*_answer_in(entry, table))
     say_source(options.file, table)
     if dialogue.foreign:
         answers = ", ".join(map("".join, dialogue.foreign))
@@ -51,7 +50,7 @@ def run_prefer(options: Options) -> int:
         dialogue.ask()
     say(*dialogue.person.sentences)
     pair = dialogue.person.question()
-    if pair is not None:
+    if options.answers and pair is not None:
         _show(table, *pair)
     say(dialogue.kept)
     return 0
@@ -128,6 +127,8 @@ class _Dialogue:
     @property
     def kept(self) -> str:
         """Where the answers are, as a sentence."""
+        if not self.person.answers:
+            return "no answers"
         return f"{counted(len(self.person.answers), 'answer')} of {self._name} in {self._out}"
 
 
@@ -175,7 +176,7 @@ def _person_in(name: str | None, decision: Decision) -> str:
     return str([*names, _NOBODY][0])
 
 
-def _answer_in(entry: str, names: Sequence[str]) -> Answer:
+def _answer_in(entry: str, table: TestTable) -> Answer:
     """Return the answer of an entry such as ``A>B``; a name may have these signs.
 
     Raises:
@@ -183,23 +184,17 @@ def _answer_in(entry: str, names: Sequence[str]) -> Answer:
     """
     answers = []
     for sign in re.finditer("[>=?]", entry):
-        one = _named(entry[: sign.start()].strip(), names)
-        other = _named(entry[sign.end() :].strip(), names)
-        if one and other:
-            answers.append((one, sign[0], other))
+        pair = [entry[: sign.start()].strip(), entry[sign.end() :].strip()]
+        try:
+            one, other = [table.names[table.row_of(design)] for design in pair]
+        except PsiError:
+            continue
+        answers.append((one, sign[0], other))
     if len(answers) != 1:
         rule = "pairs of designs such as A>B, A=B or A?B"
         remedy = "names are those of 'pymoo-psi rank'; one with a comma needs quotation marks"
         raise invalid("--answers", rule, entry, remedy)
     return answers[0]
-
-
-def _named(text: str, names: Sequence[str]) -> str:
-    """Return the name of a design, or of the test with a number; "" if there is none."""
-    for name in (text, f"test {text}"):
-        if name in names:
-            return name
-    return ""
 
 
 def _require_own_file(out: Path, decision: Path | None, source: Path) -> None:
@@ -211,7 +206,7 @@ def _require_own_file(out: Path, decision: Path | None, source: Path) -> None:
     """
     if decision is not None and out.resolve() == decision.resolve():
         return
-    if out.is_file():
+    if out.is_file() and out.suffix == ".json":
         remedy = f"--decision {out} continues a decision"
         raise invalid("--out", "a new file", str(out), remedy)
     require_output(out, (".json",), source)

@@ -112,16 +112,13 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).amounts(1)
             ('1 of f1', '5 of f2')
         """
-        gained = []
-        given_up = []
+        names = self.ranking.objectives.names
+        sides: list[list[str]] = [[], []]
         for j in _by_size(np.abs(self.shares[k])):
             gain = self.gains[k, j]
-            text = f"{_amount(self.ranking, j, gain)} of {self.ranking.objectives.names[j]}"
-            if gain > 0:
-                gained.append(text)
-            elif gain < 0:
-                given_up.append(text)
-        return listed(gained), listed(given_up)
+            if gain:
+                sides[int(gain < 0)].append(f"{_amount(self.ranking, j, gain)} of {names[j]}")
+        return listed(sides[0]), listed(sides[1])
 
     def _changes(self, k: int, columns: Rows) -> str:
         """Return by how much some objectives change, listed."""

@@ -234,15 +234,14 @@ class Preferences(Shown):
         """
         import pandas as pd
 
-        names = self.ranking.objectives.names
-        frame = pd.DataFrame(0.0, list(names), ["mean", "low", "high"])
         chances = self._chances[-1]
-        weights = np.concatenate([*self._weights.values()])
-        for j, column in zip(self._weighted.tolist(), weights.T, strict=True):
+        columns = np.concatenate([*self._weights.values()]).T
+        rows = np.zeros((len(self.ranking.objectives.names), 3))
+        for j, column in zip(self._weighted, columns, strict=True):
             order = column.argsort(kind="stable")
-            low, high = np.searchsorted(chances[order].cumsum(), [0.05, 0.95])
-            frame.iloc[j] = [chances @ column, column[order[low]], column[order[high]]]
-        return frame
+            ends = np.searchsorted(chances[order].cumsum(), [0.05, 0.95])
+            rows[j] = [chances @ column, *column[order[ends]]]
+        return pd.DataFrame(rows, list(self.ranking.objectives.names), ["mean", "low", "high"])
 
     def to_frame(self) -> pd.DataFrame:
         """Return the designs that can be proposed, the most probable ones first.
@@ -308,7 +307,7 @@ class Preferences(Shown):
         sentences = []
         for one, relation, other in self._answers:
             pair = compare_designs(ranking, rows=self._front[[other, one]].tolist())
-            if relation in _TRADES and pair.gains[1].any():
+            if relation in _TRADES and pair.gains[1].min() < 0 < pair.gains[1].max():
                 better, worse = pair.amounts(1)
                 sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
         return tuple(sentences)
