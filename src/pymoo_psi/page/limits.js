@@ -3,7 +3,6 @@
 // The designs within all limits, and what each limit rejects. A value that is missing keeps none.
 //   mask, count  prototypes are always in the mask and never counted
 //   rejected     by name of the column, which designs its limit rejects
-//   times        by how many limits a design is rejected
 function limited(data, state) {
   const {n, total} = data
   const rejected = new Map()
@@ -20,11 +19,9 @@ function limited(data, state) {
     const most = limit[1] ?? Number.MAX_VALUE
     for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
   }
-  const times = new Uint32Array(n)
-  for (const out of rejected.values()) for (let i = 0; i < n; i++) times[i] += out[i]
   const mask = new Uint8Array(total).fill(1)
-  for (let i = 0; i < n; i++) mask[i] = times[i] ? 0 : 1
-  return {mask, count: sum(mask) - (total - n), rejected, times}
+  for (const out of rejected.values()) for (let i = 0; i < n; i++) mask[i] &= 1 - out[i]
+  return {mask, count: sum(mask) - (total - n), rejected}
 }
 
 const limitText = ({name, unit}, end, value) =>

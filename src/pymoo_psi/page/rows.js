@@ -150,7 +150,7 @@ function buildRows() {
     const columns = limitable.filter((column) => column.role === role)
     if (!columns.length) continue
     const table = columns.map(rowOfColumn)
-    const group = make("details", {ontoggle: () => update(true)}, make("summary", `Limits on ${text} `, make("b.hint")),
+    const group = make("details", {ontoggle: () => { columnsShown = null; soon() }}, make("summary", `Limits on ${text} `, make("b.hint")),
       make("div", {role: "table", "aria-label": `Limits on ${text}`}, table.filter(({role}) => role === "row")), table.filter(({role}) => role !== "row"))
     $("further").append(group)
   }

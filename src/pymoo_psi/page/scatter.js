@@ -132,12 +132,18 @@ function scatter(section, key, columns) {
     }
   }
 
-  // The designs within the limits that are best in these two, in their order.
-  function frontOfTwo() {
+  // The designs within the limits that are best in these two, at most one for a pixel across: sorting
+  // all of them would take longer than all else.
+  function frontOfTwo(at) {
     if (![x, y].every(isObjective)) return []
-    const [a, b] = [x, y].map((column) => data.F[data.objectives.indexOf(column)])
+    const values = data.F[data.objectives.indexOf(y)]
+    const best = new Int32Array(ceil(size.width)).fill(-1)
+    for (const row of ranking.front) {
+      const u = floor(at.u(row))
+      if (best[u] < 0 || values[row] < values[best[u]]) best[u] = row
+    }
     let least = Infinity
-    return argsort(a, argsort(b, ranking.front)).filter((row) => b[row] < least && ((least = b[row]), true))
+    return (x.maximize ? best.reverse() : best).filter((row) => row >= 0 && values[row] < least && ((least = values[row]), true))
   }
 
   function drawLeft() {
@@ -147,7 +153,7 @@ function scatter(section, key, columns) {
     if (!isFew) drawDensity(g, byColour(hues, shownRows), data.total, [0.5, 2000], countPoints, former)
     drawLimits(g)
     g.beginPath()
-    frontOfTwo().forEach((row, k) => g[k ? "lineTo" : "moveTo"](...at(row)))
+    frontOfTwo(at).forEach((row, k) => g[k ? "lineTo" : "moveTo"](...at(row)))
     Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
     g.stroke()
     for (const row of isFew ? shownRows : []) {
