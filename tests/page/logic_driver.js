@@ -1,7 +1,7 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
-const names = ["checked", "compareRows", "csv", "decisionOf", "decode", "explain", "initialState", "limited", "metadata", "opened",
-  "ordered", "parsed", "preference", "ranked", "separation", "switchText", "switches", "typed", "verdictOn", "written"]
+const names = ["Preferences", "checked", "compareRows", "countedAnswers", "csv", "decisionOf", "decode", "explain", "initialState", "limited", "metadata", "opened",
+  "ordered", "parsed", "preference", "ranked", "separation", "switchText", "switches", "tradeText", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
@@ -14,6 +14,22 @@ function drag({payload, states}) {
     const {front, place} = ranking
     return {front: list(front), place: list(place), order: list(Logic.ordered(data, ranking, state))}
   })
+}
+
+// What a person's answers say, one after the other.
+function asked({payload, state, answers}) {
+  const data = Logic.decode(payload)
+  const {state: {limits, fixed}} = Logic.checked(data, state)
+  const ranking = Logic.ranked(data, Logic.limited(data, {limits}).mask, fixed ? data.fixed : null)
+  const counted = Logic.countedAnswers(data, ranking, answers)
+  const model = new Logic.Preferences(data, ranking)
+  return {
+    said: [...Array(counted.length + 1).keys()].map((k) => {
+      const {shares, ...said} = model.after(counted.slice(0, k))
+      return {...said, shares: [...shares]}
+    }),
+    trades: counted.map((one) => Logic.tradeText(data, ranking, one)),
+  }
 }
 
 // What decision files are to the page that have other objectives, directions and units.
@@ -67,4 +83,4 @@ function answer({payload, states, rows, pins, texts, typed, thorough, numbers = 
   }
 }
 
-process.stdout.write(JSON.stringify(cases.map((one) => (one.rows ? answer : drag)(one))))
+process.stdout.write(JSON.stringify(cases.map((one) => (one.rows ? answer : one.answers ? asked : drag)(one))))

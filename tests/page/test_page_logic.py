@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import compare_designs, explain, rank_of_efficiency
+from pymoo_psi import Preferences, compare_designs, explain, rank_of_efficiency
 from pymoo_psi._numbers import NumberFormat
 from pymoo_psi.analysis import separation_sentences, switching, switching_values
 from pymoo_psi.files import read_table
@@ -227,6 +227,63 @@ def ranked(cases, answers):
         rows = np.flatnonzero(case.mask(case.states[k]))
         if len(rows):
             yield case, k, found, rows, case.ranking(rows, case.states[k])
+
+
+def person_of(case, k):
+    """A person of hidden weights who has answered six questions on the designs of a state."""
+    state = case.states[k]
+    ranges = {}
+    if state["fixed"]:
+        ends = np.transpose([case.whole.ideal, case.whole.nadir])
+        ranges = {n: sorted(pair) for n, pair in zip(case.names, ends.tolist(), strict=True)}
+    table = case.table(limits=state["limits"], ranges=ranges)
+    person = Preferences(table)
+    rng = np.random.default_rng(case.seed)
+    losses = person.ranking.frame.scaled(person.ranking.objectives.minimized) @ rng.random(case.m)
+    said = []
+    for _ in range(6):
+        pair = person.question()
+        said.append((person.best, person.regret, person.shares, pair))
+        if pair is None:
+            break
+        better, worse = sorted(pair, key=lambda name: losses[person.row_of(name)])
+        relation = rng.choice([">", ">", ">", "=", "?"])
+        person.add(*((worse, ">", better) if rng.random() < 0.1 else (better, relation, worse)))
+    return person, said
+
+
+@pytest.fixture(scope="module")
+def persons(cases):
+    """A case, a person, and what was said; of the states with all kinds of designs."""
+    found = []
+    for case in cases:
+        for k in range(case.seed % 2, 4, 2):
+            if case.mask(case.states[k]).any():
+                found.append((case, k, *person_of(case, k)))
+    return found
+
+
+def test_questions_and_what_answers_say_are_those_of_python(persons):
+    answers = in_node(
+        [
+            {"payload": case.payload, "state": case.states[k], "answers": person.answers}
+            for case, k, person, _ in persons
+        ]
+    )
+    n_asked = 0
+    for (case, _, person, said), found in zip(persons, answers, strict=True):
+        names = case.frame.index.astype(str)
+        for (best, regret, shares, pair), one in zip(said, found["said"], strict=False):
+            assert names[one["row"]] == best
+            assert one["regret"] == pytest.approx(regret, abs=1e-9)
+            kept = {names[row]: share for row, share in one["shares"] if share > 1e-12}
+            positive = np.flatnonzero(shares > 1e-12)
+            assert kept == pytest.approx({person.ranking.name_of(i): shares[i] for i in positive})
+            asked = one["question"]
+            assert (asked and tuple(names[row] for row in asked)) == pair
+            n_asked += pair is not None
+        assert [text for text in found["trades"] if text] == list(person.trades())
+    assert n_asked > 50
 
 
 def test_the_same_designs_are_left(cases, answers):

@@ -30,9 +30,10 @@ _POLICY = (
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 # The scripts of a page, each of its files a subject: those that need no document, and what is seen.
 _SCRIPTS = {
-    "logic": "numbers arrays data dominance ranking limits orders explanations decisions exports",
-    "view": "dom marks scales canvas state charts rows axes scatter verdict positions preferences "
-    "table files page",
+    "logic": "numbers arrays data dominance ranking limits orders explanations questions decisions "
+    "exports",
+    "view": "dom marks scales canvas state charts rows axes scatter verdict choosing positions "
+    "preferences table files page",
 }
 
 

@@ -16,6 +16,7 @@ import pandas as pd
 from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
 from pymoo_psi.pareto import SENTENCES, nondominated, weight_shares
+from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable, has_errors
 
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
@@ -105,6 +106,7 @@ def payload(
         "remarks": table.remarks,
         "cautions": cautions,
         "sentences": SENTENCES,
+        "directions": _directions(len(schema.objectives) - 1),
         "label": schema.label or TEST,
         "labels": labels,
         "names": names,
@@ -121,6 +123,14 @@ def payload(
             "units": schema.units,
         },
     }
+
+
+def _directions(n_dim: int) -> list[list[int]]:
+    """Return the direction numbers of the first 1024 LPτ points, times 1024, by dimension."""
+    if not 1 <= n_dim <= 51:  # the page asks no questions about more objectives
+        return []
+    points = lp_tau(1024, n_dim) * 1024
+    return points[2 ** np.arange(10)].T.astype(int).tolist()
 
 
 def _shades(table: TestTable) -> list[Values]:

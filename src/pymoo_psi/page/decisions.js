@@ -19,16 +19,15 @@ function checked(data, anything) {
   const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
     pair.every((end) => end === null || isNumber(end)) && !(pair.every(isNumber) && pair[0] > pair[1])
   const isName = (name) => data.by.has(name)
+  const isAnswer = (answer) => Array.isArray(answer) && answer.length === 3 && answer.every(isText) && RELATIONS.includes(answer[1])
   const rows = entryOf(anything, "rows") ?? {}
   const isText = (value) => typeof value === "string"
   // What somebody holds at a date, checked as a state is.
   const position = (one) => {
-    const {state: {limits, chosen, reason, preference}, remarks} = checked(data, {limits: one.limits, chosen: one.chosen,
-      reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}})
+    const {state: {limits, chosen, reason, preference, answers}, remarks} = checked(data, {limits: one.limits, chosen: one.chosen,
+      reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}})
     if (remarks.length) lost.add("positions")
     const [name, date] = [one.name, one.date].map((text) => (isText(text) ? text.slice(0, 60) : ""))
-    const answers = (Array.isArray(one.answers) ? one.answers : []).filter((answer) => // two designs and a relation
-      Array.isArray(answer) && answer.length === 3 && answer.every(isText) && [">", "=", "?"].includes(answer[1]))
     return {name, date, chosen, limits, ...preference, reason, answers}
   }
 
@@ -54,6 +53,7 @@ function checked(data, anything) {
     rows: byName(["order", "hidden", "turned"].map((key) => [key, items(key, isName, rows)])),
     plot: items("plot", isName).slice(0, 2),
     pins: items("pins", isDesign).slice(0, MOST_PINS),
+    answers: items("answers", isAnswer),
     chosen: fitting("chosen", isDesign, null),
     order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
     preference: {

@@ -59,6 +59,7 @@ const page = (() => {
   const mus = data.columns.filter(isGeometric)
   scatter($("scatter-a"), "First plot", [first[0], first[1] ?? mus[0]])
   scatter($("scatter-b"), "Second plot", second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]])
+  buildQuestions()
   buildPreferences()
   buildPositions()
   buildTable()

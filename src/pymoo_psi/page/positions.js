@@ -12,7 +12,7 @@ function showPositions() {
     make("div", ...words(one)),
     make("div.buttons",
       make("label", make("input", {type: "checkbox", "aria-label": `${one.name} agrees`}), "agrees"),
-      button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
+      button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
       button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
@@ -53,8 +53,8 @@ function given(row) {
 function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
-  const {limits, chosen, reason, preference} = state
-  change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, ...preference, reason}]})
+  const {limits, chosen, reason, preference, answers} = state
+  change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, ...preference, reason, answers}]})
 }
 
 function decide() {

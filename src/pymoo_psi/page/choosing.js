@@ -1,0 +1,99 @@
+// "Help me choose": which of two designs somebody would rather have, and what the answers say.
+
+let model = null // what is known before the first answer, of the ranking `modelled`
+let modelled = null
+let sayings = new Map() // what answers say, by their text
+let question = null // the two rows that are asked about
+
+function said(answers) {
+  if (modelled !== ranking) [model, modelled, sayings] = [new Preferences(data, ranking), ranking, new Map()]
+  const counted = countedAnswers(data, ranking, answers)
+  const key = counted.join(";")
+  if (!sayings.has(key)) sayings.set(key, model.after(counted))
+  return sayings.get(key)
+}
+
+function openQuestions() {
+  show("questions", true)
+  update()
+  $("questions").focus()
+  $("questions").scrollIntoView({block: "nearest"})
+}
+function closeQuestions() {
+  show("questions", false)
+  $("verdict").focus()
+}
+
+function answer(relation, first = 0) {
+  if (!question) return
+  change({answers: [...state.answers, [called(question[first]), relation, called(question[1 - first])]]})
+  update()
+}
+const forget = () => change({answers: state.answers.slice(0, -1)})
+
+const ANSWERS = {a: () => answer(">"), b: () => answer(">", 1), e: () => answer("="), s: () => answer("?"), u: forget, escape: closeQuestions}
+
+// One of two designs: only where it differs from the other, its objectives large.
+function card(row, other, letter) {
+  const differing = data.columns.filter((column) => !isGeometric(column) && cellText(column, row) !== cellText(column, other))
+  const list = (columns, kind) => columns.map((column) => make(`div.${kind}`, make("dt", column.name),
+    make("dd", cellText(column, row), column.unit && isNumber(column.values[row]) ? ` ${column.unit}` : "")))
+  return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {"aria-label": `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
+    make("dl", list(differing.filter(isObjective), "large"), list(differing.filter((column) => !isObjective(column)).slice(0, 8), "small")))
+}
+
+function showQuestions() {
+  if (dragging || $("questions").hidden) return
+  const isPossible = ranking.count > 0
+  question = null
+  if (isPossible) {
+    const {row, regret, shares, enough, question: pair} = said(state.answers)
+    question = pair
+    const counting = countedAnswers(data, ranking, state.answers)
+    const answered = counting.filter(([, relation]) => relation !== "?").length
+    const leftOut = state.answers.length - counting.length
+    renew("answer-words",
+      make("p", sentence(data, "preferred", {answers: counted(answered, "answer"), design: called(row), share: percent(shares.get(row) ?? 0), regret: percent(regret)})),
+      make("div.buttons", chooseButton(row), button("Inspect", () => inspect(row), {"aria-label": `Inspect: ${called(row)}`})),
+      ...(pair ? [] : [make("p", sentence(data, enough ? "enough" : "none left", {}))]),
+      ...(leftOut ? [make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`)] : []),
+      make("ul", ...counting.map((one) => tradeText(data, ranking, one)).filter(Boolean).map((text) => make("li", text))))
+  } else renew("answer-words", make("p", "No design is left."))
+  renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
+  renew("pair", ...(question ? [card(...question, "A"), card(question[1], question[0], "B")] : []))
+  for (const id of ["equally-good", "skip-question"]) $(id).disabled = !question
+  $("back").disabled = !state.answers.length
+}
+
+// Of several people the share of each design, and the design with the greatest smallest one.
+function showShares() {
+  if (dragging) return
+  const held = latest(state.positions).filter(({answers}) => answers.length)
+  const isShown = held.length > 1 && ranking.count > 0
+  show("shares", isShown)
+  if (!isShown) return
+  const all = held.map(({answers}) => said(answers).shares)
+  const least = (row) => min(...all.map((shares) => shares.get(row)))
+  const sizes = [...all[0].keys()].map((row) => ({row, least: round(least(row) / TIE), most: max(...all.map((shares) => shares.get(row)))}))
+  const [common] = [...sizes].sort((a, b) => b.least - a.least || b.most - a.most || a.row - b.row)
+  const shown = sizes.sort((a, b) => b.most - a.most || a.row - b.row).filter(({row, most}, k) => (k < 6 && most >= 0.01) || row === common.row)
+  renew("shares-table",
+    make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
+    make("tbody", shown.map(({row}) => make("tr", head("row", inspectButton(row)),
+      all.map((shares) => make("td.number", percent(shares.get(row))))))))
+  renew("shares-words", sentence(data, "common", {design: capital(called(common.row)), share: percent(least(common.row))}))
+}
+
+function buildQuestions() {
+  const section = $("questions")
+  const clicks = {"equally-good": "e", "skip-question": "s", back: "u", "close-questions": "escape"}
+  for (const [id, key] of entriesOf(clicks)) $(id).onclick = ANSWERS[key]
+  section.addEventListener("keydown", (event) => {
+    const action = Object.hasOwn(ANSWERS, event.key.toLowerCase()) ? ANSWERS[event.key.toLowerCase()] : null
+    if (!action || event.ctrlKey || event.metaKey || event.altKey) return
+    event.preventDefault()
+    event.stopPropagation()
+    action()
+  })
+  following.push(showQuestions, showShares)
+}
