@@ -35,6 +35,7 @@ function words(one) {
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
   const broken = row < 0 || row >= data.n ? [] : broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [...(one.reason ? [`“${one.reason}”`] : []), ...(row >= 0 && verdict ? [given(row)] : []), ...(limits.length ? [`with ${limits.join(", ")}`] : []),
+    ...(one.answers.length ? [counted(one.answers.length, "answer")] : []),
     ...numbers("weights", one.weights), ...numbers("aspirations", one.aspiration)].filter(Boolean)
   return [make("div", make("b", one.name), row < 0 ? " has chosen nothing" : " wants ", row < 0 ? "" : inspectButton(row)),
     ...(broken.length ? [make("span.beyond", `beyond ${broken.join(", ")}`)] : []), make("div.hint", facts.join(" · "))]
