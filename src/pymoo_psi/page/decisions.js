@@ -109,7 +109,7 @@ const initialState = (data) => stateOf(data, data.opens_with)
 // The state that a decision file holds, or null if it is about something else.
 function opened(data, text) {
   const content = parsed(text)
-  const {objectives, maximize, normalize, units, ranges, page} = isObject(content) ? content : {}
+  const {objectives, maximize = [], normalize = true, units, ranges, page} = isObject(content) ? content : {} // Python leaves defaults out
   const own = data.opens_with
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
   const unlike = data.columns.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)

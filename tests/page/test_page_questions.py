@@ -1,0 +1,110 @@
+"""Questions on the page: answered by keys, kept with positions, continued by the command."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from pymoo_psi import Decision, Preferences, read_table
+from pymoo_psi.cli import main
+from pymoo_psi.page import decision_page
+from pymoo_psi.table import Formulation
+from tests.page.test_page_browser import browser, visit, window  # noqa: F401
+
+CARS = pd.DataFrame(
+    {
+        "price": [20.0, 24.0, 30.0, 45.0, 60.0, 30.5],
+        "range": [200.0, 310.0, 400.0, 470.0, 500.0, 390.0],
+        "noise": [70.0, 66.0, 69.0, 64.0, 67.0, 72.0],
+    },
+    ["Town", "Lane", "Country", "Coast", "Tour", "Old"],
+)
+
+ASKED = Formulation(["price", "range", "noise"], maximize=["range"])
+
+
+def page_of(frame, path):
+    page = decision_page(read_table(frame, ASKED), title="Cars")
+    page.save(path)
+    return path
+
+
+def asked(reader):
+    """The two designs of the question on the page."""
+    return tuple(name.text_content()[1:].strip() for name in reader.page.locator("#pair h3").all())
+
+
+def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: F811
+    person = Preferences(read_table(CARS, ASKED))
+    reader = visit(page_of(CARS, tmp_path / "cars.html"))
+    reader.page.get_by_role("button", name="Help me choose").focus()
+    reader.press("Enter")
+    for key in "a", "b", "s", "e", "u":
+        pair = person.question()
+        assert asked(reader) == (pair or ())
+        if pair is None:
+            break
+        reader.press(key)
+        if key == "u":
+            person.take_back()
+        else:
+            one, other = reversed(pair) if key == "b" else pair
+            person.add(one, {"s": "?", "e": "="}.get(key, ">"), other)
+        assert reader.text("#answer-words p") == person.sentences[0]
+    assert [tuple(answer) for answer in reader.state["answers"]] == person.answers
+    reader.press("Escape")
+    assert not reader.page.is_visible("#questions")
+    reader.field("Name of the position").fill("Ann")
+    reader.click("#keep")
+    path = tmp_path / "d.json"
+    path.write_text(reader.download("#save"), "utf-8")
+    decision = Decision.read_json(path)
+    assert [tuple(answer) for answer in decision.positions[0]["answers"]] == person.answers
+    CARS.to_csv(tmp_path / "cars.csv", index_label="car")
+    words = ["prefer", str(tmp_path / "cars.csv"), "--decision", str(path)]
+    assert main([*words, "--answers", "Tour>Town", "--out", str(path)]) == 0
+    assert "Proposed after" in capsys.readouterr().out
+    kept = Decision.read_json(path).positions[-1]
+    assert kept["answers"][:-1] == decision.positions[0]["answers"]
+    reader.page.locator("#file").set_input_files(path)
+    reader.until("D.state().positions.length === 2")
+    assert reader.state["positions"][-1]["answers"] == json.loads(json.dumps(kept["answers"]))
+
+
+def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F811
+    reader = visit(page_of(CARS, tmp_path / "cars.html"))
+    shares = {}
+    for name, answers in (
+        ("Ann", [["Town", ">", "Coast"], ["Lane", ">", "Country"]]),
+        ("Ben", [["Coast", ">", "Town"], ["Tour", ">", "Lane"], ["Gone", ">", "Town"]]),
+    ):
+        reader.set(answers=answers)
+        reader.field("Name of the position").fill(name)
+        reader.click("#keep")
+        person = Preferences(read_table(CARS, ASKED))
+        for one, _, other in answers[:2]:
+            person.answer(one, other)
+        shares[name] = dict(zip(CARS.index, person.shares, strict=True))
+    common = max(CARS.index, key=lambda car: min(of[car] for of in shares.values()))
+    assert reader.text("#shares-words").startswith(f"{common} has the greatest smallest share")
+    for row in reader.page.locator("#shares-table tbody tr").all():
+        car, *texts = row.inner_text().split("\t")
+        for text, of in zip(texts, shares.values(), strict=True):
+            share = float(text.replace("less than", "").replace("more than", "").strip(" %")) / 100
+            assert share == pytest.approx(of[car], abs=0.006)
+    assert len(reader.state["positions"][1]["answers"]) == 3  # the design may come back
+
+
+@pytest.mark.parametrize("n", [1, 2, 6])
+def test_few_or_equal_designs_leave_nothing_to_ask_in_the_end(visit, tmp_path, n):  # noqa: F811
+    frame = CARS.iloc[[0, 4][:n]] if n < 6 else CARS * 0 + 1
+    reader = visit(page_of(frame, tmp_path / "cars.html"))
+    button = reader.page.get_by_role("button", name="Help me choose")
+    if n == 1:
+        assert button.count() == 0
+        return
+    if button.count():
+        reader.click(button)
+        while reader.page.locator("#pair h3").count():
+            reader.press("a")
+        assert reader.text("#questions-title") == "No more questions"
