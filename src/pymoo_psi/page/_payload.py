@@ -130,7 +130,8 @@ def _directions(n_dim: int) -> list[list[int]]:
     if not 1 <= n_dim <= 51:  # the page asks no questions about more objectives
         return []
     points = lp_tau(1024, n_dim) * 1024
-    return points[2 ** np.arange(10)].T.astype(int).tolist()
+    numbers: list[list[int]] = points[2 ** np.arange(10)].T.astype(int).tolist()
+    return numbers
 
 
 def _shades(table: TestTable) -> list[Values]:
