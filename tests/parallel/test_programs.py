@@ -77,8 +77,7 @@ from pymoo_psi import ProcessRunner
 from pymoo_psi.parallel import Queue
 queue = Queue(stuck, ProcessRunner(2))
 queue.add(enumerate(range(9)))
-while queue.n_pending:
-    queue.wait()
+list(queue)
 """
 BLOCKS = """
 from pymoo.core.problem import Problem

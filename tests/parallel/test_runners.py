@@ -160,10 +160,8 @@ def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers(make):
     given = {}
     with contextlib.closing(Queue(lambda x: {"F": 2 * x}, workers)) as queue:
         queue.add(enumerate(range(5)))
-        while queue.n_pending:
-            if result := queue.wait():
-                index, values, _ = result
-                given[index] = workers(lambda x: {"F": -x}, [values["F"]])
+        for index, values, _ in queue:
+            given[index] = workers(lambda x: {"F": -x}, [values["F"]])
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
     assert len(pickle.dumps(workers)) < 300
 

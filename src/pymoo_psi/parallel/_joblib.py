@@ -199,10 +199,8 @@ def in_parallel(
     with closing(Queue(function, JoblibRunner(n_jobs))) as queue:
         queue.add(enumerate(tasks))
         try:
-            while queue.n_pending:
-                result = queue.wait()
-                if result is not None:
-                    yield result[:2]
+            for number, result, _ in queue:
+                yield number, result
         except EvaluationError as error:
             raise_original(error)
 

@@ -134,11 +134,8 @@ class Runner:
         values_of_designs = dict(enumerate(X))
         with closing(Queue(f, self)) as queue:
             queue.add(values_of_designs.items())
-            while queue.n_pending:
-                result = queue.wait()
-                if result is not None:
-                    index, values, _ = result
-                    values_of_designs[index] = values
+            for index, values, _ in queue:
+                values_of_designs[index] = values
         return [*values_of_designs.values()]
 
 
@@ -248,6 +245,13 @@ class Queue:
         if result is not None:
             del self._pending[result[0]]
         return result
+
+    def __iter__(self) -> Iterator[Result]:
+        """Yield results until nothing is pending, in any order."""
+        while self.n_pending:
+            result = self.wait()
+            if result is not None:
+                yield result
 
     def close(self) -> None:
         """Give up what is not done; workers with nothing to do are kept."""
