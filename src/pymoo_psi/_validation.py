@@ -10,6 +10,7 @@ import difflib
 import json
 import math
 import numbers
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
@@ -190,7 +191,8 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
 
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a new or shared float64 array; text and objects are refused."""
-    if np.ma.is_masked(value):  # asarray would take the numbers under the mask for values
+    # asarray would take the numbers under the mask for values. NumPy imports its masks when needed.
+    if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise invalid(name, "without masked values", Received("a masked array"), remedy)
     try:
         array = np.asarray(value)

@@ -1,0 +1,71 @@
+"""A command imports what it needs: what a small table does not need would take most of its time."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+# What `rank` of a CSV may import of other packages, and of this one.
+OTHERS = {"click", "lazy_loader", "msgspec", "numpy", "typing_extensions"}
+OURS = {"analysis", "cli", "errors", "files", "guide", "pareto", "sequences", "table"}
+# Parts of the standard library that take long, and that it does not need.
+SLOW = {
+    "asyncio",
+    "concurrent.futures",
+    "email",
+    "importlib.metadata",
+    "logging",
+    "multiprocessing",
+    "sqlite3",
+    "ssl",
+    "subprocess",
+    "urllib.request",
+}
+
+PROGRAM = """
+import json, sys
+before = {*sys.modules}
+from pymoo_psi.cli import main
+code = main(sys.argv[1:])
+print(json.dumps([code, *({*sys.modules} - before)]))
+"""
+
+
+def imported(folder, *words):
+    """Return the modules that a command imports in a process of its own."""
+    command = [sys.executable, "-c", PROGRAM, *words]
+    done = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
+    code, *modules = json.loads(done.stdout.splitlines()[-1])
+    assert code == 0, done.stderr
+    return set(modules)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "car,price,range\nTown,20000,200\nLane,24000,310\nCoast,45000,470\nTour,60000,460\n",
+        "Auto;Preis;Reichweite\nA;20000,5;200\nB;24000;310,25\nC;45000;470\n",
+        "".join(f"{x},{(1 - x / 99) ** 2}\n" for x in range(100)).join(["f1,f2\n", ""]),
+    ],
+)
+def test_a_ranking_of_a_small_table_needs_neither_pandas_nor_pymoo(text, tmp_path):
+    (tmp_path / "cars.csv").write_text(text)
+    modules = imported(tmp_path, "rank", "cars.csv")
+    packages = {name.partition(".")[0] for name in modules} - {*sys.stdlib_module_names}
+    assert packages - {"pymoo_psi"} <= OTHERS
+    ours = {name.split(".")[1] for name in modules if name.startswith("pymoo_psi.")}
+    assert {name for name in ours if not name.startswith("_")} <= OURS
+    assert not modules & SLOW
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["rank", "--help"]])
+def test_help_needs_no_numbers(words, tmp_path):
+    modules = imported(tmp_path, *words)
+    packages = {name.partition(".")[0] for name in modules} - {*sys.stdlib_module_names}
+    assert packages <= {"pymoo_psi", "click", "lazy_loader"}
+
+
+def test_a_search_on_a_test_problem_needs_no_frames(tmp_path):
+    modules = imported(tmp_path, "solve", "bnh", "--points", "64")
+    assert not {"pandas", "matplotlib"} & modules
