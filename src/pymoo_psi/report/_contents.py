@@ -36,12 +36,12 @@ from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     cautions,
+    change_of,
     compare_designs,
     explain,
     listed,
     nearest_to_ideal,
     representatives,
-    sentence,
     weight_shares,
     within_range,
 )
@@ -213,27 +213,22 @@ class Choice:
     # Differences
 
     def differences(
-        self, ranking: EfficiencyRanking, one: int, other: int, *, with_shares: bool = False
-    ) -> tuple[dict[str, str], dict[str, str]]:
+        self, ranking: EfficiencyRanking, one: int, other: int
+    ) -> tuple[list[str], list[str]]:
         """Return where a design of a ranking is better than another one, and where worse.
 
         Returns:
-            Changes such as "price 200 € lower" by objective, the largest share first.
+            Changes such as "price 200 € lower", the largest share of a range first.
         """
         pair = compare_designs(ranking, rows=[one, other])
-        better: dict[str, str] = {}
-        worse: dict[str, str] = {}
-        for j in _by_size(np.abs(pair.shares[1])):
-            gain = pair.gains[1, j]
-            name = ranking.objectives.names[j]
-            word = "higher" if (gain > 0) == (ranking.objectives.sign[j] < 0) else "lower"
-            change = sentence(word, objective=name, amount=self.amount(name, abs(gain)))
-            if with_shares and within_range(abs(pair.shares[1, j])):
-                change += f" ({percent(abs(pair.shares[1, j]))})"
-            if gain > 0:
-                better[name] = change
-            elif gain < 0:
-                worse[name] = change
+        better = []
+        worse = []
+        for j in _by_size(np.abs(pair.shares[1])).tolist():
+            change = change_of(ranking, j, -pair.gains[1, j])
+            if pair.gains[1, j] > 0:
+                better.append(change)
+            elif pair.gains[1, j] < 0:
+                worse.append(change)
         return better, worse
 
     def steps(self) -> Iterator[tuple[str, str]]:
@@ -243,25 +238,8 @@ class Choice:
                 better, worse = self.differences(self.ranking, self.row, row)
                 text = "Nothing is worse."
                 if worse:
-                    text = f"But {_few(worse.values())}."
-                yield f"{self.ranking.name_of(row)}: {_few(better.values())}", text
-
-    def present(self) -> Iterator[str]:
-        """Yield how the design differs from existing ones."""
-        if self.prototype is None:
-            return
-        values = np.vstack([self.ranking.objectives.values[[self.row]], self.prototype.F])
-        values[1:] *= self.ranking.objectives.sign
-        objectives = replace(
-            self.ranking.objectives, values=values, labels=[self.name, *self.prototype.names]
-        )
-        both = replace(self.ranking, objectives=objectives, pareto=np.ones(len(values), dtype=bool))
-        for k, name in enumerate(self.prototype.names, start=1):
-            better, worse = self.differences(both, k, 0)
-            text = _few(better.values()) or "better in no objective"
-            if worse:
-                text += f". But {_few(worse.values())}"
-            yield f"Against {name}: {text}."
+                    text = f"But {_few(worse)}."
+                yield f"{self.ranking.name_of(row)}: {_few(better)}", text
 
     # Positions
 
@@ -283,13 +261,11 @@ class Choice:
             elif name == self.name:
                 text = f"The {self.noun}."
             elif name in rows:
-                better, worse = self.differences(
-                    free, rows[name], rows[self.name], with_shares=True
-                )
-                parts = [_few(worse.values())] if worse else []
-                if better:
-                    parts.append(f"better in {_few(better)}")
-                text = f"The {self.noun}: {'; '.join(parts) or 'equal in all objectives'}."
+                better, worse = self.differences(free, rows[name], rows[self.name])
+                costs = "nothing is worse"
+                if worse:
+                    costs = _few(worse)
+                text = f"The {self.noun}: {costs}; better: {_few(better or ['nothing'])}."
             beyond = []
             if name in table.names:
                 row = table.names.index(name)
@@ -399,12 +375,12 @@ def _by_size(shares: Array) -> Rows:
     return np.argsort(-np.round(shares, 9), kind="stable")
 
 
-def _few(texts: Iterable[str]) -> str:
+def _few(texts: list[str]) -> str:
     """Return texts as a sentence lists them: the first ones, and how many more there are."""
-    few = list(texts)
-    if len(few) > _CHANGES:
-        few[_CHANGES:] = [f"{len(few) - _CHANGES} more"]
-    return listed(few) if few else ""
+    n = len(texts) - _CHANGES
+    if n > 0:
+        return listed([*texts[:_CHANGES], f"{n} more"])
+    return listed(texts)
 
 
 # Limits
