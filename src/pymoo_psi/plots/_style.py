@@ -48,8 +48,9 @@ _REACHES = (5.0, 12.0, 20.0, 30.0, 42.0)  # points from a point to its name
 _MARK = 4.0  # half the size of a marker
 _NEAR = 8.0  # a name that is farther away has a leader
 _CROSSED = 12.0  # a name on a point is as bad as one so many points farther away
-_SIDES_X = {-1: "right", 0: "center", 1: "left"}
-_SIDES_Y = {-1: "top", 0: "center", 1: "bottom"}
+_SIDES = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)]
+_ALIGNED_X = {-1: "right", 0: "center", 1: "left"}
+_ALIGNED_Y = {-1: "top", 0: "center", 1: "bottom"}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _NARROW = 120.0  # narrower figures have half as many panels side by side
@@ -275,9 +276,9 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
         name.set_visible(False)
         dot = axes.transData.transform(name.xy)
         least = np.inf
-        for reach, angle in product(_REACHES, range(0, 360, 45)):
-            direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
-            side = np.rint(direction).astype(int)
+        for reach, (side_x, side_y) in product(_REACHES, _SIDES):
+            side = np.array([side_x, side_y])
+            direction = side / np.linalg.norm(side)
             corner = dot + points * reach * direction + size * (side - 1) / 2
             box = Bbox([corner, corner + size])
             leader = np.linspace(dot, corner + size / 2, 9)[3:]
@@ -289,14 +290,14 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
             cost = _CROSSED * box.count_contains(dots) + reach
             if k < most and is_free and cost < least:
                 least = cost
-                best = (box, reach, direction, side)
+                best = box
+                name.xyann = tuple(reach * direction)
+                name.set(ha=_ALIGNED_X[side_x], va=_ALIGNED_Y[side_y])
+                arrow: Any = name.arrow_patch
+                arrow.set_visible(reach > _NEAR)
         if least < np.inf:
-            box, reach, direction, side = best
-            taken.append(box)
-            name.set(visible=True, ha=_SIDES_X[side[0]], va=_SIDES_Y[side[1]])
-            name.xyann = tuple(reach * direction)
-            leader_of_name: Any = name.arrow_patch
-            leader_of_name.set_visible(reach > _NEAR)
+            taken.append(best)
+            name.set_visible(True)
 
 
 def literal(name: object, most: int = 40) -> str:
