@@ -19,6 +19,8 @@ const axes = (() => {
   function measure() {
     columns = columnsShown ??= shownColumns()
     if (!columns.length) return
+    // The axes below are as wide as those of objectives.
+    $("further").style.setProperty("--columns", getComputedStyle($("objectives")).gridTemplateColumns)
     const area = $("rows-area").getBoundingClientRect()
     const boxes = columns.map((column) => controls.get(column).axis.getBoundingClientRect())
     places = boxes.map((box) => (box.top + box.bottom) / 2 - area.top)
@@ -144,7 +146,8 @@ const axes = (() => {
     const [xOf, values] = [placed(column), valuesOf(data, ranking, column)]
     const scale = scaleOf(column)
     const ends = isObjective(column) && ranking.count
-      ? [ranking.nadir, ranking.ideal].map((point) => point[data.objectives.indexOf(column)]) : [scale.low, scale.high]
+      ? [ranking.nadir, ranking.ideal].map((point) => point[data.objectives.indexOf(column)])
+      : isTurned(column) ? [scale.high, scale.low] : [scale.low, scale.high]
     const [a, b] = ends.map((end) => valueText(column, end))
     const [from, to] = ends.map(xOf)
     const [first, second] = [g.measureText(a).width, g.measureText(b).width]

@@ -174,7 +174,7 @@ function showRows() {
   show("fold", folded.length)
   renew("fold", isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`)
   renew("hidden", ...state.rows.hidden.map((name) => button(`Show ${name}`, () => changeRows({hidden: state.rows.hidden.filter((one) => one !== name)}))))
-  renew("value-head", verdict ? roleOf(verdict.row) : "")
+  renew("value-head", verdict ? roleOf(verdict.row) : "none")
   for (const control of controls.values()) if (control.boxes || control.row.isConnected) showRow(control)
   for (const group of $("further").querySelectorAll("details")) {
     const set = group.querySelectorAll(".set").length
