@@ -163,6 +163,9 @@ def test_designs_have_the_names_of_their_source():
     assert by_label.best == "ABCDE"[by_row.best]
     assert by_label.to_frame().loc["B", "share"] == by_row.shares[1]
     assert by_label.weights.index.tolist() == ["cost", "mass"]
+    numbers = Preferences(frame.set_axis([10, 20, 30, 40, 50]))
+    numbers.answer(*numbers.question())
+    assert {*numbers.answers[0]} == {"20", "40", ">"}
     table = TestTable.of(np.arange(11, 16), FIVE[:, :1], FIVE)
     tests = Preferences(table)
     tests.answer(12, "test 13")
@@ -199,4 +202,4 @@ def test_what_cannot_be_answered_is_refused():
     refused("factor", Preferences, FIVE, factor=1)
     refused("F", Preferences, [[np.nan, 1.0]])
     twins = pd.DataFrame(FIVE, list("ABCDD"))
-    refused("a name of its own", Preferences, twins, error=ArgumentValueError)
+    refused("the name of one design", Preferences(twins).answer, "D", "A", error=ArgumentValueError)

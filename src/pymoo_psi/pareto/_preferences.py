@@ -85,8 +85,7 @@ class Preferences(Shown):
         ranking: The ranking of the designs.
 
     Raises:
-        ArgumentValueError: ``F`` does not fit, several Pareto-optimal designs have the same name,
-            or another argument is out of its range.
+        ArgumentValueError: ``F`` does not fit, or another argument is out of its range.
 
     Example:
         >>> F = [[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]]
@@ -113,7 +112,6 @@ class Preferences(Shown):
             F, normalize=normalize, maximize=maximize
         )
         self._front, terms, weighted = weighted_terms(self.ranking)
-        self._names = self._names_of_front()
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.
         self._steps = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
@@ -131,18 +129,6 @@ class Preferences(Shown):
         self._chances = [np.concatenate(prior)]  # of the weights, after 0, 1, 2, … answers
         self._find_candidates()
 
-    def _names_of_front(self) -> list[Any]:
-        """Return what the Pareto-optimal designs are called: rows of an array, or names."""
-        rows = self._front.tolist()
-        if isinstance(self.ranking.objectives.labels, range):
-            return list(rows)
-        names = [self.ranking.name_of(row) for row in rows]
-        if len({*names}) < len(names):
-            rule = "with a name of its own for each Pareto-optimal design"
-            remedy = "F.reset_index(drop=True) of a frame names them by their rows"
-            raise invalid("F", rule, max(names, key=names.count), remedy)
-        return names
-
     def _find_candidates(self) -> None:
         """Find the designs that are the best for some weights, and what is at stake."""
         _, first, design = np.unique(self._terms, axis=0, return_index=True, return_inverse=True)
@@ -155,12 +141,11 @@ class Preferences(Shown):
         self._candidates: Rows = np.sort(most[counts[most] > 0])
         k = min(len(self._front), _N_MEDIAN)
         others = self._distances(np.arange(k) * len(self._front) // k)
-        distances = self._distances(self._candidates)
-        self._least = distances.min(axis=1)
+        self._least = self._distances(self._candidates).min(axis=1)
         # Of few designs, the median one may be the best one.
         stake = np.maximum(np.median(others, axis=1), others.max(axis=1) / 4) - self._least
         self._stake = np.maximum(stake, 1e-12)
-        self._values = self._valued(distances)
+        self._values = self._values_of(self._candidates)
         most_valued = self._values.max(axis=1)[:, None]
         self._winners: Rows = (self._values >= most_valued - _TIE).argmax(axis=1)
 
@@ -175,9 +160,9 @@ class Preferences(Shown):
                 blocks.append((weights**p @ (terms**p).T) ** (1 / p))
         return np.concatenate(blocks)
 
-    def _valued(self, distances: Array) -> Array:
-        """Return values of distances: 1 is the best design, 0 the median one."""
-        losses = (distances - self._least[:, None]) / self._stake[:, None]
+    def _values_of(self, rows: Rows) -> Array:
+        """``(n_weights, k)`` values of Pareto-optimal designs: 1 the best one, 0 the median."""
+        losses = (self._distances(rows) - self._least[:, None]) / self._stake[:, None]
         return np.asarray(np.maximum(1 - losses, _WORST))
 
     # What the answers say
@@ -189,8 +174,9 @@ class Preferences(Shown):
         Between them is ">" if the first is preferred, "=" if they are equally good, "?" if the
         question was skipped.
         """
-        names = self._names
-        return [(names[one], relation, names[other]) for one, relation, other in self._answers]
+        return [
+            (self._name(one), relation, self._name(other)) for one, relation, other in self._answers
+        ]
 
     @property
     def _expected(self) -> Array:
@@ -200,7 +186,7 @@ class Preferences(Shown):
     @property
     def best(self) -> Any:
         """The design that is proposed, as :meth:`question` names it."""
-        return self._names[self._candidates[_first_greatest(self._expected)]]
+        return self._name(self._candidates[_first_greatest(self._expected)])
 
     @property
     def regret(self) -> float:
@@ -261,7 +247,7 @@ class Preferences(Shown):
 
         rows = self._front[self._candidates]
         objectives = self.ranking.objectives
-        names = [self._names[k] for k in self._candidates.tolist()]
+        names = list(map(self._name, self._candidates))
         frame = pd.DataFrame(objectives.values[rows], names, list(objectives.names))
         frame["share"] = self.shares[rows]
         return frame.sort_values("share", ascending=False, kind="stable")
@@ -352,7 +338,7 @@ class Preferences(Shown):
             after = in_favour.max() + (expected - in_favour).max() + _OPEN * share * (1 - share)
             if after > most + _TIE:
                 most = after
-                pair = self._names[one], self._names[other]
+                pair = self._name(one), self._name(other)
         return pair
 
     def answer(self, better: Any, worse: Any) -> None:
@@ -387,7 +373,7 @@ class Preferences(Shown):
             raise invalid("the designs of an answer", "two different ones", one)
         chances = self._chances[-1]
         if relation != "?":
-            chance = _chance(*self._valued(self._distances(np.array(pair))).T)
+            chance = _chance(*self._values_of(np.array(pair)).T)
             if relation == "=":
                 chance = 4 * chance * (1 - chance)
             chances = chances * chance
@@ -411,13 +397,19 @@ class Preferences(Shown):
 
     def _position(self, design: Any) -> int:
         """Return which one of the Pareto-optimal designs a design is."""
-        if isinstance(design, str) and design in self._names:
-            return self._names.index(design)
         row = self.ranking.row_of(design)
         if not self.ranking.pareto[row]:
             rule = "Pareto optimal, as no other one can be the best"
             raise invalid("a design that is compared", rule, design)
         return int(np.searchsorted(self._front, row))
+
+    def _name(self, k: int) -> Any:
+        """Return what a Pareto-optimal design is called: a row of an array, a label as a text."""
+        objectives = self.ranking.objectives
+        label = objectives.labels[self._front[k]]
+        if len(objectives.numbers) and not isinstance(label, str):
+            return int(label)
+        return str(label)
 
 
 _TRADES = {">": "rather", "=": "as good"}  # the templates
