@@ -24,7 +24,7 @@ from pymoo_psi.table import POINT, RUN, TEST, Limit, TestTable
 
 _WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
-_LEAST_ROWS = 5
+_LEAST_ROWS = 3
 _LINES = 24
 _FEW = 12  # designs, whose ranking has fewer lines
 _LINES_OF_FEW = 18

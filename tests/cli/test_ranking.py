@@ -1,0 +1,146 @@
+"""The ranking in the terminal: every number against slow loops in exact fractions, and its size."""
+
+import random
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from pymoo_psi.files import read_table
+
+COST = re.compile(r"(?:What it costs: )?(\w+)(?: is)? (\S+)(?: behind the best)? \((\S+) %")
+
+
+def random_table(seed):
+    """Names, objectives with at most two decimals, which of them are maximised, and a limit."""
+    dice = random.Random(seed)
+    n, m = dice.randint(2, 14), dice.randint(2, 4)
+    objectives = [f"f{j}" for j in range(m)]
+    rows = {}
+    for i in range(n):
+        rows[f"D{i}"] = [Fraction(dice.randint(0, 10 ** dice.randint(2, 4)), 100) for _ in range(m)]
+    maximize = [name for name in objectives if dice.random() < 0.4]
+    limit = sorted(values[0] for values in rows.values())[dice.randint(n // 2, n - 1)]
+    return rows, objectives, maximize, limit
+
+
+def by_hand(rows, signs):
+    """The designs that no other dominates, their best and worst values, minimised, and the order."""
+    F = {name: [v * s for v, s in zip(row, signs, strict=True)] for name, row in rows.items()}
+    front = []
+    for name, row in F.items():
+        others = (other for other in F.values() if other != row)
+        if not any(all(a <= b for a, b in zip(other, row, strict=True)) for other in others):
+            front.append(name)
+    columns = list(zip(*(F[name] for name in front), strict=True))
+    best, worst = [min(column) for column in columns], [max(column) for column in columns]
+    ranges = [w - b for b, w in zip(best, worst, strict=True)]
+
+    def behind(name):
+        return [v - b for v, b in zip(F[name], best, strict=True)]
+
+    def distance(name):
+        parts = zip(behind(name), ranges, strict=True)
+        return sum((d / r) ** 2 for d, r in parts if r)
+
+    return sorted(front, key=distance), best, worst, ranges, behind, distance
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path, monkeypatch):
+    rows, objectives, maximize, limit = random_table(seed)
+    lines = [",".join(["name", *objectives])]
+    lines += [",".join([name, *map(str, map(float, row))]) for name, row in rows.items()]
+    (tmp_path / "set.csv").write_text("\n".join(lines))
+    monkeypatch.chdir(tmp_path)
+    words = ["rank", "set.csv", "--limits", f"f0<={float(limit)}"]
+    printed = said(*words, *(["--maximize", ",".join(maximize)] if maximize else []))
+    signs = [-1 if name in maximize else 1 for name in objectives]
+    within = {name: row for name, row in rows.items() if row[0] <= limit}
+    order, best, worst, ranges, behind, distance = by_hand(within, signs)
+
+    head, table, sentences = printed.split("\n\n")
+    counts = re.findall(r"\d+ of \d+|; \d+ of them", " ".join(head.split()))
+    assert counts[0] == f"{len(within)} of {len(rows)}"
+    assert counts[1:] == ([f"; {len(order)} of them"] if len(within) > 1 else [])
+    heading, *cells = [line.split() for line in table.splitlines()]
+    arrows = ["↑" if sign < 0 else "↓" for sign in signs]
+    assert heading[2:] == [w for pair in zip(objectives, arrows, strict=True) for w in pair]
+    shown = [line for line in cells if line[0].isdigit()]
+    for place, name, *values in shown:
+        assert list(map(Fraction, values)) == rows[name]
+        nearer = [other for other in order if distance(other) < distance(name)]
+        assert int(place) == 1 + len(nearer)
+    assert shown[0][1] in order
+    hidden = len(order) - len(shown)
+    assert [line[1] for line in cells if line[0] == "…"] == ([str(hidden)] if hidden else [])
+    for ends, (word, *values) in zip((best, worst), cells[-2:], strict=True):
+        assert word == ("best" if ends is best else "worst")
+        assert [Fraction(v) * s for v, s in zip(values, signs, strict=True)] == ends
+
+    said_of = " ".join(sentences.split())
+    proposed = re.match(r"Proposed: (\w+)", said_of)[1]
+    assert distance(proposed) == distance(order[0])
+    costs = COST.findall(said_of.partition("What it costs: ")[2].partition(". ")[0])
+    lost = dict(zip(objectives, behind(proposed), strict=True))
+    span = dict(zip(objectives, ranges, strict=True))
+    expected = sorted((name for name in objectives if lost[name]), key=lambda n: -lost[n] / span[n])
+    assert sorted(name for name, *_ in costs) == sorted(expected[:4])
+    for name, amount, share in costs:
+        assert float(amount) == pytest.approx(float(lost[name]), rel=6e-3)
+        assert float(share) == pytest.approx(float(100 * lost[name] / span[name]), abs=0.5)
+    leading = re.search(r"the best in ([^.]*?)\.", said_of)
+    named = re.split(", | and ", leading[1]) if leading else []
+    if len(order) > 1:
+        assert named == [name for name in objectives if not lost[name] and span[name]]
+    assert len(rows) > 12 or len(printed.splitlines()) <= 18
+    assert max(map(len, printed.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80, 200])
+def test_texts_are_cut_to_the_terminal_but_no_number(columns, said, tmp_path, monkeypatch):
+    rng = np.random.default_rng(columns)
+    names = [f"objective with a very long name {j}" for j in range(9)]
+    F = rng.uniform(size=(30, 9)) * 10.0 ** rng.integers(-8, 9, 9)
+    lines = [",".join(["offer", *names])]
+    lines += [
+        ",".join([f"{'a name of many letters ' * 4}{i}", *map(repr, f)])
+        for i, f in enumerate(F.tolist())
+    ]
+    (tmp_path / "wide.csv").write_text("\n".join(lines))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    printed = said("rank", "wide.csv")
+    assert max(map(len, printed.splitlines())) <= columns
+    table = printed.split("\n\n")[1].splitlines()
+    n_shown = table[0].count("↓")
+    folded = re.search(r"… (\d+) more objectives?: --long", printed)
+    assert n_shown + (int(folded[1]) if folded else 0) == 9
+    for line in table:
+        if line.split()[0].isdigit():
+            row = int(re.search(r"(\d+)  ", line[7:])[1])
+            values = [
+                float(text.replace("\N{NO-BREAK SPACE}", ""))
+                for text in re.split(" +", line)[-n_shown:]
+            ]
+            np.testing.assert_allclose(values, F[row, :n_shown], rtol=0.05)
+
+
+def test_a_run_says_what_it_added_to_its_study(said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ["solve", "bnh", "--study", "s.db", "--limits", "f1<=60"]
+    said(*words, "--points", "16")
+    before = read_table("s.db").under(limits={"f1": 60}).best().numbers[0]
+    printed = " ".join(
+        said(*words, "--points", "+16", "--algorithm", "surrogate", "--box", "x1=0.5:2").split()
+    )
+    table = read_table("s.db").under(limits={"f1": 60})
+    optimal = table.take(table.pareto())
+    n_new = int((optimal["run"] == 2).sum())
+    assert f"s.db: 32 tests of 2 runs; {table.feasible().sum()} are within the limits" in printed
+    assert f"; {len(optimal)} of them are not dominated." in printed
+    assert f"This run: 16 tests, of which {n_new} are not dominated" in printed
+    best = table.best()
+    assert f"Proposed: test {best['run'][0]}.{best['test_point'][0]} (f1 " in printed
+    assert best.numbers[0] == before or f"(before: test 1.{before})" in printed
