@@ -30,7 +30,7 @@ from scipy.special import ndtr
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, bounded
+from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, bounded, evenly_spread
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
@@ -141,7 +141,7 @@ def best_and_spread(Y: Array, learned: Learned, goal: Goal, size: int) -> Rows:
     order = _best_tests(learned.to(Y), learned, goal)
     half = size // 2
     others = np.sort(order[half:])
-    spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
+    spread = evenly_spread(len(others), size - half)
     return np.sort(np.concatenate([order[:half], others[spread]]))
 
 

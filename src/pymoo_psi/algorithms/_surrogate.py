@@ -28,7 +28,13 @@ from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
-from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, OutputFit, bounded
+from pymoo_psi.algorithms._surrogate_models import (
+    Covariance,
+    Learned,
+    OutputFit,
+    bounded,
+    evenly_spread,
+)
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
@@ -265,7 +271,7 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learne
         learned.left_out = tests.numbers[np.delete(rows, best)]
     learned.extend(tests.numbers[rows], Z)
     rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, _MOST_FAILURES).astype(int))]
+    rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
     has_failed = tests.has_failed[rows].astype(float)
     if has_failed.any():
         fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)

@@ -14,7 +14,7 @@ from scipy.linalg import cho_solve, cholesky, lapack, solve, solve_triangular
 from scipy.optimize import minimize
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Numbers
+from pymoo_psi._validation import Array, Numbers, Rows
 from pymoo_psi.problems import DesignSpace
 
 _ROOT5 = np.sqrt(5.0)
@@ -232,9 +232,7 @@ class OutputFit:
             met = _MET * float(np.median(violations))
             # On a reciprocal scale all large violations would be alike.
             options = scales(y, y[y > 0], constraint=True)[:2]
-        # Spread evenly, so that points and proposals are both among them.
-        n = len(y)
-        rows = np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
+        rows = evenly_spread(len(y), _MOST)  # points and proposals are both among them
         Z = Z[rows]
         y = y[rows]
         fits = [cls.on_scale(Z, y, scale, met) for scale in options]
@@ -256,6 +254,11 @@ class OutputFit:
         # densities of y, as those of t cannot be compared between scales
         log_density += scale.log_slope(y)
         return cls(scale, lengths, np.sqrt(squares.mean()), log_density, met)
+
+
+def evenly_spread(n: int, most: int) -> Rows:
+    """Return the indices of n tests, or so many of them, evenly spread."""
+    return np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int))
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:

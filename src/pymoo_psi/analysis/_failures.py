@@ -11,8 +11,8 @@ from pymoo_psi._validation import Array, Rows
 from pymoo_psi.analysis._repeats import first_tests
 from pymoo_psi.table import TestTable
 
-# At most this share of the failures is not within a rule, and of the tests within it no failure.
-_MOST_WRONG = 0.1
+# At least this share of the failures is within a rule, and of the tests within it are failures.
+_LEAST_RIGHT = 0.9
 # The probability that one of the rules that are tried separates as many failures by chance is at
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
@@ -24,10 +24,10 @@ def failure_sentences(table: TestTable) -> list[str]:
 
     A rule is a value of a variable, or of a ratio or product of two, beyond which nearly all tests
     fail, and nearly none elsewhere. The probability of as many failures there, if these had nothing
-    to do with the design (hypergeometric), is multiplied by the number of rules. Of equal
-    rules, the shorter one is taken, and that with the wider gap. Tests that did not run, because of
-    a requirement, do not count, nor do repeated ones, nor those before the last 1024. Designs of a
-    file, which may be incomplete, have no rule.
+    to do with the design (hypergeometric), is multiplied by the number of rules. Of equal ones,
+    a variable goes before ratios and products. Tests that did not run, because of a requirement, do
+    not count, nor do repeated ones, nor those before the last 1024. Designs of a file, which may be
+    incomplete, have no rule.
 
     Returns:
         One sentence; none if no rule separates them, or if that may be chance.
@@ -51,19 +51,17 @@ def failure_sentences(table: TestTable) -> list[str]:
     n_beyond = np.arange(1, n)
     sentences: list[str] = []
     terms = _terms(table, rows)
-    least_right = (1 - _MOST_WRONG) * np.maximum(n_beyond, n_failed)
-    best = (np.log(_LEVEL / (2 * n * len(terms) + 1)), 0, 0.0)
+    least_right = _LEAST_RIGHT * np.maximum(n_beyond, n_failed)
+    least = np.log(_LEVEL / (2 * n * len(terms) + 1))
     for term, values in terms.items():
         for sign, relation in ((-1, "<="), (1, ">=")):
             order = np.argsort(sign * values, kind="stable")
             v = values[order]
-            gaps = np.abs(np.diff(v))
             n_right = np.cumsum(has_failed[order])[:-1]
-            for k in np.flatnonzero((n_right >= least_right) & (gaps > 0)):
+            for k in np.flatnonzero((n_right >= least_right) & (np.diff(v) != 0)):
                 chance = hypergeom.logsf(n_right[k] - 1, n, n_failed, n_beyond[k])
-                score = (round(chance, 6), len(term.split()), -gaps[k] / np.std(v))
-                if score < best:
-                    best = score
+                if chance < least:
+                    least = chance
                     limit = _short(v[k], v[k + 1])
                     sentences = [
                         f"{n_failed} of the last {n} tests failed: the requirement {term} "
@@ -79,7 +77,7 @@ def _terms(table: TestTable, rows: Rows) -> dict[str, Array]:
     for j, name in enumerate(table.schema.variables):
         if table.schema.kinds[j] is not Kind.CHOICE:
             if not name.isidentifier():
-                name = "`" + name.replace("`", "``") + "`"
+                name = f"`{name}`"
             terms[name] = table.X[rows, j].astype(float)
     positive = [name for name, values in terms.items() if (values > 0).all()]
     for a, b in permutations(positive, 2):
