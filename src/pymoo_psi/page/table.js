@@ -43,7 +43,7 @@ const table = (() => {
   const newLine = () => make("div.row", {role: "row"}, columns.map(({kind}) => make(`div.cell${kind}`, {role: "gridcell"})))
   function fill(line, k) {
     const row = order[k]
-    const marks = {row: true, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
+    const marks = {row: true, first: ranking.place[row] === 1, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
     const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
       "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
     const [name, ...texts] = columns.map(({cell}) => cell(row))
