@@ -22,6 +22,7 @@ def assert_readable(figure):
     canvas.draw()
     for text in figure.findobj(Text):
         assert text.get_fontsize() >= 7 or not text.get_text()
+        assert "$" not in text.get_text().replace(r"\$", "")  # raised digits are smaller
     for ax in figure.axes:
         names = [name for name in ax.texts if name.get_visible()]
         boxes = [Text.get_window_extent(name) for name in names]

@@ -7,7 +7,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi.comparison import INDICATORS, compare
 from pymoo_psi.plots import plot_fronts, plot_indicator, plot_indicators
-from tests.plots.drawn import assert_whole, texts
+from tests.plots.drawn import assert_readable, assert_whole, texts
 
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
 
@@ -49,6 +49,7 @@ def test_lines_are_numpys_medians_and_bands_the_quartiles(bnh, indicator):
 def test_a_page_is_whole_and_names_problem_and_runs(bnh):
     figure = plot_indicators(bnh)
     assert_whole(figure)
+    assert_readable(figure)
     assert figure.caption.startswith("BNH: ")
     assert figure.caption.endswith(". 32, 64 evaluations, 4 seeds.")
 

@@ -48,6 +48,7 @@ from pymoo_psi.plots._style import (
     new_figure,
     panels,
     places_between,
+    set_log,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -567,7 +568,7 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     finite = values[np.isfinite(values)]
     ax.set_xscale("log")
     if indicator != "hypervolume" and len(finite) and (finite > 0).all():
-        ax.set_yscale("log")
+        set_log(ax, "y", (1.0, 2.0, 5.0))
     for name, style in zip(comparison.algorithms, curves(), strict=False):
         rows = frame.loc[[name]]
         median, lower, upper = rows[columns].replace(np.inf, np.nan).to_numpy(float).T

@@ -12,15 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullLocator
 
-from pymoo_psi._numbers import number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Mask, Names, Rows, counted
 from pymoo_psi.analysis import written_limits
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
-from pymoo_psi.plots._style import ACCENT, INK, Style, literal, spans_decades, view
+from pymoo_psi.plots._style import ACCENT, INK, Style, literal, set_log, spans_decades, view
 from pymoo_psi.table import Kind, Limit, TestTable, error_column, has_errors, value_ranks
 
 Ends = tuple[float, float]
@@ -70,12 +68,18 @@ class Marker(NamedTuple):
     def style(self, name: str, n: int) -> Style:
         """Return the arguments of ``plot`` for ``n`` designs; more of them are drawn smaller."""
         shrink = np.clip((_MANY / n) ** 0.3, 0.3, 1.0)
+        face = self.colour
+        edge = self.colour
+        if self.is_open and n <= _MANY:
+            face = "white"
+        elif self.is_open:  # outlines of many would be a black area
+            face = edge = "0.45"
         return {
             "linestyle": "none",
             "marker": self.shape,
-            "color": self.colour,
+            "color": edge,
             "markersize": self.size * shrink,
-            "markerfacecolor": "white" if self.is_open and n <= _MANY else self.colour,
+            "markerfacecolor": face,
             "markeredgewidth": 0.8 * shrink,
             "zorder": self.level,
             "label": f"{name} ({n})",
@@ -134,11 +138,7 @@ class Column:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
         axes.set(**{f"{letter}lim": self.ends})
         if self.log:
-            axes.set(**{f"{letter}scale": "log"})
-            axis = getattr(axes, f"{letter}axis")
-            axis.set_major_locator(LogLocator(numticks=5))
-            axis.set_minor_locator(NullLocator())
-            axis.set_major_formatter(lambda value, _: _power(value))
+            set_log(axes, letter, (1.0,))
         across = {"x": "v", "y": "h"}[letter]
         draw_span = getattr(axes, f"ax{across}span")
         draw_line = getattr(axes, f"ax{across}line")
@@ -147,14 +147,6 @@ class Column:
                 draw_span(*sorted((limit, end)), facecolor="0.93", linewidth=0, zorder=0)
                 draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=4.5)
         name_axis(axes, letter, self.label, self.options, _BETTER[self.sign])
-
-
-def _power(value: float) -> str:
-    """Return the text of a tick of a logarithmic axis, without raised digits, which are small."""
-    power = round(np.log10(value))
-    if -3 < power < 4:
-        return number(value)
-    return f"1e{power}".replace("-", "−")
 
 
 def name_axis(

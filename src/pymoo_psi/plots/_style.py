@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO, StringIO
 from itertools import cycle, product
@@ -27,9 +27,11 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
+from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi._numbers import number
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Array, finite_number, invalid, known_name
 from pymoo_psi.page import without_outliers
@@ -47,7 +49,7 @@ _NAME = 28.0  # points of the width of axes for each name in them
 _REACHES = (5.0, 12.0, 20.0, 30.0, 42.0)  # points from a point to its name
 _MARK = 4.0  # half the size of a marker
 _NEAR = 8.0  # a name that is farther away has a leader
-_CROSSED = 12.0  # a name on a point is as bad as one so many points farther away
+_CROSSED = 30.0  # a name on a point is as bad as one so many points farther away
 _SIDES = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)]
 _ALIGNED_X = {-1: "right", 0: "center", 1: "left"}
 _ALIGNED_Y = {-1: "top", 0: "center", 1: "bottom"}
@@ -373,6 +375,28 @@ def places_between(
     with np.errstate(over="ignore"):
         half = ends / 2  # no overflow
         return (points / 2 - half[0]) / (half[1] - half[0]), is_log
+
+
+def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
+    """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small.
+
+    Args:
+        axes: The axes.
+        letter: Which axis.
+        factors: Which multiples of powers of ten have a tick.
+    """
+    axes.set(**{f"{letter}scale": "log"})
+    axis = getattr(axes, f"{letter}axis")
+    axis.set_major_locator(LogLocator(subs=factors, numticks=5))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(lambda value, _: _tick(value))
+
+
+def _tick(value: float) -> str:
+    if 1e-3 <= value < 1e4:
+        return number(value)
+    factor, _, power = f"{value:.0e}".partition("e")
+    return f"{factor}e{int(power)}".replace("-", "−")
 
 
 def spans_decades(values: ArrayLike) -> bool:
