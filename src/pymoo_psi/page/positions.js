@@ -48,7 +48,8 @@ function given(row) {
   losses.sort((a, b) => a.shares[0] - b.shares[0])
   if (!losses.length) return `the ${roleOf(verdict.row)} design is nowhere worse`
   const [{column, gains, shares}] = losses
-  return `${roleOf(verdict.row)}: ${column.name} ${amount(column, abs(gains[0]))} worse${isWithin(shares[0]) ? ` (${percent(abs(shares[0]))})` : ""}`
+  const loss = sentence(data, column.maximize ? "lower" : "higher", {objective: column.name, amount: amount(column, abs(gains[0]))})
+  return `${roleOf(verdict.row)}: ${loss}${isWithin(shares[0]) ? ` (${percent(abs(shares[0]))})` : ""}`
 }
 
 function record() {
