@@ -155,12 +155,16 @@ class Run:
         self.store = store
         self._repeats = repeats
         self._progress = _Progress()
-        self._session: _Session | None = None  # while points are tested
+        self._is_testing = False  # between two calls, points may be under way
+        self._lock: ExitStack | None = None  # of the study, which begins as late as it can
+        self._last_commit = 0.0  # its time, or that of the beginning
+        self._computed = 0.0  # seconds of all workers since then
         self._steered = "continue"  # the last request of people: to continue, pause or stop
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
-        return self.__dict__ | {"_session": None, "_progress": _Progress(self._progress.points)}
+        progress = _Progress(self._progress.points)
+        return self.__dict__ | {"_is_testing": False, "_lock": None, "_progress": progress}
 
     def __del__(self) -> None:
         """Keep what is evaluated if nobody has closed the run."""
@@ -228,7 +232,7 @@ class Run:
                 while is_left and not progress.is_complete:
                     is_left = self._advance()
                 if self.executor.queue.n_pending == 0:
-                    self._end_session()  # releases the lock; workers are kept
+                    self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
@@ -244,18 +248,20 @@ class Run:
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
-        self._end_session()
+        self._end_testing()
         self._progress = _Progress(self._progress.points)
 
-    def _end_session(self) -> None:
-        if self._session is None:
+    def _end_testing(self) -> None:
+        if not self._is_testing:
             return
         try:
-            self._keep_evaluated(self._session)
+            self._keep_evaluated()
         finally:
             self.executor.close()
-            self._session.close()
-            self._session = None
+            if self._lock is not None:
+                self._lock.close()
+            self._lock = None
+            self._is_testing = False
 
     # What people ask for
 
@@ -310,22 +316,23 @@ class Run:
 
     def _advance(self) -> bool:
         """Store tests or start points, as soon as there are some; return whether any were left."""
-        if self._session is None:
-            self._session = _Session(self.store)
+        if not self._is_testing:
+            self._is_testing = True
+            self._last_commit = time.monotonic()
+            self._computed = 0.0
             if self._repeats is not None:
                 self._repeats.restart()
-        session = self._session
         while True:
             self._follow_requests()
-            if self._is_commit_due(session):
-                self._keep_evaluated(session)
+            if self._is_commit_due():
+                self._keep_evaluated()
                 return True
             points = self._next_to_start()
             if len(points):
-                self._start(points, session)
+                self._start(points)
                 return True
             if self.executor.queue.n_pending:
-                session.computed += self.executor.wait()
+                self._computed += self.executor.wait()
             elif self._steered == "pause":
                 time.sleep(_PAUSE_SECONDS)
             else:
@@ -334,7 +341,7 @@ class Run:
             self._progress.drop_untested()
         return False
 
-    def _is_commit_due(self, session: _Session) -> bool:
+    def _is_commit_due(self) -> bool:
         """Whether to store the evaluated tests now."""
         executor = self.executor
         queue = executor.queue
@@ -342,7 +349,7 @@ class Run:
             return False
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.n_workers)
-        is_late = session.computed >= much or time.monotonic() - session.last_commit >= SECONDS
+        is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
         last_awaited = self._progress.last_awaited
         is_complete = queue.n_pending == 0 or queue.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
@@ -363,9 +370,9 @@ class Run:
             self._ask(n_new)
         return progress.start(n_new)
 
-    def _start(self, points: Points, session: _Session) -> None:
+    def _start(self, points: Points) -> None:
         """Recall the stored tests of points; submit the others, unless they need no evaluation."""
-        stored = session.recall(points)
+        stored = self._recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
             self._report(Block(stored.numbers, stored))
@@ -382,12 +389,23 @@ class Run:
         if len(points):
             self.executor.submit(points)
 
-    def _keep_evaluated(self, session: _Session) -> None:
+    def _recall(self, points: Points) -> TestTable:
+        """Return the stored tests of points; lock the run if one is missing."""
+        stored = self.store.recall(points)
+        if len(stored) < len(points) and self._lock is None:
+            lock = ExitStack()
+            lock.enter_context(self.store.writing())
+            self._lock = lock
+            # another process may have stored some meanwhile
+            stored = self.store.recall(points)
+        return stored
+
+    def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
         if self.executor.n_evaluated:
             self._keep(self.executor.take())
-            session.last_commit = time.monotonic()
-            session.computed = 0.0
+            self._last_commit = time.monotonic()
+            self._computed = 0.0
 
     def _keep(self, block: Block) -> None:
         """Store and report tests."""
@@ -411,39 +429,6 @@ class Run:
         """Store and report tests whose values are known without the model."""
         if len(points):
             self._keep(Block(points.numbers, self.model.tests(points, values)))
-
-
-class _Session:
-    """The time in which points are tested, and the lock of the run, which begins as late as it can.
-
-    Args:
-        store: The store of the run.
-
-    Attributes:
-        last_commit: The time of the last commit, or of the beginning.
-        computed: Seconds of computing since then, of all workers together.
-    """
-
-    def __init__(self, store: Store) -> None:
-        self._store = store
-        self._lock = ExitStack()
-        self._is_locked = False
-        self.last_commit = time.monotonic()
-        self.computed = 0.0
-
-    def recall(self, points: Points) -> TestTable:
-        """Return the stored tests of points; lock the run if one is missing."""
-        stored = self._store.recall(points)
-        if len(stored) < len(points) and not self._is_locked:
-            self._lock.enter_context(self._store.writing())
-            self._is_locked = True
-            # another process may have stored some meanwhile
-            stored = self._store.recall(points)
-        return stored
-
-    def close(self) -> None:
-        """Release the lock."""
-        self._lock.close()
 
 
 class Repeats:

@@ -128,7 +128,8 @@ def evaluate(job: Job) -> Answer:
     A design whose process dies is tried once more.
 
     Raises:
-        WorkerError: No worker starts, or none can load the function.
+        WorkerError: No worker starts, none can load the function, or two have imported different
+            versions of a module.
     """
     environment = job.environment or Environment.now(job.identity, threads=1)
     designs = list(job.designs)
@@ -139,14 +140,14 @@ def evaluate(job: Job) -> Answer:
         worker = _hire(environment, job.run)
         try:
             more, end = worker.evaluate(job, designs[len(results) :])
+            if more:
+                accept(versions, worker.versions)
         except BaseException:
             worker.end()
             raise
         finally:
             _BUSY.pop(worker, None)
         results += more
-        if more:
-            accept(versions, worker.versions)
         if not isinstance(end, _Loss):
             _IDLE.append(worker)
             return results, end, versions
