@@ -154,7 +154,7 @@ class Executor:
         """How many points to submit beyond those that are awaited, so that no worker waits."""
         is_here = self._has_designs and type(self.queue.runner) is Runner
         if self.may_end_early or is_here:
-            return _AHEAD_OF_WORKER * self.queue.n_workers
+            return _AHEAD_OF_WORKER * self.queue.runner.n_workers
         return LAST  # one slow design holds up none of the others
 
     @property
@@ -162,7 +162,7 @@ class Executor:
         """How many more points to submit now; 0 while enough of them wait."""
         enough = _WAITING
         if not self._has_designs:
-            enough = self.queue.largest * max(1, _PIECES_AHEAD * self.queue.n_workers)
+            enough = self.queue.largest * max(1, _PIECES_AHEAD * self.queue.runner.n_workers)
         if self.queue.n_waiting >= enough:
             return 0
         return enough

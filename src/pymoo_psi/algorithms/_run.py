@@ -348,7 +348,7 @@ class Run:
         if executor.n_evaluated == 0:
             return False
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
-        much = max(COMPUTED, SECONDS * queue.n_workers)
+        much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
         last_awaited = self._progress.last_awaited
         is_complete = queue.n_pending == 0 or queue.first_pending > last_awaited

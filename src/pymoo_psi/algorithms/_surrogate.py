@@ -213,12 +213,11 @@ class SurrogatePSI(PointAlgorithm):
         store: Store,
     ) -> SurrogateSource:
         """Return the source of a run of ``n_points``."""
-        queue = executor.queue
+        runner = executor.queue.runner
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
-            is_asynchronous = queue.runner.elastic or queue.n_workers > (self._batch or _BATCH)
-        runner = queue.runner
-        if runner.in_rounds or (queue.n_workers == 0 and not runner.elastic):
+            is_asynchronous = runner.elastic or runner.n_workers > (self._batch or _BATCH)
+        if runner.in_rounds or (runner.n_workers == 0 and not runner.elastic):
             is_asynchronous = False
         n_first = self._n_sequence - self._n_left_out(sequence, model, store)
         return SurrogateSource(
@@ -482,18 +481,18 @@ class SurrogateSource(Source):
             # next round is in the making.
             return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
-            return max(_FIRST_BATCH, self._executor.queue.n_workers)
+            return max(_FIRST_BATCH, self._executor.queue.runner.n_workers)
         return _BATCH
 
     @property
     def _n_free(self) -> int:
         """How many workers have no design; negative while designs wait for workers."""
-        return self._executor.queue.n_workers - self._executor.queue.n_pending
+        return self._executor.queue.runner.n_workers - self._executor.queue.n_pending
 
     @property
     def _n_ahead(self) -> int:
         """How many designs are tested while a round is in the making, so that no worker waits."""
-        n_workers = self._executor.queue.n_workers
+        n_workers = self._executor.queue.runner.n_workers
         return max(1, n_workers // 4, min(self._n_meanwhile, n_workers))
 
     def _table(self) -> TestTable:

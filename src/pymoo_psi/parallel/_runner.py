@@ -198,11 +198,6 @@ class Queue:
     # As its reader sees it
 
     @property
-    def n_workers(self) -> int:
-        """How many workers there are now; 0 for this process."""
-        return self.runner.n_workers
-
-    @property
     def n_pending(self) -> int:
         """How many of what was added have no result yet, and are not held by a pause."""
         if self.is_paused:
@@ -308,7 +303,7 @@ class Queue:
         # 0 seconds where a clock is too coarse
         seconds = max(statistics.median_low([seconds for _, seconds in self._samples]), 1e-9)
         size = min(int(self._job_seconds / seconds), _GROWTH * last_size, self.largest)
-        n_workers = self.n_workers
+        n_workers = self.runner.n_workers
         if n_workers > 1:
             share = math.ceil(self.n_waiting / n_workers)
             worthwhile = math.ceil(_WORTHWHILE * self._seconds / seconds)
@@ -317,7 +312,7 @@ class Queue:
 
     @property
     def _job_seconds(self) -> float:
-        return max(self._seconds, _SECONDS_OF_WORKER * self.n_workers)
+        return max(self._seconds, _SECONDS_OF_WORKER * self.runner.n_workers)
 
     def results_of(self, answer: Answer) -> Iterator[Result]:
         """Yield the results of an answer; what they are of is under way no more.
