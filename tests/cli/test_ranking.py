@@ -142,5 +142,7 @@ def test_a_run_says_what_it_added_to_its_study(said, tmp_path, monkeypatch):
     assert f"; {len(optimal)} of them are not dominated." in printed
     assert f"This run: 16 tests, of which {n_new} are not dominated" in printed
     best = table.best()
-    assert f"Proposed: test {best['run'][0]}.{best['test_point'][0]} (f1 " in printed
+    name = f"test {best['run'][0]}.{best['test_point'][0]}"
+    assert table.numbers[table.row_of(name)] == best.numbers[0]
+    assert f"Proposed: {name} (f1 " in printed
     assert best.numbers[0] == before or f"(before: test 1.{before})" in printed

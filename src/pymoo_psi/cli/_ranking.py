@@ -20,7 +20,7 @@ from pymoo_psi._validation import Names, counted
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._console import print_text, width
 from pymoo_psi.pareto import EfficiencyRanking, Explanation, explain, listed, wrapped
-from pymoo_psi.table import POINT, RUN, TEST, Limit, TestTable
+from pymoo_psi.table import RUN, TEST, Limit, TestTable
 
 _WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
@@ -41,12 +41,9 @@ _PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
 def named_ranking(table: TestTable) -> EfficiencyRanking:
     """Return the ranking of a table; tests of several runs are named by run and point, 2.15."""
     ranking = table.feasible_ranking()
-    if table.schema.label is not None or not {RUN, POINT} <= {*table.schema.notes}:
-        return ranking
-    runs = table.column(RUN)[ranking.rows]
-    points = table.column(POINT)[ranking.rows]
-    names = [f"{TEST} {run}.{point}" for run, point in zip(runs, points, strict=True)]
-    return replace(ranking, objectives=replace(ranking.objectives, labels=names))
+    names = table.names_by_run
+    labels = [names[row] for row in ranking.rows]
+    return replace(ranking, objectives=replace(ranking.objectives, labels=labels))
 
 
 def say_ranking(

@@ -440,7 +440,11 @@ def _reasons(result: Result, is_new: Mask, *, is_continued: bool) -> list[str]:
     failures = Counter(alike(tests.reasons.values()))
     if not failures:
         return []
-    texts = [f"{reason:.{_LONGEST}}" for reason, _ in failures.most_common(_N_REASONS)]
+    texts = []
+    for reason, _ in failures.most_common(_N_REASONS):
+        if len(reason) > _LONGEST:  # at its end is the folder of a failed program
+            reason = f"{reason[: _LONGEST // 2]} … {reason[-_LONGEST // 2 :]}"
+        texts.append(reason)
     if len(failures) > _N_REASONS:
         texts.append(counted(len(failures) - _N_REASONS, "other reason"))
     n_failed = failures.total()

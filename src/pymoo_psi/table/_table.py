@@ -71,6 +71,8 @@ from pymoo_psi.table._schema import (
     NUMBERS_ROLES,
     OBJECTIVE,
     OUTPUT,
+    POINT,
+    RUN,
     TEST,
     VARIABLE,
     Column,
@@ -711,6 +713,20 @@ class TestTable(Shown):
             names.append(name)
         return names
 
+    @property
+    def names_by_run(self) -> list[str]:
+        """Names of the n designs in the terminal: tests of several runs by run and point, 2.15.
+
+        Example:
+            >>> table = TestTable.of([8, 9], [[0.1], [0.5]], [[1], [2]])
+            >>> table.with_notes({"run": ["1", "2"], "test_point": ["8", "1"]}).names_by_run
+            ['test 1.8', 'test 2.1']
+        """
+        if self.schema.label is not None or not {RUN, POINT} <= {*self.schema.notes}:
+            return self.names
+        places = zip(self.column(RUN), self.column(POINT), strict=True)
+        return [f"{TEST} {run}.{point}" for run, point in places]
+
     def _labels(self) -> list[Any]:
         """Return the cells of the column that names the designs, or else the numbers of tests."""
         labels: AnyArray = self.numbers
@@ -722,9 +738,10 @@ class TestTable(Shown):
         """Return the row of a design by the number of its test or by its label.
 
         Args:
-            design: The number of a test, or a text: a name as in :attr:`names`; a label that only
-                one design has; or the number of a test, unless labels are numbers. A number that
-                is a label of another test, too, is refused.
+            design: The number of a test, or a text: a name as in :attr:`names` or
+                :attr:`names_by_run`; a label that only one design has; or the number of a test,
+                unless labels are numbers. A number that is a label of another test, too, is
+                refused.
 
         Raises:
             ArgumentValueError: It names no design, or several.
@@ -744,7 +761,7 @@ class TestTable(Shown):
             is_unclear = any(map(str.isdecimal, texts))
         if is_unclear and texts != list(map(str, numbers)):
             numbers = []
-        return row_of_design(design, numbers, self.names, texts, numbers)
+        return row_of_design(design, numbers, self.names, texts, numbers, self.names_by_run)
 
     # Rankings
 
