@@ -24,7 +24,7 @@ def test_hypervolume_is_the_share_of_grid_cells_dominated(F):
     assert hypervolume(F, r) == (pytest.approx(np.mean(dominated)), 0.0)
 
 
-@pytest.mark.parametrize(("n", "m"), [(1, 40), (300, 8), (2000, 6), (40, 16)])
+@pytest.mark.parametrize(("n", "m"), [(1, 40), (300, 8), (2000, 6), (40, 16), (5, 17)])
 def test_what_would_take_long_is_sampled(n, m):
     """Of the plane sum f = 1, n random points; of one point the volume is known."""
     F = np.random.default_rng(m).dirichlet(np.ones(m), n)

@@ -1,5 +1,7 @@
 """Ranks of efficiency: their invariances, obvious cases, and what is refused."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,6 +19,12 @@ def test_equally_near_designs_share_a_place():
     frame = rank_of_efficiency(F).to_frame()
     assert frame.index.tolist() == [2, 4, 1, 3, 5, 0]
     assert frame["place"].fillna(0).tolist() == [1, 2, 3, 3, 0, 0]
+
+
+def test_designs_of_one_place_keep_their_order():
+    """Though their distances differ by rounding."""
+    F = 7.1 + np.array([*itertools.permutations([0.1, 0.2, 0.3, 0.7, 0.9])])
+    assert rank_of_efficiency(F).by_place.tolist() == list(range(120))
 
 
 def test_given_ideal_and_nadir():
