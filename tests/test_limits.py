@@ -33,13 +33,13 @@ from pymoo_psi.pareto import Acceptability
 from pymoo_psi.plots import plot_ranking
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
+from tests.helpers.asked import kept_by_hand
+from tests.helpers.documents import payload_of
+from tests.helpers.drawn import texts
 from tests.helpers.draws import examples
-from tests.page.documents import payload_of
+from tests.helpers.refusals import refused
 from tests.page.test_page_logic import in_node
-from tests.plots.drawn import texts
-from tests.refusals import refused
 from tests.report.test_report import Reader
-from tests.table.asked import kept_by_hand
 
 SEEDS = st.integers(0, 2**32 - 1)
 # What speaks of limits, in the outputs of the commands and in the report.

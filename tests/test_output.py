@@ -16,8 +16,8 @@ from pymoo_psi.analysis import convergence
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Schema
-from tests.formulas import CELLS
-from tests.processes import posix
+from tests.helpers.formulas import CELLS
+from tests.helpers.processes import posix
 
 EVIL = "<b>cost</b> & \"co\" <script>alert('1')</script>"
 

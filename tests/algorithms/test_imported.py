@@ -11,7 +11,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
 from tests.algorithms.test_noisy import Queue
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, FailureTolerant, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
 from pymoo_psi.files import read_table
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
 TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "K"}}

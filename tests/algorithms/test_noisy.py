@@ -13,7 +13,7 @@ from pymoo_psi import (
     investigate,
     read_table,
 )
-from tests.refusals import interrupted, refused
+from tests.helpers.refusals import interrupted, refused
 
 
 def model(x, seed):

@@ -32,7 +32,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 BNH = get_problem("bnh")
 

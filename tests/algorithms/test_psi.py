@@ -19,7 +19,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.files import read_table
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 

@@ -17,7 +17,7 @@ from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
 from pymoo_psi.files import read_table
 from pymoo_psi.study import Study
-from tests.refusals import interrupted, refused
+from tests.helpers.refusals import interrupted, refused
 
 
 class Model(ElementwiseProblem):

@@ -20,7 +20,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import StudyMismatchError
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 PROBLEM = get_problem("zdt1", n_var=4)
 

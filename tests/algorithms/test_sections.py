@@ -12,7 +12,7 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo_psi import TestTable, investigate, lp_tau
 from pymoo_psi.algorithms import sections
 from pymoo_psi.plots import plot_sections
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 class Bar(ElementwiseProblem):

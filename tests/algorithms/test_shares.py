@@ -6,7 +6,7 @@ import pytest
 
 from pymoo_psi import QMCSampling, VectorizedSphereChute, investigate
 from pymoo_psi.files import read_table
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4)
 

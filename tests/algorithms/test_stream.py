@@ -15,7 +15,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, ProcessRunner, investigate
 from pymoo_psi.files import read_table
-from tests.processes import posix, until
+from tests.helpers.processes import posix, until
 
 
 class Sum(ElementwiseProblem):

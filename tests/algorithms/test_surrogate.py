@@ -27,8 +27,8 @@ from pymoo_psi.problems import ProgramProblem, ProgramRun, design_space
 from pymoo_psi.study import Study
 from pymoo_psi.table import Expression
 from tests.helpers.draws import rarely
-from tests.processes import posix
-from tests.refusals import interrupted, refused
+from tests.helpers.processes import posix
+from tests.helpers.refusals import interrupted, refused
 
 
 class Mixed(ElementwiseProblem):

@@ -8,7 +8,7 @@ from pymoo_psi import TestTable, investigate, lp_tau, rank_of_efficiency
 from pymoo_psi._numbers import percent
 from pymoo_psi.analysis import convergence
 from pymoo_psi.table import Schema
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 LIMITS = {"f1": 40.0}
 

@@ -8,8 +8,8 @@ from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read
 from pymoo_psi.analysis import averaged
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Schema
-from tests.page.documents import payload_of
-from tests.refusals import refused
+from tests.helpers.documents import payload_of
+from tests.helpers.refusals import refused
 
 COST = {"A": [10.0, 12.0, 11.0], "B": [20.0, 21.0, 22.0], "C": [15.0, 16.0]}
 MASS = {"A": [5.0, 5.4, 5.2], "B": [2.0, 2.4, 2.2], "C": [3.0, 3.2]}

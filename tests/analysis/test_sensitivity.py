@@ -18,7 +18,7 @@ from pymoo_psi import (
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.analysis import convergence, even_part, sensitivities
 from pymoo_psi.table import Schema
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 def table_of(X, F, G=None, **names):

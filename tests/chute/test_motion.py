@@ -12,10 +12,10 @@ from scipy.integrate import simpson, solve_ivp
 
 from benchmarks.motion import rival
 from pymoo_psi.chute import ChuteParameters, Motion, criteria, motion
-from tests.chute import designs
-from tests.chute.designs import design, solve, wide
+from tests.helpers import designs
+from tests.helpers.designs import design, solve, wide
 from tests.helpers.draws import examples
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 REFERENCE = Path(__file__).parent / "reference"
 FIELDS = tuple(field.name for field in fields(Motion) if field.name not in ("u1", "v_p"))

@@ -5,7 +5,7 @@ import pytest
 
 from pymoo_psi import chute
 from pymoo_psi.chute import ChuteParameters
-from tests.chute.designs import solve, trajectory, wide
+from tests.helpers.designs import solve, trajectory, wide
 
 STALL = [0.0, 0.1, 0.4, 0.3, 0.125, 0.0, -20.0, 0.0]
 

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi.files import read_table
-from tests.processes import posix
+from tests.helpers.processes import posix
 
 FRONT = "a,b\n1,2\n2,1\n3,0\n"
 

@@ -18,8 +18,8 @@ from pymoo_psi import PSI, ProgramProblem
 from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli import main
 from pymoo_psi.files import read_table
-from tests.refusals import refused
-from tests.table.exact_csv import EXACT
+from tests.helpers.exact_csv import EXACT
+from tests.helpers.refusals import refused
 
 ALLOY = """
 name = "alloy"

@@ -29,7 +29,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.analysis import alike
 from pymoo_psi.files import read_table
-from tests.table.exact_csv import EXACT
+from tests.helpers.exact_csv import EXACT
 
 
 def joined(printed):

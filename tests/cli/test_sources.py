@@ -19,8 +19,8 @@ from pymoo_psi.files import read_table, write_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Schema
 from tests.cli.conftest import MODELS
-from tests.page.documents import payload_of
-from tests.table.exact_csv import EXACT
+from tests.helpers.documents import payload_of
+from tests.helpers.exact_csv import EXACT
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

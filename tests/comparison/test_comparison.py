@@ -17,9 +17,9 @@ from pymoo_psi import PSI, VectorizedSphereChute
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
-from tests.processes import until
+from tests.helpers.processes import until
+from tests.helpers.refusals import interrupted, refused
 from tests.recipes.test_algorithms import Mixed
-from tests.refusals import interrupted, refused
 
 compare = partial(pymoo_psi.compare, progress=False)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pymoo_psi.files import FORMATS, FileFormat, format_of, read_table, suffixes_for
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 class Records(FileFormat):

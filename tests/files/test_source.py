@@ -35,7 +35,7 @@ from pymoo_psi import (
 from pymoo_psi.files import read_table, write_table
 from pymoo_psi.table import Schema
 from tests.helpers.draws import examples
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]

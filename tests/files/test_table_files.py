@@ -17,9 +17,9 @@ from pymoo_psi.files import format_of, read_table, write_table
 from pymoo_psi.study import NOT_VALUES
 from pymoo_psi.table import RESERVED, Decision, Schema
 from tests.helpers.draws import examples
-from tests.processes import posix
-from tests.refusals import refused
-from tests.table.exact_csv import EXACT
+from tests.helpers.exact_csv import EXACT
+from tests.helpers.processes import posix
+from tests.helpers.refusals import refused
 
 CSV = format_of("t.csv", "tests")
 texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))

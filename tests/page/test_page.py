@@ -11,9 +11,9 @@ from pymoo_psi import Decision, Formulation, TestTable, investigate, read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Schema
-from tests.beams import OBJECTIVES, beams, page_of_beams
-from tests.page.documents import column_of, payload_of
-from tests.refusals import refused
+from tests.helpers.beams import OBJECTIVES, beams, page_of_beams
+from tests.helpers.documents import column_of, payload_of
+from tests.helpers.refusals import refused
 
 
 def test_all_designs_are_there_in_their_order_with_every_digit():

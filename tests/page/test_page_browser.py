@@ -18,10 +18,10 @@ from pymoo_psi.analysis import positions_frame, separation_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Formulation
-from tests.beams import OBJECTIVES, beams, page_of_beams
-from tests.formulas import CELLS, INERT
-from tests.processes import LONG
-from tests.table.exact_csv import EXACT
+from tests.helpers.beams import OBJECTIVES, beams, page_of_beams
+from tests.helpers.exact_csv import EXACT
+from tests.helpers.formulas import CELLS, INERT
+from tests.helpers.processes import LONG
 
 
 @pytest.fixture(scope="module")

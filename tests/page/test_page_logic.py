@@ -20,8 +20,8 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import Decision, Formulation
-from tests.page.documents import payload_of, script_of
-from tests.table.asked import kept_by_hand
+from tests.helpers.asked import kept_by_hand
+from tests.helpers.documents import payload_of, script_of
 
 HOSTILE = [
     "{",

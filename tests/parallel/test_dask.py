@@ -13,8 +13,8 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, ExecutorRunner, JoblibRunner, VectorizedSphereChute, investigate
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.files import read_table
-from tests.processes import posix, until
-from tests.refusals import refused
+from tests.helpers.processes import posix, until
+from tests.helpers.refusals import refused
 
 Client = pytest.importorskip("distributed").Client
 pytestmark = posix

@@ -24,8 +24,8 @@ from pymoo_psi import (
 )
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.files import read_table
-from tests.processes import posix
-from tests.refusals import refused
+from tests.helpers.processes import posix
+from tests.helpers.refusals import refused
 
 
 class Sum(ElementwiseProblem):

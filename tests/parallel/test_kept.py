@@ -11,8 +11,8 @@ import pytest
 
 from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import EvaluationError
-from tests.processes import posix
-from tests.refusals import refused
+from tests.helpers.processes import posix
+from tests.helpers.refusals import refused
 
 pytestmark = posix
 

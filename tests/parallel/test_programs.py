@@ -10,7 +10,7 @@ import textwrap
 
 import pytest
 
-from tests.processes import LONG, gone, posix
+from tests.helpers.processes import LONG, gone, posix
 
 
 def start(code, folder=None, **options):

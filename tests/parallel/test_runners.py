@@ -20,8 +20,8 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import Queue
-from tests.processes import gone, posix
-from tests.refusals import refused
+from tests.helpers.processes import gone, posix
+from tests.helpers.refusals import refused
 
 
 def model(**kwargs):

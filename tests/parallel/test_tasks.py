@@ -8,8 +8,8 @@ import pytest
 from pymoo_psi import ProcessRunner
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.parallel import in_parallel
-from tests.processes import until
-from tests.refusals import refused
+from tests.helpers.processes import until
+from tests.helpers.refusals import refused
 
 
 def test_expensive_designs_after_cheap_ones_are_spread_over_the_workers(tmp_path):

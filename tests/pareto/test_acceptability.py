@@ -6,7 +6,7 @@ import pytest
 from pymoo_psi import CompromiseProgramming, acceptability, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import Acceptability, weights_sentence
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 # Two and three objectives whose range over the Pareto set is 0 to 1, and one in other units.
 TWO = np.array([[0.0, 1.0], [0.1, 0.7], [0.25, 0.4], [0.6, 0.15], [1.0, 0.0]])

@@ -22,8 +22,8 @@ from pymoo_psi import (
     representatives,
 )
 from pymoo_psi.pareto import Caution
+from tests.helpers.refusals import refused
 from tests.pareto.test_objectives import PUBLISHED, published
-from tests.refusals import refused
 
 X = np.linspace(0, 1, 101)
 

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import TestTable, compare_designs, explain, rank_of_efficiency
 from pymoo_psi.table import Schema
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 small_sets = st.tuples(st.integers(1, 9), st.integers(1, 4)).flatmap(
     lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))

@@ -10,8 +10,8 @@ from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.pareto import RANKING_COLUMNS
-from tests.pareto.exact import assert_exact, exact_ranking
-from tests.refusals import refused
+from tests.helpers.exact import assert_exact, exact_ranking
+from tests.helpers.refusals import refused
 
 # Ties, duplicates and dominated rows are common on a grid; generic points have none.
 grids = st.tuples(st.integers(1, 25), st.integers(2, 8)).flatmap(

@@ -7,7 +7,7 @@ from pymoo.core.result import Result
 
 from pymoo_psi import Preferences, Preferred, TestTable, acceptability, explain
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 FIVE = np.array([[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]])
 SPHERE = np.abs(np.random.default_rng(4).standard_normal((80, 3)))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pymoo_psi import TestTable, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 def test_equally_near_designs_share_a_place():

@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import cautions, rank_of_efficiency
 from pymoo_psi.pareto import levels, without_rounding
-from tests.pareto.exact import assert_exact, exact_ranking
+from tests.helpers.exact import assert_exact, exact_ranking
 
 EPS = 2.0**-52
 shapes = st.tuples(st.integers(1, 24), st.integers(1, 8))

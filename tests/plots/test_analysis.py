@@ -4,7 +4,7 @@ import numpy as np
 
 from pymoo_psi.analysis import sensitivities
 from pymoo_psi.plots import plot_sensitivities
-from tests.plots.drawn import assert_whole, shown
+from tests.helpers.drawn import assert_whole, shown
 
 
 def test_bars_are_the_indices_and_lines_their_bands(osy):

@@ -7,7 +7,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi.comparison import INDICATORS, compare
 from pymoo_psi.plots import plot_fronts, plot_indicator, plot_indicators
-from tests.plots.drawn import assert_readable, assert_whole, texts
+from tests.helpers.drawn import assert_readable, assert_whole, texts
 
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
 

@@ -8,7 +8,7 @@ from matplotlib._pylab_helpers import Gcf
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.plots import paper_figures, save_figures
-from tests.plots.drawn import assert_whole
+from tests.helpers.drawn import assert_whole
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from pymoo_psi import TestTable, rank_of_efficiency
 from pymoo_psi._numbers import number
 from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table, save_figures
-from tests.plots.drawn import assert_readable, assert_whole, shown, texts
+from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
 
 
 def ranked(m, n=60, name="an objective with a long name, the {}th", **options):

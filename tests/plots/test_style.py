@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pymoo_psi import plots
 from pymoo_psi.plots import save_figures
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 @pytest.mark.parametrize(

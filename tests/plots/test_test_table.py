@@ -7,8 +7,8 @@ from pymoo_psi import TestTable
 from pymoo_psi.analysis import histogram
 from pymoo_psi.plots import plot_objectives, plot_table
 from pymoo_psi.table import Schema
-from tests.plots.drawn import assert_whole, shown, texts
-from tests.refusals import refused
+from tests.helpers.drawn import assert_whole, shown, texts
+from tests.helpers.refusals import refused
 
 LIMITS = {"f1": 2.9, "f4": 5.0}  # with wide ranges of the feasible, so that all tests are shown
 

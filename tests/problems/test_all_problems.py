@@ -14,7 +14,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 def made(kind):

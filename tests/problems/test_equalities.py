@@ -20,7 +20,7 @@ from pymoo_psi import (
     nsga3,
 )
 from pymoo_psi.problems import design_space, with_requirements
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 class Mixture(Problem):

@@ -20,7 +20,7 @@ from pymoo_psi.analysis import histogram, sensitivities
 from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_table
 from pymoo_psi.table import Kind
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 def values(exponent, height):

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from pymoo_psi import ProgramProblem
-from tests.mutations import toml_file
-from tests.refusals import refused
+from tests.helpers.mutations import toml_file
+from tests.helpers.refusals import refused
 
 BRACKET = Path(__file__).parents[2] / "benchmarks" / "real" / "bracket" / "bracket.toml"
 X, WIDTH = 25.0, 3  # a real and an integer variable

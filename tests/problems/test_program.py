@@ -14,8 +14,8 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, ProcessRunner, ProgramProblem, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import Output
-from tests.processes import gone, posix, until
-from tests.refusals import refused
+from tests.helpers.processes import gone, posix, until
+from tests.helpers.refusals import refused
 
 # A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
 SOLVER = """

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pymoo_psi import ProgramProblem, PsiError
-from tests.mutations import mutated, toml_file
-from tests.refusals import refused
+from tests.helpers.mutations import mutated, toml_file
+from tests.helpers.refusals import refused
 
 FILE = {
     "name": "beam",

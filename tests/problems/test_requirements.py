@@ -19,7 +19,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 def model(x, y):

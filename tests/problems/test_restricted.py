@@ -23,7 +23,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.study import Study
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
 

@@ -16,7 +16,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import StudyMismatchError
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 A = np.array([[1.0, 2.0], [-3.0, 0.5]])
 

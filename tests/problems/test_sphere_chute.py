@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pymoo_psi import SphereChute, VectorizedSphereChute, lp_tau
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 @pytest.mark.parametrize("model", ["rolling", "full"])

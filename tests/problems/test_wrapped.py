@@ -19,7 +19,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.problems import WrappedProblem
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 class Mirrored(WrappedProblem):

@@ -16,7 +16,7 @@ from pymoo_psi import (
     rank_of_efficiency,
 )
 from pymoo_psi.selection import compare_selectors
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
 sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(

@@ -10,7 +10,7 @@ from pymoo.core.variable import Binary, Choice, Real
 from scipy import stats
 
 from pymoo_psi import FailureTolerant, lp_tau, rank_of_efficiency, robustness
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 class Beam(Problem):

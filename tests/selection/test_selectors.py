@@ -24,7 +24,7 @@ from pymoo_psi import (
     rank_of_efficiency,
 )
 from pymoo_psi.selection import compare_selectors
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
     warnings.simplefilter("ignore", DeprecationWarning)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi import lp_tau
 from pymoo_psi.sequences import MAX_DIMENSIONS
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 DATA = json.loads(
     resources.files("pymoo_psi.sequences").joinpath("lp_tau_directions.json").read_text("utf-8")

@@ -23,9 +23,9 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, Recorded, SurrogatePSI, investigate, live, read_table
 from pymoo_psi.study import Study
+from tests.helpers.processes import LONG, posix, until
+from tests.helpers.refusals import interrupted, refused
 from tests.page.test_page_browser import browser  # noqa: F401
-from tests.processes import LONG, posix, until
-from tests.refusals import interrupted, refused
 
 Error = pytest.importorskip("playwright.sync_api", reason="playwright is missing").Error
 

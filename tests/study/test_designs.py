@@ -6,7 +6,7 @@ from pymoo.core.variable import Choice
 
 from pymoo_psi import Restricted, investigate
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 
 class Typed(ElementwiseProblem):

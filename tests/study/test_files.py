@@ -15,9 +15,9 @@ from pymoo_psi.errors import (
     StudyMismatchError,
 )
 from pymoo_psi.study import Study
-from tests.processes import posix
-from tests.refusals import refused
-from tests.study.studies import (
+from tests.helpers.processes import posix
+from tests.helpers.refusals import refused
+from tests.helpers.studies import (
     HEAD,
     begun,
     bits,

@@ -8,8 +8,8 @@ import pytest
 from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.study import Share, Study, read_folder, write_study
-from tests.refusals import refused
-from tests.study.studies import HEAD, begun, bits, block, of_one_run, read, rows
+from tests.helpers.refusals import refused
+from tests.helpers.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 
 @pytest.mark.parametrize("of", [1, 2, 3, 7, 64])

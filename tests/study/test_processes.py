@@ -15,9 +15,9 @@ import pytest
 import pymoo_psi
 from pymoo_psi.errors import StudyLockedError
 from pymoo_psi.study import Study
-from tests.processes import LONG, until
-from tests.refusals import refused
-from tests.study.studies import HEAD, begun, bits, block, of_one_run, read, rows
+from tests.helpers.processes import LONG, until
+from tests.helpers.refusals import refused
+from tests.helpers.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
 
@@ -26,7 +26,7 @@ SERVER = """
 import json, os, signal, sys, tempfile, time, traceback
 from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.study import Study
-from tests.study.studies import HEAD, begun, block, read
+from tests.helpers.studies import HEAD, begun, block, read
 
 def say(path, *words):
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)

@@ -24,7 +24,7 @@ from pymoo_psi.analysis import even_part, sensitivities
 from pymoo_psi.files import read_table, write_table
 from pymoo_psi.study import Study
 from pymoo_psi.table import Schema
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
 from pymoo_psi.study import Study
-from tests.refusals import refused
-from tests.study.studies import (
+from tests.helpers.refusals import refused
+from tests.helpers.studies import (
     HEAD,
     begun,
     bits,

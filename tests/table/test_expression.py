@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi import Formulation, PsiError, TestTable
 from tests.helpers.draws import examples
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 COLUMNS = {
     "a": np.array([1.5, -2.0, 0.0, 1e300]),

@@ -19,8 +19,8 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
 from pymoo_psi.table import Schema, limits_of
 from tests.helpers.draws import examples
-from tests.mutations import mutated
-from tests.refusals import refused
+from tests.helpers.mutations import mutated
+from tests.helpers.refusals import refused
 
 COUNT = 40
 FINITE = 1e6  # the model's values are far below

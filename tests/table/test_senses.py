@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pymoo_psi.analysis import constraint_costs, histogram
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Formulation, Schema, TestTable
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 # Few values, so that designs are equal in a criterion and limits are met exactly.
 VALUES = st.sampled_from([-2.0, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0, np.inf, -np.inf, np.nan])

@@ -13,8 +13,8 @@ from hypothesis.extra.numpy import arrays
 from pymoo_psi import TestTable, explain
 from pymoo_psi.analysis import constraint_costs, histogram
 from pymoo_psi.table import Schema
-from tests.refusals import refused
-from tests.table.asked import freed, violations
+from tests.helpers.asked import freed, violations
+from tests.helpers.refusals import refused
 
 # A coarse grid makes ties, dominated designs and values on a limit common.
 grid = st.integers(-2, 2).map(float)

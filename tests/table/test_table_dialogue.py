@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from pymoo_psi import TestTable, lp_tau
 from pymoo_psi.analysis import histogram
 from pymoo_psi.table import Schema
-from tests.refusals import refused
+from tests.helpers.refusals import refused
 
 ring = lp_tau(512, 2)
 RING = TestTable.of(

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from pymoo_psi import TestTable, lp_tau
 from pymoo_psi.table import Schema
-from tests.refusals import refused
-from tests.table.asked import freed
+from tests.helpers.asked import freed
+from tests.helpers.refusals import refused
 
 SCHEMA = Schema.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 1.0])
 

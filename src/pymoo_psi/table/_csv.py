@@ -31,7 +31,7 @@ _DATATYPES: Values = {  # data types of CSVW by those of pandas
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
 # Apostrophes in front count with the text, so that no two texts are written alike. exports.js has
-# this rule for what the page exports; the cells of tests/formulas.py try both.
+# this rule for what the page exports; the cells of tests/helpers/formulas.py try both.
 _LEADING = "'=+-@＝＋－＠\t\r\n"
 _FORMULA = re.compile(
     r"'*(?![+-]?([0-9.,]*(e[+-]?[0-9]+)?%?|inf|infinity|nan)\Z)[=+\-@＝＋－＠\t\r\n]", re.IGNORECASE
