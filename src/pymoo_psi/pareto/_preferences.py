@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._numbers import percent
+from pymoo_psi._numbers import decimal_mark, percent
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid
 from pymoo_psi.pareto._acceptability import (
@@ -35,7 +35,7 @@ from pymoo_psi.pareto._acceptability import (
 )
 from pymoo_psi.pareto._cautions import originals
 from pymoo_psi.pareto._explanation import compare_designs
-from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
+from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ class Preferences(Shown):
         self.ranking: EfficiencyRanking = rank_of_efficiency(
             F, normalize=normalize, maximize=maximize
         )
+        self._decimal: str = F.decimal if is_table(F) else ""
         self._front, terms, weighted = weighted_terms(self.ranking)
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.
@@ -265,16 +266,20 @@ class Preferences(Shown):
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
         best = self.row_of(self.best)
-        proposed = sentence(
-            "preferred",
-            design=self.ranking.name_of(best),
-            answers=counted(sum(relation != "?" for _, relation, _ in self._answers), "answer"),
-            share=percent(self.shares[best]),
-            regret=percent(self.regret),
-        )
-        texts = [proposed, *self.trades()]
-        if self.question() is None:
+        n_answers = sum(relation != "?" for _, relation, _ in self._answers)
+        with decimal_mark(self._decimal):
+            proposed = sentence(
+                "preferred",
+                design=self.ranking.name_of(best),
+                answers=counted(n_answers, "answer"),
+                share=percent(self.shares[best]),
+                regret=percent(self.regret),
+            )
+            texts = [proposed, *self.trades()]
+        if self.regret < _ENOUGH:
             texts.append(sentence("enough"))
+        elif self.question() is None:
+            texts.append(sentence("none left"))
         return tuple(texts)
 
     def trades(self, units: Mapping[Any, str] | None = None) -> tuple[str, ...]:
