@@ -1,4 +1,4 @@
-"""PSI compared with NSGA-III on sixteen problems: the benchmark in ``benchmarks/README.md``.
+"""PSI compared with NSGA-III on sixteen problems: the benchmark in ``benchmarks/comparison.md``.
 
 All of it takes some thirty minutes on two cores; it continues after an interruption:
 
@@ -27,7 +27,7 @@ from pymoo_psi.plots import plot_indicator
 
 HERE = Path(__file__).parent
 PICTURES = output(HERE / "pictures")
-README = output(HERE / "README.md")
+PAGE = output(HERE / "comparison.md")
 TABLE = output(HERE / "comparison.csv")
 BUDGETS = sized((256, 1024, 4096, 16384), (64,))
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
@@ -39,7 +39,7 @@ END = "<!-- end -->"
 
 
 def whole_benchmark(folder: Path, jobs: int) -> None:
-    """Run everything; write references, pictures, the CSV file and the table of the README."""
+    """Run everything; write references, pictures, the CSV file and ``comparison.md``."""
     comparisons: dict[str, Comparison] = {}
     for name in NAMES:
         problem = PROBLEMS[name]()
@@ -58,10 +58,10 @@ def whole_benchmark(folder: Path, jobs: int) -> None:
     summaries(comparisons).to_csv(TABLE, index=False)
     pictures(comparisons)
     table = "\n".join(wins(comparisons))
-    before, rest = README.read_text("utf-8").split(BEGIN)
+    before, rest = PAGE.read_text("utf-8").split(BEGIN)
     _, after = rest.split(END, 1)
     block = f"{BEGIN}\n\nOn {describe_machine()}.\n\n{table}\n\n{END}"
-    README.write_text(before + block + after, "utf-8")
+    PAGE.write_text(before + block + after, "utf-8")
 
 
 def some_rows(names: list[str], algorithms: list[str], budgets: list[int], jobs: int) -> None:

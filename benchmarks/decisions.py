@@ -47,7 +47,7 @@ from pymoo_psi.pareto import nondominated
 Array = NDArray[np.float64]
 
 KEPT = output(Path(__file__).parent / "decisions.jsonl")
-README = output(Path(__file__).parent / "README.md")
+PAGE = output(Path(__file__).parent / "decisions.md")
 BEGIN = "<!-- decisions -->"
 END = "<!-- end decisions -->"
 # Ways to direct a search were compared on these, so that their numbers are optimistic.
@@ -362,10 +362,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         lines = [*summary(frame), "", *table(frame), *lines]
     print("\n".join(lines))
     if options.out == KEPT:
-        before, rest = README.read_text("utf-8").split(BEGIN)
+        before, rest = PAGE.read_text("utf-8").split(BEGIN)
         after = rest.split(END)[1]
         text = "\n".join([BEGIN, "", *lines, "", END])
-        README.write_text(before + text + after, "utf-8")
+        PAGE.write_text(before + text + after, "utf-8")
 
 
 if __name__ == "__main__":

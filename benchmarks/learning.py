@@ -62,7 +62,7 @@ Array = NDArray[np.float64]
 
 HERE = Path(__file__).parent
 KEPT = output(HERE / "learning.jsonl")
-README = output(HERE / "README.md")
+PAGE = output(HERE / "learning.md")
 BEGIN = "<!-- learning: written by python -m benchmarks.learning -->"
 END = "<!-- end learning -->"
 BUDGETS = (64, 128, 256, 512, 1024)
@@ -689,22 +689,22 @@ def tables(frame: pd.DataFrame) -> list[str]:
     return [*lines, f"Processor seconds a design, medians: {', '.join(cells)}."]
 
 
-def write_readme(lines: list[str], machine: str) -> None:
-    """Write tables into the README.
+def write_page(lines: list[str], machine: str) -> None:
+    """Write tables into ``learning.md``.
 
     Args:
         lines: The tables.
-        machine: The machine on which the runs were timed; empty: that of the README stays.
+        machine: The machine on which the runs were timed; empty: that of the page stays.
     """
-    before, rest = README.read_text("utf-8").split(BEGIN)
+    before, rest = PAGE.read_text("utf-8").split(BEGIN)
     block, after = rest.split(END)
     machine = machine or block.strip().splitlines()[0]
     text = "\n".join([BEGIN, "", machine, "", *lines, "", END])
-    README.write_text(before + text + after, "utf-8")
+    PAGE.write_text(before + text + after, "utf-8")
 
 
 def main() -> None:
-    """Perform the missing runs; print the tables, and write them into the README."""
+    """Perform the missing runs; print the tables, and write them into ``learning.md``."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", choices=[[], *PROBLEMS], metavar="PROBLEM")
     parser.add_argument("--algorithms", default=",".join(OURS))
@@ -727,7 +727,7 @@ def main() -> None:
     lines = tables(frame)
     picture(frame)
     print("\n".join(lines))
-    write_readme(lines, machine)
+    write_page(lines, machine)
 
 
 if __name__ == "__main__":
