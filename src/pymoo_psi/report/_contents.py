@@ -162,10 +162,15 @@ class Choice:
             ends = (self.ranking.nadir[j], self.ranking.ideal[j])
             places, is_log = plots.places_between(values, *ends)
             ticks = np.unique(np.round(_TICKS * places[self.ranking.pareto]).astype(int))
+            hint = "less is better"
+            if objectives.sign[j] < 0:
+                hint = "more is better"
+            if is_log:
+                hint += ", log axis"
             row = {
                 "name": name,
                 "unit": objectives.units.get(name, ""),
-                "hint": "more is better" if objectives.sign[j] < 0 else "less is better",
+                "hint": hint,
                 "value": self.formats[name].text(values[self.row]),
                 "worst": self.formats[name].text(ends[0]),
                 "best": self.formats[name].text(ends[1]),
@@ -175,8 +180,6 @@ class Choice:
                 "others": self._others(name, ends),
                 "error": "",
             }
-            if is_log:
-                row["hint"] += ", log axis"
             if has_errors(self.table):
                 error = self.table.column(error_column(name))[self.ranking.rows[self.row]]
                 row["error"] = f"±\N{NO-BREAK SPACE}{number(error, 2)}"
