@@ -80,10 +80,10 @@ const page = (() => {
   })
 
   return {
-    data, ready: performance.now(), update, grow, reload, decision: decisionNow, say, make, renew, $, explain, tickTexts, looks: LOOKS,
+    data, ready: performance.now(), update, grow, reload, explain, tickTexts, looks: LOOKS,
     state: () => state,
     set: (next, done = true) => { change(checked(data, next).state, done); update() },
-    get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
+    get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get inspected() { return inspected },
     get dragging() { return dragging },
     get settled() { return !waiting && !pending },

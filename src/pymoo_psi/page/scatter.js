@@ -37,10 +37,8 @@ function scatter(section, key, columns) {
     selects.forEach((element, k) => { element.value = columns[k].field })
     ;[zoom, windows] = [1, null]
     area.setAttribute("aria-label", `${y.label} against ${x.label}; the table holds the same designs`)
-    const words = columns.filter(isObjective).map(({name, maximize}) => [name, maximize ? "more" : "less"])
-    const [first, second] = words
-    renew(hint, words.length === 2 && first[1] === second[1] ? `${first[1] === "less" ? "Less" : "More"} is better in both; the line is their front.`
-      : words.map(([name, word]) => `${word} ${name}`).join(" and ").replace(/^./, (first) => first.toUpperCase()) + (words.length ? " is better" : "") + (words.length === 2 ? "; the line is their front." : words.length ? "." : ""))
+    const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
+    renew(hint, ["", `Better: ${better[0]}.`, `Better: ${better.join(" and ")}. The line is their front.`][better.length])
   }
 
   // What is shown: the designs within the limits and what is marked, with the limits near them. It
@@ -62,24 +60,20 @@ function scatter(section, key, columns) {
       return {low: back(a), high: back(b), log: isLog}
     })
   }
+  // Where the window begins, in shares of the whole.
+  const startOf = (k) => min(1 - 1 / zoom, max(0, (centre?.[k] ?? 0.5) - 0.5 / zoom))
   function spansOf() {
     if (!windows || !dragging) windows = wholeWindow()
-    return windows.map((scale, k) => {
-      const from = min(1 - 1 / zoom, max(0, (centre?.[k] ?? 0.5) - 0.5 / zoom))
-      return zoom === 1 ? scale : {...scale, low: valueAt(scale, from), high: valueAt(scale, from + 1 / zoom)}
-    })
+    return windows.map((scale, k) => zoom === 1 ? scale
+      : {...scale, low: valueAt(scale, startOf(k)), high: valueAt(scale, startOf(k) + 1 / zoom)})
   }
   function zoomBy(factor, spot = null) {
     if (!spot && verdict) spot = spotsOf()(verdict.row)
     const [w, h] = frame()
     const shares = spot ? [(spot[0] - LEFT) / w, 1 - (spot[1] - TOP) / h] : [0.5, 0.5]
-    // What is at the spot stays there.
-    centre = shares.map((share, k) => {
-      const from = min(1 - 1 / zoom, max(0, (centre?.[k] ?? 0.5) - 0.5 / zoom))
-      const next = max(1, min(1e4, zoom * factor))
-      return from + share / zoom + (0.5 - share) / next
-    })
-    zoom = max(1, min(1e4, zoom * factor))
+    const next = max(1, min(1e4, zoom * factor))
+    centre = shares.map((share, k) => startOf(k) + share / zoom + (0.5 - share) / next) // what is at the spot stays there
+    zoom = next
     draw(true)
   }
 
