@@ -33,7 +33,7 @@ def folder(run, tmp_path, undrawn, said, front):
     ["solve bnh --points 16 --out o.csv", "rank set.csv --out o.csv", "export s.db --out o.csv",
      "page set.csv --out o.html", "report s.db --out o.html", "rank set.csv --out o.xlsx"],
 )  # fmt: skip
-def test_an_older_result_is_replaced_whole_and_files_of_others_stay(folder, words, said):
+def test_older_results_are_replaced_whole(folder, words, said):
     out = folder / words.split()[-1]
     said(*words.split())
     new = out.read_bytes()
@@ -86,7 +86,7 @@ def test_what_is_read_and_a_study_are_never_overwritten(folder, said):
     assert {name: (folder / name).read_bytes() for name in before} == before
 
 
-def test_metadata_of_others_stay_and_are_found_before_the_run(folder, said):
+def test_metadata_of_others_are_found_before_the_run(folder, said):
     others = folder / "o.csv-metadata.json"
     others.write_text('{"url": "o.csv"}')
     assert "got 'o.csv-metadata.json'; choose another name" in said(
@@ -100,7 +100,7 @@ def test_metadata_of_others_stay_and_are_found_before_the_run(folder, said):
     assert (folder / "t.csv").read_text() == FRONT
 
 
-def test_a_ranking_comes_back_and_without_its_metadata_is_refused(said, tmp_path):
+def test_a_ranking_comes_back_with_its_metadata(said, tmp_path):
     frame = pd.DataFrame({"name": ["A", "#B", "C", "D"], "a": [1, 2, 3, 4], "b": [1, 2, 3, 5]})
     frame.to_excel("set.xlsx", index=False)
     said("rank", "set.xlsx", "--maximize", "b", "--units", "a=µg", "--out", "o.csv")
@@ -160,7 +160,7 @@ def test_streams_that_are_closed_or_full(tmp_path, stream, words, code, front):
         "export set.csv --out /proc/o.csv",
     ],
 )
-def test_a_folder_that_cannot_be_written_is_found_before_the_run(said, tmp_path, words, front):
+def test_an_unwritable_folder_is_found_before_the_run(said, tmp_path, words, front):
     err = said(*words.split(), code=2)
     assert "/proc" in err
     assert not (tmp_path / "was").exists()

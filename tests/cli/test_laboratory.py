@@ -81,7 +81,7 @@ def stored():
         return tests, db.execute("SELECT count(*) FROM log").fetchone()[0]
 
 
-def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
+def test_two_files_in_turns_lose_nothing(alloy, told):
     first, second = asked("first.csv", "--points", 3), asked("second.xlsx", "--points", 2)
     assert [*first["test"], *second["test"]] == [1, 2, 3, 4, 5]
     designs = pd.concat([first, second])[["a [kg]", "b", "c", "mould"]]
@@ -105,7 +105,7 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
     assert stored() == ({1: 210, 2: 220, 3: 229, 5: 250, 6: 231.5}, 1)
 
 
-def test_a_result_that_is_told_again_corrects_the_former_one_with_a_history(alloy, said, told):
+def test_a_later_result_corrects_the_former_one(alloy, said, told):
     frame = filled(asked("next.csv"), [0, 1])
     told(frame)
     other = frame.iloc[[1]].assign(**{"strength [MPa]": 500})
@@ -123,7 +123,7 @@ def test_a_result_that_is_told_again_corrects_the_former_one_with_a_history(allo
     assert stored() == ({1: 210, 2: 220}, 4)
 
 
-def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy, told):
+def test_fifteen_digits_are_the_design_asked_for(alloy, told):
     frame = filled(asked("next.csv"))
     digits = ["a [kg]", "b", "c"]
     exact = frame[digits].to_numpy()
@@ -152,7 +152,7 @@ def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy,
         ("strength [MPa]", "firm", "strength"),
     ],
 )
-def test_a_row_that_cannot_be_meant_is_refused_and_nothing_is_taken(alloy, column, value, message):
+def test_a_wrong_row_is_refused_with_all_others(alloy, column, value, message):
     frame = filled(asked("next.csv"))
     frame[column] = frame[column].astype(object)
     frame.loc[1, column] = value
@@ -198,7 +198,7 @@ def results_of(problem, frame):
     return frame
 
 
-def test_surrogates_learn_from_what_is_told_and_know_what_is_pending(tmp_path, in_folder):
+def test_surrogates_know_results_and_pending_designs(tmp_path, in_folder):
     problem = get_problem("bnh")
     options = RunOptions(study="bnh.db", seed=1)
     frames = []

@@ -28,7 +28,7 @@ def cars(tmp_path, monkeypatch):
     (tmp_path / "cars.csv").write_text(CARS, "utf-8")
 
 
-def test_answers_without_a_dialogue_are_those_of_python_and_continue(capsys):
+def test_answers_without_a_dialogue_are_those_of_python(capsys):
     answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "A>B?Town"]
     assert main(["prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json"]) == 0
     printed = capsys.readouterr().out

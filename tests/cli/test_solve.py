@@ -176,7 +176,7 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     assert "This run: 12 tests, of which " in printed
 
 
-def test_a_run_without_a_feasible_design_answers_with_those_of_its_study(said):
+def test_a_run_answers_with_designs_of_its_study(said):
     words = ["solve", "models:Root", "--points", 32, "--study", "s.db"]
     before = said(*words).partition("place")[2].partition("Proposed")[0]
     printed = said(*words, "--box", "x1=-1:-0.5")
@@ -240,7 +240,7 @@ def test_an_interruption_is_reported_in_a_line(run, more, interruptible):
 
 
 @pytest.mark.parametrize("algorithm", ["psi", "surrogate"])
-def test_texts_that_a_decision_keeps_are_limits_of_every_search(said, algorithm):
+def test_texts_of_a_decision_limit_every_search(said, algorithm):
     decision = {"objectives": ["f1", "f2"], "limits": {"steel": ["S355"]}}
     Path("d.json").write_text(json.dumps(decision))
     options = ("--points", 24, "--decision", "d.json", "--algorithm", algorithm, "--out", "o.csv")

@@ -237,7 +237,7 @@ def test_a_decision_that_does_not_fit_is_a_mistake(sources, said, command, chang
     assert message in said(command, *decision(**changes), code=2)
 
 
-def test_a_design_is_chosen_by_the_column_that_numbers_designs(said, tmp_path):
+def test_a_design_is_chosen_by_its_number(said, tmp_path):
     words = ["report", "set.csv", "--design"]
     (tmp_path / "set.csv").write_text("number,f,g\n3,1,2\n1,2,1\n2,1.5,1.5\n", "utf-8")
     for number, name in ((1, 1), (3, "number 3")):
@@ -289,7 +289,7 @@ def test_limits_are_read_as_the_numbers_of_a_file(said, tmp_path, limits, code, 
         assert sentence in joined(said(*command, "set.csv", "--limits", limits, code=code))
 
 
-def test_a_ranking_needs_a_feasible_design_and_a_report_says_what_stands_in_the_way(said, tmp_path):
+def test_a_report_says_what_excludes_all_designs(said, tmp_path):
     (tmp_path / "set.csv").write_text(YIELDS)
     words = ["set.csv", "--limits", "price<=1"]
     assert "set.csv: No design is left: none of 3 meets the limits (price at most 1)." in said(

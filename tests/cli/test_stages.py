@@ -98,7 +98,7 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
         assert db.execute("SELECT count(*) FROM runs").fetchone() == (3,)
 
 
-def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
+def test_an_output_of_no_folder_is_tested_on_request(log, said):
     edit('"all"', '"none"')
     said(*SOLVE, "--points", "6")
     edit(
@@ -119,7 +119,7 @@ def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
     assert len(log.read_text().splitlines()) == 12
 
 
-def test_an_output_that_is_read_in_another_way_is_refused(log, said):
+def test_an_output_read_in_another_way_is_refused(log, said):
     said(*SOLVE, "--points", "4")
     edit("'tip = (\\S+)'", "'stress = (\\S+)'")
     text = said(*SOLVE, "--points", "4", code=2)
@@ -136,7 +136,7 @@ def test_results_that_one_has_begin_a_study(log, said):
     assert "--from must be used with --study" in text
 
 
-def test_an_output_is_read_only_from_the_folders_of_the_same_tests(log, said):
+def test_outputs_are_read_from_folders_of_their_tests(log, said):
     """Folders of an older version of the program, with the same designs, are beside them."""
     said("solve", "beam.toml", "--study", "old.db", "--points", "6")
     solver = Path("model/solver.py").read_text()

@@ -16,7 +16,7 @@ from tests.helpers.documents import column_of, payload_of
 from tests.helpers.refusals import refused
 
 
-def test_all_designs_are_there_in_their_order_with_every_digit():
+def test_all_designs_are_there_with_every_digit():
     page, frame = page_of_beams(), beams()
     assert repr(page) == "DecisionPage('Beams <&> such': 400 designs)"
     sent = payload_of(page)
@@ -44,7 +44,7 @@ def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
     assert names == ["f1", "f2", "x1", "x2"]
 
 
-def test_what_a_table_of_tests_knows_is_on_its_page():
+def test_a_page_has_what_its_table_knows():
     schema = Schema.of(
         1, ["mass", "gain"], 1, outputs=["heat"], maximize=["gain"], units={"mass": "kg"}
     )
@@ -84,7 +84,7 @@ def content(**changes):
     } | changes
 
 
-def test_a_decision_is_a_formulation_that_the_page_opens_with(tmp_path):
+def test_a_page_opens_with_a_decision(tmp_path):
     path = tmp_path / "d.json"
     path.write_text(json.dumps(content()))
     page = decision_page(beams(), Decision.read_json(path))
@@ -142,7 +142,7 @@ def test_outliers_set_no_scale(values, ends, log):
 
 
 @pytest.mark.parametrize("of_optimal", [np.nan, 0.0])
-def test_decimals_are_those_of_other_designs_where_the_optimal_have_none(of_optimal):
+def test_decimals_are_those_of_other_designs(of_optimal):
     frame = pd.DataFrame({"a": [0, 1, 2], "b": [1, 0, 2], "heat": [of_optimal] * 2 + [1 / 3]})
     sent = payload_of(decision_page(frame, ["a", "b"]))
     assert sent["columns"][2]["notation"] == {"decimals": 4, "powers": False}
@@ -163,7 +163,7 @@ def test_axes_range_over_the_optimal_designs():
         ]
 
 
-def test_numbers_are_written_as_the_file_has_them_where_these_are_short():
+def test_short_numbers_are_written_as_in_the_file():
     third = 100 / 3
     frame = pd.DataFrame({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, third, 100]})
     sent = payload_of(decision_page(read_table(frame, Formulation(["a", "b"]), variables=["c"])))

@@ -325,7 +325,7 @@ def test_designs_are_pinned_and_compared(reader):
     assert reader.state["pins"] == [second]
 
 
-def test_the_nearest_designs_that_are_better_than_the_chosen_one(reader):
+def test_the_nearest_better_designs_are_named(reader):
     label = reader.shown[9]
     reader.set(chosen=label)
     reader.settle()
@@ -463,7 +463,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert taken == [decision.decided, of_ben, {}]
 
 
-def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, said, in_folder):
+def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folder):
     solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--box", "x1=0.1:0.9"]
     said(*solve, "--points", "32", "--study", "s.db")
     said("page", "s.db", "--out", "p.html")
@@ -483,7 +483,7 @@ def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, sa
     assert re.sub('src="[^"]*"', "", Path("r.html").read_text("utf-8")) == report
 
 
-def test_a_saved_page_holds_the_decision_and_is_as_before_otherwise(fresh, visit, tmp_path):
+def test_a_saved_page_holds_the_decision(fresh, visit, tmp_path):
     fresh.type_limit("mass [kg], at most", "0.7")
     fresh.page.fill("#position-name", "light")
     fresh.click("#keep")
@@ -559,7 +559,7 @@ def test_rows_are_moved_hidden_and_shown_again(reader):
     assert rows_of(reader) == ["mass", "strength", "cost, total"]
 
 
-def test_from_nine_on_rows_are_folded_and_a_folded_limit_is_said(show):
+def test_from_nine_on_rows_are_folded(show):
     rng = np.random.default_rng(4)
     names = [f"objective {k}" for k in range(40)]
     reader = show(decision_page(pd.DataFrame(rng.random((30, 40)), columns=names), names))
@@ -570,7 +570,7 @@ def test_from_nine_on_rows_are_folded_and_a_folded_limit_is_said(show):
     assert rows_of(reader) == names
 
 
-def test_an_axis_over_decades_is_logarithmic_until_it_is_turned(show):
+def test_axes_over_decades_are_logarithmic(show):
     life = 10.0 ** np.arange(7)
     frame = pd.DataFrame({"life": life, "cost": np.arange(7.0)})
     reader = show(decision_page(frame, Formulation(["life", "cost"], maximize=["life"])))
@@ -656,7 +656,7 @@ def test_a_brush_along_an_axis_sets_its_limits(reader):
 
 
 @pytest.mark.parametrize("k", range(3))
-def test_a_brush_from_near_the_best_rejects_no_better_design(reader, frame, k):
+def test_a_brush_rejects_no_better_design(reader, frame, k):
     """Objective k: its best value is at the right, from where a hand begins not quite."""
     reader.brush(axis(k), (0.97, 0.2), (0.4, 0.2))
     is_open = [end is None for end in reader.state["limits"][OBJECTIVES[k]]]
@@ -776,7 +776,7 @@ def test_a_search_finds_designs_that_are_not_shown(reader, frame):
 # Everyone
 
 
-def test_the_keyboard_reaches_every_control_each_of_which_has_a_name(laid_open):
+def test_the_keyboard_reaches_every_named_control(laid_open):
     wanted = laid_open.page.evaluate(
         """() => { let k = 0
         for (const e of document.querySelectorAll('button, input, select, textarea, summary, [tabindex]'))
@@ -990,7 +990,7 @@ def test_every_design_is_drawn(show, n):
 
 
 @pytest.mark.parametrize("width", [390, 768, 1440, 2560])
-def test_names_cover_one_another_at_no_width_and_the_first_screen_decides(show, width):
+def test_names_never_cover_one_another(show, width):
     page = decision_page(fronts(12).drop(columns="heat"), [f"f{j + 1}" for j in range(4)])
     reader = show(page, width=width)
     for part in ("#objectives", "#scatter-a .plot", "#positions"):
@@ -1021,7 +1021,7 @@ def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
     assert "Masse 0,75 points" in reader.text(".lead")
 
 
-def test_steps_of_a_slider_draw_what_a_new_page_draws(reader):
+def test_a_slider_draws_what_a_new_page_draws(reader):
     """Nothing of a former step stays."""
     pixels = "[...document.querySelectorAll('#rows canvas')].map((canvas) => canvas.toDataURL())"
     limits = ({"width": [4, 18]}, {"mass": [0.2, 0.8]}, {"width": [8, 16]})

@@ -470,7 +470,7 @@ def test_what_separates_positions_is_that_of_python(rankings):
     assert n_regrets > 6
 
 
-def test_where_nothing_is_left_it_is_said_what_brings_a_design_back(cases, answers):
+def test_where_nothing_is_left_a_way_back_is_said(cases, answers):
     for case, k, found in answered(cases, answers):
         state = case.states[k]
         rows = found["switches"]["rows"] if not found["count"] else []

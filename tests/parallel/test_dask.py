@@ -58,9 +58,7 @@ def cluster(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_cluster_of_joblib_of_the_command_and_one_that_is_lost(
-    cluster, tmp_path, monkeypatch, said
-):
+def test_clusters_of_dask_evaluate_and_may_be_lost(cluster, tmp_path, monkeypatch, said):
     (scheduler, worker, _), client = cluster
     with joblib.parallel_config("dask", client=client):
         table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)

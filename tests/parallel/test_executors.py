@@ -135,7 +135,7 @@ class Losing(Scripted):
 
 
 @pytest.mark.parametrize("n_lost", [0, 1])
-def test_a_task_that_the_engine_gives_up_is_sent_again_and_then_lost(n_lost):
+def test_a_task_given_up_is_sent_again_once(n_lost):
     runner = ExecutorRunner(Losing(n_lost + 1), workers=1)
     table = investigate(Sum(seconds=0.06, elementwise_runner=runner), 8)  # a design is a task
     assert [*table.reasons.values()] == [
@@ -158,7 +158,7 @@ def test_a_task_that_the_engine_gives_up_is_sent_again_and_then_lost(n_lost):
         ),
     ],
 )
-def test_workers_that_can_do_nothing_end_the_run_and_a_study_goes_on(tmp_path, script, message):
+def test_workers_that_can_do_nothing_end_the_run(tmp_path, script, message):
     """No design is recorded as failed."""
     path, executor = tmp_path / "s.db", Scripted(*script)
     refused(
@@ -194,7 +194,7 @@ def test_workers_join_and_leave():
     assert max(seen) == 8
 
 
-def test_what_has_not_begun_is_given_up_with_the_run():
+def test_tasks_not_begun_are_given_up():
     executor = Scripted()
     executor.pool = ThreadPoolExecutor(1)
     problem = Sum(seconds=0.06, elementwise_runner=ExecutorRunner(executor, workers=4))
@@ -202,7 +202,7 @@ def test_what_has_not_begun_is_given_up_with_the_run():
     assert any(future.cancelled() for future in executor.futures)
 
 
-def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):
+def test_copies_have_the_executor_and_pickles_none(processes):
     problem = Sum(elementwise_runner=ExecutorRunner(processes))
     X = np.array([[0.5, 0.25]])
     np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))

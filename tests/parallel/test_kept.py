@@ -89,7 +89,7 @@ def require(table, factor, offset=0.0):
     np.testing.assert_array_equal(table.F[:, 0], factor * table.X[:, 0] + offset)
 
 
-def test_the_next_call_has_the_same_workers_and_a_new_function(folder):
+def test_the_next_call_has_the_same_workers(folder):
     first = folder.tests()
     second = folder.tests(scale=3.0)
     assert processes(first) & processes(second)
@@ -130,7 +130,7 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
 
 
 @pytest.mark.parametrize("n_jobs", [1, 2])
-def test_a_file_that_is_unchanged_or_that_the_model_does_not_import_does_not_count(folder, n_jobs):
+def test_unchanged_and_unimported_files_do_not_count(folder, n_jobs):
     folder.write("plots.py", "COLOUR = 1")
     importlib.import_module("plots")
     require(folder.tests(n_jobs=n_jobs), 1)
@@ -259,7 +259,7 @@ except WorkerError as error:
 
 
 @pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
-def test_workers_that_import_a_file_before_and_after_it_changes_are_refused(tmp_path, runner):
+def test_workers_with_two_versions_are_refused(tmp_path, runner):
     """The model imports it when it runs; this process never does."""
     done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")
     assert done.stdout.startswith("helper has changed during the run")
@@ -313,7 +313,7 @@ def test_a_class_of_the_main_script_has_new_workers(tmp_path):
     assert (done.stdout, done.stderr) == ("1.0\n1.0\n", "")
 
 
-def test_a_call_after_one_that_raised_gets_its_own_answers():
+def test_a_call_after_an_error_gets_own_answers():
     """What a worker was left with when a design raised is no answer to the next call."""
 
     def doubled(x):

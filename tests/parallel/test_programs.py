@@ -127,7 +127,7 @@ queue.wait()
 
 
 @posix
-def test_a_program_ends_that_reads_no_more_results_of_a_stuck_model():
+def test_a_program_with_a_stuck_model_ends():
     command = [sys.executable, "-c", STUCK + ABANDONED]
     done = subprocess.run(command, capture_output=True, timeout=LONG)
     assert (done.returncode, done.stderr) == (0, b"")
@@ -162,7 +162,7 @@ def test_a_parent_whose_fork_lives_on_leaves_no_workers():
 # What workers import
 
 
-def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_path):
+def test_workers_import_from_where_the_program_does(tmp_path):
     """Not from the current folder, which is not that of the program."""
     here, there, added = (tmp_path / name for name in ("here", "there", "added"))
     for folder in (here, there, added):

@@ -155,7 +155,7 @@ def workers(request):
 
 
 @pytest.mark.parametrize("make", [JoblibRunner, ProcessRunner])
-def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers(make):
+def test_a_runner_is_shared_by_nested_calls(make):
     workers = make(2)
     given = {}
     with contextlib.closing(Queue(lambda x: {"F": 2 * x}, workers)) as queue:
@@ -266,7 +266,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
 
 
 @posix
-def test_a_lost_design_stops_a_problem_that_does_not_tolerate_it():
+def test_a_lost_design_stops_an_intolerant_problem():
     runner = ProcessRunner(1, timeout=1e4)
     refused(
         r"design \[7\.0, .*died \(exit code 3, 2 times\);",
@@ -337,7 +337,7 @@ def speaking(how):
 
 @posix
 @pytest.mark.parametrize("how", ["writes", "closes"])
-def test_a_model_that_writes_into_its_descriptors_changes_no_value(how):
+def test_writing_into_descriptors_changes_no_value(how):
     """Each design has its own values, and nobody waits forever."""
 
     class Speaking(ElementwiseProblem):
@@ -351,7 +351,7 @@ def test_a_model_that_writes_into_its_descriptors_changes_no_value(how):
     assert problem.failures == []
 
 
-def test_a_problem_that_cannot_be_sent_or_loaded_is_an_error(workers):
+def test_problems_that_cannot_be_sent_are_errors(workers):
     class Absent:
         def __reduce__(self):
             return __import__, ("module_that_is_not_there",)

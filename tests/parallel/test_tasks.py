@@ -12,7 +12,7 @@ from tests.helpers.processes import until
 from tests.helpers.refusals import refused
 
 
-def test_expensive_designs_after_cheap_ones_are_spread_over_the_workers(tmp_path):
+def test_expensive_designs_are_spread_over_the_workers(tmp_path):
     """The last four end only when all of them are under way."""
 
     def meeting(x):
@@ -32,7 +32,7 @@ def failing(task):
     return 10 // (2 - task)
 
 
-def test_a_task_raises_what_its_function_raises_or_that_its_worker_has_died():
+def test_a_task_raises_what_its_function_raises():
     assert sorted(in_parallel(failing, [0, 1], 2)) == [(0, 5), (1, 10)]
     with pytest.raises(ZeroDivisionError):
         list(in_parallel(failing, [2], 2))

@@ -66,7 +66,7 @@ def test_where_nothing_was_found_the_page_says_so():
     assert figure.axes[1].get_title(loc="right") == "infinite values are not drawn"
 
 
-def test_the_fronts_are_those_of_the_first_runs_with_most_evaluations(bnh):
+def test_fronts_are_those_of_the_first_runs(bnh):
     (ax,) = plot_fronts(bnh).axes
     most = max(bnh.evaluations)
     for line, name in zip(ax.lines, bnh.algorithms, strict=True):

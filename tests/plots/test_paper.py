@@ -45,7 +45,7 @@ def test_points_are_drawn_by_rank_the_optimum_on_top(case, figures):
         np.testing.assert_array_equal(line.get_xydata(), near.get_xydata())
 
 
-def test_a_curve_of_the_motion_is_interrupted_at_the_transition(case, figures):
+def test_curves_of_motion_stop_at_the_transition(case, figures):
     way = trajectory(*case.designs.X[case.ranking.salukvadze[0]], ChuteParameters(mu=0.4))
     for ax in figures[7].axes[:5]:
         *curves, transition = ax.lines

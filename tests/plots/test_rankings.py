@@ -44,12 +44,12 @@ def rows_of(figure):
     return [names[k : k + 4] for k in range(0, len(names) - 1, 4)]
 
 
-def test_the_caption_counts_the_front_and_the_best_has_its_name(ranking, page):
+def test_the_caption_counts_the_front(ranking, page):
     assert ranking.name_of(ranking.salukvadze[0]) in texts(page)
     assert page.caption.startswith(f"Cranes. {ranking.pareto.sum()} designs of 60 that no other")
 
 
-def test_a_line_goes_from_the_worst_to_the_best_value_of_each_objective(ranking, page):
+def test_lines_go_from_worst_to_best_values(ranking, page):
     lines, ax = lines_of(page)
     drawn = np.array([line[:, 0] for line in lines])
     assert len(drawn) == ranking.pareto.sum()
@@ -97,7 +97,7 @@ def test_figures_take_what_is_ranked_or_read():
     assert [ax.get_xlabel() for ax in plot_table(frame).axes] == ["f1", "f2"]  # no variables
 
 
-def test_one_value_far_from_all_others_does_not_flatten_the_axes():
+def test_one_far_value_flattens_no_axis():
     costs = [1200, 1350, 2100, 2250, 1800, 1500, 1290, 1990, 45000]
     frame = pd.DataFrame({"cost": costs, "mass": [9, 8, 4, 3, 5, 7, 8.5, 4.5, 2]})
     assert rows_of(plot_ranking(rank_of_efficiency(frame)))[1][1] == number(45000)  # as ranked

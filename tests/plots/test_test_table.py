@@ -50,7 +50,7 @@ def test_a_chosen_design_is_marked(chute):
     assert "test 7" in texts(figure)
 
 
-def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
+def test_what_is_far_is_left_out_and_reported(osy):
     figure = plot_objectives(osy)
     (ax,) = shown(figure)
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
@@ -62,7 +62,7 @@ def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
     assert far in figure.caption
 
 
-def test_limits_are_shaded_and_those_far_away_named_in_the_caption(chute):
+def test_limits_are_shaded_or_named(chute):
     figure = plot_objectives(
         chute.under(limits={"f1": 2.2, "f4": (None, 60)}), objectives=["f1", "f4"]
     )
@@ -114,7 +114,7 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert_whole(figure)
 
 
-def test_one_outlier_does_not_flatten_a_histogram_and_is_reported():
+def test_one_outlier_flattens_no_histogram():
     random = np.random.default_rng(0)
     heat = random.random(200)
     heat[7] = 1e6

@@ -235,7 +235,7 @@ def test_positions_say_what_the_proposal_costs(seed):
             assert is_worse == (k < len(re.findall(CHANGE, worse)))
 
 
-def test_another_design_is_chosen_and_the_proposed_one_is_beside_it():
+def test_a_chosen_design_stands_beside_the_proposed_one():
     numbers = TABLE.numbers[LIMITED.feasible()]
     best, other = numbers[LIMITED.feasible_ranking().salukvadze[0]], numbers[-1]
     assert best != other
@@ -249,7 +249,7 @@ def test_another_design_is_chosen_and_the_proposed_one_is_beside_it():
     assert str(report).startswith(f"Report on a choice: test {other} chosen of ")
 
 
-def test_a_choice_has_its_reason_and_every_caution_is_named(beam):
+def test_a_choice_has_its_reason_and_cautions(beam):
     chosen = LIMITED.under(
         replace(LIMITED.decision, chosen=LIMITED.best().names[0], reason="It is cheap.")
     )
@@ -261,7 +261,7 @@ def test_a_choice_has_its_reason_and_every_caution_is_named(beam):
     )
 
 
-def test_what_is_known_of_the_design_is_shown_though_others_lack_it():
+def test_what_is_known_of_the_design_is_shown():
     """Texts and outputs; the cell of another design is empty."""
     table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
     table = table.with_notes({"maker": ["", "Smith", ""]})
@@ -321,7 +321,7 @@ def test_many_designs_have_representatives():
     assert f"design | {head}" in lines(decision_report(LIMITED), "Representatives")
 
 
-def test_many_objectives_and_designs_are_folded_but_all_are_there():
+def test_many_objectives_are_folded_but_complete():
     rng = np.random.default_rng(1)
     names = [f"o{i}" for i in range(40)]
     report = decision_report(read_table(pd.DataFrame(rng.random((200, 40)), columns=names)))
@@ -375,7 +375,7 @@ def test_no_design_left_reports_what_stands_in_the_way():
     assert "Some are within it." in effects[effects.index("stress at most 70 MPa") + 1]
 
 
-def test_a_limit_on_an_integer_among_variables_of_several_kinds_is_reported():
+def test_limits_on_integers_among_other_kinds_are_reported():
     X = np.array([[0.5, 2], [0.25, 3]], dtype=object)
     schema = Schema.of(2, 1, kinds=["real", "integer"])
     table = TestTable.of([1, 2], X, [[2.0], [1.0]], schema=schema).under(limits={"x2": 1})

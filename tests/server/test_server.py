@@ -102,7 +102,7 @@ def directed(study_file):
 
 @posix
 @pytest.mark.slow
-def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_path, study_file):  # noqa: F811
+def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):  # noqa: F811
     (tmp_path / "model.py").write_text(MODEL)
     run = begun(tmp_path)
     with live(study_file, steer=True, port=0) as view:
@@ -384,7 +384,7 @@ class Steered(ElementwiseProblem):
         out["F"] = [x[0], 1 - x[0] + x[1]]
 
 
-def test_a_round_that_was_cut_off_is_tested_when_there_are_more_tests(study_file):
+def test_a_round_cut_off_is_tested_later(study_file):
     def table(n_evaluations, study=None):
         search = SurrogatePSI(n_evaluations, n_points=20, batch=4, study=study)
         problem = Steered(study, [{"action": "more", "count": 6}], at=22 if study else 0)
