@@ -36,8 +36,8 @@ def failure_sentences(table: TestTable) -> list[str]:
         >>> X = np.random.default_rng(0).uniform([10, 1], [100, 5], (40, 2))
         >>> F = X.sum(axis=1, keepdims=True)
         >>> F[X[:, 0] / X[:, 1] > 30] = np.nan
-        >>> failure_sentences(TestTable.of(np.arange(1, 41), X, F))[0].split(": ")[1]
-        'the requirement x1 / x2 <= 30 would avoid 9 of them, and reject 0 others.'
+        >>> failure_sentences(TestTable.of(np.arange(1, 41), X, F))[0].split(" in ")[0]
+        'The requirement x1 / x2 <= 30 would have avoided 9 of 9 failures'
     """
     if table.schema.words["row"] != "test" or not table.failed().any():
         return []
@@ -66,8 +66,8 @@ def failure_sentences(table: TestTable) -> list[str]:
                     least = chance
                     limit = _short(v[k], v[k + 1])
                     sentences = [
-                        f"{n_failed} of the last {n} tests failed: the requirement {term} "
-                        f"{relation} {limit} would avoid {n_right[k]} of them, and reject "
+                        f"The requirement {term} {relation} {limit} would have avoided "
+                        f"{n_right[k]} of {n_failed} failures in the last {n} tests, and rejected "
                         f"{n_beyond[k] - n_right[k]} others."
                     ]
     return sentences
