@@ -200,12 +200,13 @@ def _table(
     n_hidden = len(optimal) - len(shown)
     places = [f"{place}" for place in ranking.place[shown]]
     texts = ["best", "worst"]
-    if ranking.frame.is_fixed:
-        texts = ["best, fixed", "worst, fixed"]
     numbers = []
     for j, name in enumerate(objectives.names):
-        ends = [ranking.ideal[j], ranking.nadir[j]]
-        column = NumberFormat.of([*objectives.values[optimal, j], *ends])
+        values = objectives.values[optimal, j]
+        ends = [values.min(), values.max()]
+        if objectives.sign[j] < 0:
+            ends.reverse()
+        column = NumberFormat.of(values)
         cells = [column.text(value) for value in (*objectives.values[shown, j], *ends)]
         arrow = "↑" if objectives.sign[j] < 0 else "↓"
         numbers.append((f"{name}", arrow, cells))
