@@ -190,7 +190,8 @@ class Queue:
         self._pending: dict[int, None] = {}  # the indices of what is not done, in their order
         self.under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
         self._results: Generator[Result | None] | None = None
-        self._versions = versions()  # of the modules that were accepted
+        # those of the modules that were accepted, from the first answer on
+        self._versions: dict[str, bytes] | None = None
         self._sent: dict[Any, Job] = {}  # by the future of the job
         self._done: SimpleQueue[Any] = SimpleQueue()  # futures
         self._sent_again: set[int] = set()  # the indices of jobs that an engine gave up
@@ -322,6 +323,8 @@ class Queue:
             WorkerError: The worker has another version of a module than this process or others.
         """
         results, failure, versions_of_worker = answer
+        if self._versions is None:
+            self._versions = versions()
         accept(self._versions, versions_of_worker)
         n_measured = 0
         measured_seconds = 0.0
