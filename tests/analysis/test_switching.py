@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, read_table
-from pymoo_psi.analysis import switching, switching_values
+from pymoo_psi.analysis import change_text, constraint_costs, switching, switching_values
 
 
 def offers(seed, n=40):
@@ -84,3 +84,25 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
         pair = {1: (None, value), -1: (-value, None)}[sign]
         ranking = table.under(limits={"price": pair}).feasible_ranking()
         assert ("B" in [ranking.name_of(row) for row in ranking.salukvadze]) == stays
+
+
+@pytest.mark.parametrize(
+    ("end", "direction", "text"),
+    [
+        ("upper", "looser", "1.23457"),
+        ("upper", "tighter", "1.23456"),
+        ("lower", "looser", "1.23456"),
+        ("lower", "tighter", "1.23457"),
+    ],
+)
+def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
+    row = {"end": end, "direction": direction, "value": 1.234565, "column": "f1", "design": "A"}
+    assert f"{text} kg" in change_text(row, "kg")
+
+
+def test_a_limit_on_texts_has_no_bounds():
+    frame = pd.DataFrame({"rail": ["yes", "no"], "cost": [1.0, 2.0], "mass": [2.0, 1.0]})
+    table = read_table(frame, Formulation(["cost", "mass"], limits={"rail": ["yes"]}))
+    costs = constraint_costs(table)
+    assert np.isnan(costs[["lower", "upper"]].to_numpy()).all()
+    assert costs["rejects"].tolist() == [1]
