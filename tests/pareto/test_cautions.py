@@ -233,7 +233,7 @@ def test_four_optimal_designs_do_not_show_what_is_usual():
     """Those that would be optimal without them may."""
     front = np.column_stack([[0, 1, 2, 1e6], [3.0, 2, 1, 0]])
     assert "suspect" not in kinds(front)
-    assert "suspect" in kinds(np.vstack([front, [1.5, 1.5]]))
+    assert "suspect" in kinds(np.vstack([front, [1.5, 2.5]]))
     usual = np.column_stack([np.linspace(2e5, 9e5, 8), np.linspace(2.9, 1.1, 8)])
     assert "suspect" not in kinds(np.vstack([front, usual]))
 
