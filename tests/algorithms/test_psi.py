@@ -229,6 +229,8 @@ def test_mistakes(n, options, message):
     [
         (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
+        (lambda: PSI(8, share=(1, 2, 3)), "share must be a pair"),
+        (lambda: PSI(8, share="12"), "share must be a pair"),
         (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
         (lambda: PSI(10, n_jobs=2), "'n_jobs'; workers are the problem's: .*runner = JoblibRunner"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
