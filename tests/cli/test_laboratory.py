@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer
+from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, ProgramProblem
@@ -166,9 +167,8 @@ def test_a_wrong_row_is_refused_with_all_others(alloy, column, value, message):
 
 
 def test_such_a_problem_is_not_evaluated(alloy):
-    algorithm = PSI(4)
-    algorithm.setup(ProgramProblem.from_toml("alloy.toml"))
-    refused("people make the tests", algorithm.run)
+    problem = ProgramProblem.from_toml("alloy.toml")
+    refused("people make the tests", minimize, problem, PSI(4))
 
 
 class Small(ElementwiseProblem):
