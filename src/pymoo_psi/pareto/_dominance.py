@@ -19,8 +19,8 @@ from pymoo_psi._validation import AnyArray, Array, Mask, Received, Rows, invalid
 Levels = Rows
 
 # Rows of four objectives that are filtered in slabs, and these: on two cores it takes six tenths of
-# the time, on one core nine, if there are many rows. 8 slabs take 1.04 to 1.08 times as long, 4 take
-# 1.3 to 1.7; 32 gain 4 % on the chute and lose 4 to 16 % on a simplex and a sphere.
+# the time, on one core nine, if there are many rows. 8 slabs take 1.04 to 1.08 times as long, 4
+# take 1.3 to 1.7; 32 gain 4 % on the chute and lose 4 to 16 % on a simplex and a sphere.
 _WORTH_SLABS = 100_000
 _SLABS = 20
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
