@@ -332,7 +332,7 @@ class Simulated:
                 self.ended += 1
                 results.append((index, f(x), seconds))
             if future.set_running_or_notify_cancel():
-                future.set_result((versions, cloudpickle.dumps((results, None))))
+                future.set_result((versions, cloudpickle.dumps((results, None, {}))))
 
 
 def thousand(n_workers: int, n_tests: int) -> None:
