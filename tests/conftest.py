@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cloudpickle
 import pytest
-from hypothesis import HealthCheck, is_hypothesis_test, settings
+from hypothesis import HealthCheck, settings
 
 # Before NumPy is loaded, here and in what tests start: each process of pytest-xdist has a core, and
 # threads of the linear algebra would only wait for each other.
@@ -76,9 +76,8 @@ def pytest_collection_modifyitems(config, items):
         is_slow = item.get_closest_marker("slow")
         if item.path in quick and not is_slow:
             item.add_marker("quick")
-        is_random = "draws" in getattr(item, "fixturenames", ()) or is_hypothesis_test(
-            getattr(item, "obj", None)
-        )
+        is_property = getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
+        is_random = is_property or "draws" in getattr(item, "fixturenames", ())
         if draws_more and is_random:
             item.add_marker("slow")
 
