@@ -38,7 +38,8 @@ def imported(folder, *words):
     done = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
     code, *modules = json.loads(done.stdout.splitlines()[-1])
     assert code == 0, done.stderr
-    return set(modules)
+    # NumPy 1.25 has some of Cython's, which are no files.
+    return {name for name in modules if "cython" not in name}
 
 
 @pytest.mark.parametrize(
