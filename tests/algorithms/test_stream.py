@@ -60,9 +60,7 @@ class Held:
     def __call__(self, x):
         with self.noted.open("a") as file:
             file.write(f"{x.tolist()}\n")
-        if x.any():
-            time.sleep(0.002)
-        else:
+        if not x.any():
             assert until(self.gate.exists)
 
     def seen(self):
@@ -70,7 +68,6 @@ class Held:
 
     def open_after(self, n):
         until(lambda: len(self.seen()) >= n)
-        time.sleep(0.1)  # in which more would begin
         self.gate.touch()
 
 
@@ -150,7 +147,7 @@ class Slow(ElementwiseProblem):
         super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
     def _evaluate(self, x, out, *args, **kwargs):
         a, b = np.ravel(x)
-        if a == b == 0.5:  # the second one; the others have ended when it has begun
+        if a == b == 0.5:  # the second one
             os.write(1, b"under way\\n")
             time.sleep(600)
         out["F"] = np.reshape([a + b**2, 1 - a * b], np.shape(x))
@@ -158,6 +155,14 @@ class Slow(ElementwiseProblem):
 from pymoo_psi import Recorded, investigate
 from pymoo_psi.algorithms import _run
 _run.SECONDS = 1e9  # no commit but the last
+
+def wait(executor, wait=_run.Executor.wait):
+    seconds = wait(executor)
+    if seconds:
+        os.write(1, b"a result has arrived\\n")
+    return seconds
+
+_run.Executor.wait = wait
 RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
@@ -186,8 +191,8 @@ def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):
         [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
     with process:
-        process.stdout.readline()  # the second design has begun: a result is on its way
-        time.sleep(0.5)
+        for _ in range(2):  # a result has arrived, and the second design has begun
+            process.stdout.readline()
         os.kill(process.pid, how)
     assert process.returncode in (-how, 128 + how, 1)
     assert process.returncode == -how or how == signal.SIGINT

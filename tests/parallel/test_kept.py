@@ -242,19 +242,20 @@ class Beam(ElementwiseProblem):
         super().__init__(n_var=1, n_obj=1, xl=0, xu=1, **options)
 
     def _evaluate(self, x, out, *args, **kwargs):
-        edited, begun = Path("edited"), Path("begun")
-        if x[0] > 0:
-            begun.touch()
-        awaited = edited if x[0] > 0 else begun
         if x[0] == 0:
             import helper
-        while not awaited.exists():
-            time.sleep(0.01)
-        import helper
-        if x[0] == 0:
+            wait_for("begun")
             Path("helper.py").write_text("FACTOR = 2.00")
-            edited.touch()
+            Path("edited").touch()
+        else:
+            Path("begun").touch()
+            wait_for("edited")
+            import helper
         out["F"] = helper.FACTOR
+
+def wait_for(name):
+    while not Path(name).exists():
+        time.sleep(0.01)
 
 try:
     investigate(Beam(elementwise_runner=RUNNER(2)), 8)
@@ -265,7 +266,7 @@ except WorkerError as error:
 
 @pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
 def test_workers_with_two_versions_are_refused(tmp_path, runner):
-    """The model imports it when it runs; this process never does."""
+    """One imports a module before it is edited, another one after; the script never does."""
     done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")
     assert done.stdout.startswith("helper has changed during the run")
 

@@ -28,7 +28,6 @@ from ._run import Run as Run
 from ._run import by_number as by_number
 from ._run import repeated_tests as repeated_tests
 from ._run import run_of_sequence as run_of_sequence
-from ._sources import PlannedPoints as PlannedPoints
 from ._sources import Points as Points
 from ._sources import Source as Source
 from ._store import stored_at_termination as stored_at_termination

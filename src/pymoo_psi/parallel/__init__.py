@@ -23,8 +23,8 @@ runners are given jobs by ``submit``, which returns a future (``_engine``); jobl
 itself (``_joblib``). Guarded processes do the jobs of the last two (``_pool``, ``_worker``).
 
 Other subpackages also use :class:`Runner`, which all three are, :class:`Queue`,
-:func:`runner_of_jobs`, :func:`in_parallel` for tasks, :func:`progress_bar`, :func:`evaluate_here`,
-:func:`one_line`, :func:`same_folder` and :func:`raise_original`.
+:func:`runner_of_jobs`, :func:`in_parallel` for tasks, :func:`raise_original`, :func:`run_program`,
+:func:`progress_bar`, :func:`one_line` and :func:`same_folder`.
 """
 
 from pymoo_psi._names import attach_names

@@ -33,14 +33,11 @@ from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties
-from ._requirements import Requirement as Requirement
 from ._requirements import requirement_texts as requirement_texts
 from ._requirements import requirements_of as requirements_of
 from ._requirements import with_requirements as with_requirements
 from ._requirements import without_requirements as without_requirements
 from ._settings import Output as Output
-from ._settings import Program as Program
-from ._settings import Setting as Setting
 from ._wrapped import known_expressions as known_expressions
 from ._wrapped import layers as layers
 from ._wrapped import require_model as require_model

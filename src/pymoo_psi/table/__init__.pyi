@@ -33,7 +33,6 @@ from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
 from ._head import marked as marked
 from ._head import marks_of as marks_of
-from ._head import schema_head as schema_head
 from ._head import schema_of as schema_of
 from ._head import units_of as units_of
 from ._limits import Limits as Limits
