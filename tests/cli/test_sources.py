@@ -165,7 +165,7 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(said, tmp_path):
         "2 incomplete designs left out, the first in row 2 (line 3).",
         "5 designs, 2 incomplete; 3 of them are not dominated.",
         "5 designs (3 ok, 0 infeasible, 2 incomplete) written",
-        "5 designs: 3 complete, 2 incomplete",
+        "<p>5 designs, 2 incomplete; 3 of them are not dominated.</p>",
         "cost is missing",
     ):
         assert text in shown

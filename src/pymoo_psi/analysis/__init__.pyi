@@ -15,6 +15,10 @@ from ._switching import switching_values as switching_values
 # isort: split
 
 from ._costs import alike as alike
+from ._costs import counts_sentence as counts_sentence
+from ._costs import limit_words as limit_words
+from ._costs import none_left_sentence as none_left_sentence
+from ._costs import within_limits as within_limits
 from ._failures import failure_sentences as failure_sentences
 from ._positions import decision_sentences as decision_sentences
 from ._positions import latest_positions as latest_positions

@@ -1,4 +1,6 @@
-"""Why designs are infeasible or failed: the costs of constraints, and the reasons of failures.
+"""Limits: how many designs they leave, what each costs, and why designs failed.
+
+Sentences name limits and constraints as :func:`limit_words` does, in the terminal and in reports.
 
 A constraint whose limit is negotiable (a soft limit) can be looked at as an objective more, a
 pseudo-criterion (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995,
@@ -13,12 +15,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymoo_psi._validation import instance
-from pymoo_psi.table import EQUALITY, INEQUALITY, TestTable
+from pymoo_psi._numbers import number
+from pymoo_psi._validation import counted, instance
+from pymoo_psi.pareto import listed
+from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, Limit, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
+_MOST_LIMITS = 3  # that a sentence names
+_DIGITS = 15  # of limits, which are as they were typed
+_CONSTRAINT = re.compile(r"(.+?)\s*(<=|>=)\s*(.+)")  # the name of one that is a limit of a program
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
@@ -68,6 +75,101 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
         frame[f"{name}_feasible"] = sign * F[j][feasible].min()
         frame[f"{name}_alone"] = [sign * F[j][rows].min() for rows in alone.T]
     return frame
+
+
+def limit_words(table: TestTable) -> list[str]:
+    """Return the constraints and then the limits of a table in words: "price at most 1400 €"."""
+    units = table.schema.units
+    texts = []
+    for name in table.schema.constraints:
+        parts = _CONSTRAINT.fullmatch(name)
+        if parts is None:
+            texts.append(name)
+        else:
+            side = "at most" if parts[2] == "<=" else "at least"
+            texts.append(f"{parts[1]} {side} {parts[3]} {units.get(parts[1], '')}".strip())
+    for name, limit in table.limits.items():
+        texts.append(f"{name} {_allowed(limit)} {units.get(name, '')}".strip())
+    return texts
+
+
+def _allowed(limit: Limit) -> str:
+    """Return what a limit allows, in words."""
+    if limit.texts is not None:
+        return f"= {listed(limit.texts or ['nothing'], 'or')}"
+    low, high = number(limit.low, _DIGITS), number(limit.high, _DIGITS)
+    if limit.low == -np.inf:
+        return f"at most {high}"
+    if limit.high == np.inf:
+        return f"at least {low}"
+    return f"from {low} to {high}"
+
+
+def within_limits(table: TestTable) -> str:
+    """Return " within the limits", or nothing where there are none."""
+    n = len(table.limits) + len(table.schema.constraints)
+    if n == 0:
+        return ""
+    if n == 1:
+        return " within the limit"
+    return " within the limits"
+
+
+def counts_sentence(table: TestTable, subject: str = "") -> str:
+    """Return how many tests there are, within the limits, and not dominated.
+
+    Args:
+        table: The tests.
+        subject: What they are tests of, if that is said.
+    """
+    words = table.schema.words
+    n_within = int(table.feasible().sum())
+    n_failed = int(table.failed().sum())
+    size = counted(len(table), words["row"])
+    failed = f", {number(n_failed)} {words['failed']}" if n_failed else ""
+    limits = limit_words(table)
+    named = ", ".join(limits[:_MOST_LIMITS])
+    if len(limits) > _MOST_LIMITS:
+        named += f" and {len(limits) - _MOST_LIMITS} more"
+    within = f"{_are(n_within)}{within_limits(table)} ({named})"
+    if subject:
+        if RUN in table.schema.notes:
+            size += f" of {counted(len({*table.column(RUN)}), 'run')}"
+        text = f"{subject}: {size}{failed}"
+        if limits:
+            text += f"; {number(n_within)} {within}"
+    elif limits:
+        text = f"{number(n_within)} of {size} {within}{failed}"
+    else:
+        text = f"{size}{failed}"
+    if n_within > 1:
+        n_optimal = int(table.feasible_ranking().pareto.sum())
+        text += f"; {number(n_optimal)} of them {_are(n_optimal)} not dominated"
+    return f"{text}."
+
+
+def _are(n: int) -> str:
+    return "is" if n == 1 else "are"
+
+
+def none_left_sentence(table: TestTable) -> str:
+    """Say that no design is left, and without which limit one would be."""
+    words = table.schema.words
+    n_tests = (~table.failed()).sum()
+    if not n_tests:
+        return f"No design is left: {counted(len(table), words['row'])}, all {words['failed']}."
+    limits = limit_words(table)
+    if not limits:
+        return f"No design is left: {counted(len(table), words['row'])}, none with all objectives."
+    text = f"No design is left: none of {n_tests} meets the limits ({', '.join(limits)})."
+    costs = constraint_costs(table)
+    names = [*table.schema.constraints, *table.limits]
+    alone = costs["alone"].to_numpy()
+    if alone.any():
+        n = alone.max()
+        return f"{text} Without the limit on {names[alone.argmax()]} {n} {_are(n)} left."
+    rejects = costs["rejects"].to_numpy()
+    return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
 
 
 def alike(reasons: Iterable[str]) -> list[str]:

@@ -21,7 +21,9 @@ from pymoo_psi import __version__
 from pymoo_psi._numbers import localized, number
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
+    counts_sentence,
     decision_sentences,
+    none_left_sentence,
     positions_frame,
     separation_sentences,
     switching,
@@ -35,7 +37,7 @@ from pymoo_psi.cli._console import (
     say,
     write_frame,
 )
-from pymoo_psi.cli._ranking import command, counts, named_ranking, none_left, say_ranking
+from pymoo_psi.cli._ranking import command, named_ranking, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -119,7 +121,7 @@ def run_rank(options: Options) -> int:
     path = options.file
     table = opened_by_options(options, suffixes_for("designs"))
     if not table.feasible().any():
-        raise PsiError(f"{path}: {none_left(table)}")
+        raise PsiError(f"{path}: {none_left_sentence(table)}")
     if options.out is not None:
         ranked_frame(table, options.out)
     ranking = named_ranking(table)
@@ -129,7 +131,7 @@ def run_rank(options: Options) -> int:
     if options.out is not None:
         last.append(f"{counted(len(ranking.rows), 'design')} written to {options.out}.")
         more = ""
-    head = [*table.facts, counts(table), *decision_remarks(path, table)]
+    head = [*table.facts, counts_sentence(table), *decision_remarks(path, table)]
     head += [*separation_sentences(table), *decision_sentences(table.decision.decided)]
     warnings = caution_lines(found, "--long")
     say_ranking(table, ranking, head, warnings, last, _after_ranking(path, found), more)

@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from unicodedata import combining, east_asian_width
 
-import numpy as np
-
-from pymoo_psi._numbers import NumberFormat, number
+from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import Names, counted
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._console import print_text, width
-from pymoo_psi.pareto import EfficiencyRanking, Explanation, explain, listed, wrapped
-from pymoo_psi.table import RUN, TEST, Limit, TestTable
+from pymoo_psi.pareto import EfficiencyRanking, Explanation, explain, wrapped
+from pymoo_psi.table import TEST, TestTable
 
 _WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
@@ -33,8 +31,6 @@ _LEAST_LABEL = 16
 _GAP = "  "
 _BESIDE_PLACES = " " * len("place") + _GAP
 _MOST_NAMED = 6  # values of the proposed test
-_MOST_LIMITS = 3
-_CONSTRAINT = re.compile(r"(.+?)\s*(<=|>=)\s*(.+)")  # the name of one that is a limit of a program
 _PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
 
 
@@ -80,101 +76,6 @@ def say_ranking(
         n_rows += 1
     designs = _table(table, ranking, n_rows, columns, more)
     print_text("\n".join([*above, "", *designs, "", *below]))
-
-
-# The head
-
-
-def counts(table: TestTable, subject: str = "") -> str:
-    """Return how many tests there are, within the limits, and not dominated, as a sentence.
-
-    Args:
-        table: The tests.
-        subject: What they are tests of, if that is said.
-    """
-    words = table.schema.words
-    n_within = int(table.feasible().sum())
-    n_failed = int(table.failed().sum())
-    size = counted(len(table), words["row"])
-    failed = f", {n_failed} {words['failed']}" if n_failed else ""
-    limits = limit_words(table)
-    named = ", ".join(limits[:_MOST_LIMITS])
-    if len(limits) > _MOST_LIMITS:
-        named += f" and {len(limits) - _MOST_LIMITS} more"
-    noun = "limit" if len(limits) == 1 else "limits"
-    within = f"{_are(n_within)} within the {noun} ({named})"
-    if subject:
-        text = f"{subject}: {size}{_of_runs(table)}{failed}"
-        if limits:
-            text += f"; {n_within} {within}"
-    elif limits:
-        text = f"{n_within} of {size} {within}{failed}"
-    else:
-        text = f"{size}{failed}"
-    if n_within > 1:
-        n_optimal = int(table.feasible_ranking().pareto.sum())
-        text += f"; {n_optimal} of them {_are(n_optimal)} not dominated"
-    return f"{text}."
-
-
-def _are(n: int) -> str:
-    return "is" if n == 1 else "are"
-
-
-def _of_runs(table: TestTable) -> str:
-    if RUN not in table.schema.notes:
-        return ""
-    return f" of {counted(len({*table.column(RUN)}), 'run')}"
-
-
-def limit_words(table: TestTable) -> list[str]:
-    """Return the constraints and limits of a table in words: "price at most 1400 €"."""
-    units = table.schema.units
-    texts = []
-    for name in table.schema.constraints:
-        parts = _CONSTRAINT.fullmatch(name)
-        if parts is None:
-            texts.append(name)
-        else:
-            side = "at most" if parts[2] == "<=" else "at least"
-            texts.append(f"{parts[1]} {side} {parts[3]} {units.get(parts[1], '')}".strip())
-    for name, limit in table.limits.items():
-        texts.append(f"{name} {_allowed(limit)} {units.get(name, '')}".strip())
-    return texts
-
-
-def _allowed(limit: Limit) -> str:
-    """Return what a limit allows, in words."""
-    if limit.texts is not None:
-        return f"= {listed(limit.texts or ['nothing'], 'or')}"
-    low, high = number(limit.low, 15), number(limit.high, 15)
-    if limit.low == -np.inf:
-        return f"at most {high}"
-    if limit.high == np.inf:
-        return f"at least {low}"
-    return f"from {low} to {high}"
-
-
-def none_left(table: TestTable) -> str:
-    """Say that no design is left, and without which limit one would be."""
-    words = table.schema.words
-    has_values = ~table.failed()
-    if not has_values.any():
-        return f"No design is left: {counted(len(table), words['row'])}, all {words['failed']}."
-    limits = limit_words(table)
-    if not limits:
-        return f"No design is left: {counted(len(table), words['row'])}, none with all objectives."
-    violated = table.violations()[0][has_values]
-    text = f"No design is left: none of {has_values.sum()} meets the limits ({', '.join(limits)})."
-    alone = (violated & (violated.sum(axis=1) == 1)[:, None]).sum(axis=0)
-    names = [*table.schema.constraints, *table.limits]
-    worst = int(violated.sum(axis=0).argmax())
-    if alone.any():
-        worst = int(alone.argmax())
-        return (
-            f"{text} Without the limit on {names[worst]} {alone[worst]} {_are(alone[worst])} left."
-        )
-    return f"{text} The limit on {names[worst]} rejects most, {violated[:, worst].sum()}."
 
 
 # The table

@@ -31,12 +31,18 @@ from pymoo_psi.algorithms import (
     stored_at_termination,
     tell_tests,
 )
-from pymoo_psi.analysis import alike, averaged_repeats, failure_sentences
+from pymoo_psi.analysis import (
+    alike,
+    averaged_repeats,
+    counts_sentence,
+    failure_sentences,
+    none_left_sentence,
+)
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import caution_lines, ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._ranking import command, counts, named_ranking, none_left, say_ranking
+from pymoo_psi.cli._ranking import command, named_ranking, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -146,7 +152,7 @@ def run_solve(options: Options) -> int:
     is_new = ~np.isin(result.tests.numbers, known)
     reasons = _reasons(result, is_new, is_continued=len(known) > 0)
     if not result.table.feasible().any():
-        say(f"{subject}: {none_left(result.table)}", *result.table.facts)
+        say(f"{subject}: {none_left_sentence(result.table)}", *result.table.facts)
         say(*_not_run(problem, result), *reasons)
         if out is not None:
             say(f"{options.out} is not written.")
@@ -348,7 +354,7 @@ def _say_result(
     table = result.table
     ranking = named_ranking(table)
     found = cautions_of_distances(ranking)
-    head = [*table.facts, counts(table, subject), *_not_run(problem, result)]
+    head = [*table.facts, counts_sentence(table, subject), *_not_run(problem, result)]
     if len(table) < len(result.tests):
         head.insert(0, f"{counted(len(result.tests), 'test')}, of which ranked:")
     if not is_new.all():

@@ -15,9 +15,9 @@ from click.core import ParameterSource
 
 from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._validation import Entries, Names, Received, instance, invalid
+from pymoo_psi.analysis import counts_sentence
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
-from pymoo_psi.cli._ranking import counts
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Decision, TestTable, entries_of, limits_of
@@ -139,7 +139,7 @@ def say_source(path: Path, table: TestTable) -> None:
         headings = [table.schema[name].heading for name in table.schema.objectives]
         say(f"Objectives: {', '.join(headings)}")
     if not table.feasible().all():
-        say(counts(table))
+        say(counts_sentence(table))
     say(*decision_remarks(path, table))
 
 

@@ -28,8 +28,10 @@ from pymoo_psi.analysis import (
     constraint_costs,
     convergence,
     latest_positions,
+    limit_words,
     positions_frame,
     switching_values,
+    within_limits,
 )
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
@@ -113,7 +115,7 @@ class Choice:
             pair = compare_designs(self.ranking, rows=[self.optimum, self.row])
             return pair.sentence("instead", 1)
         n = len(self.ranking.rows)
-        limits = within(self.table)
+        limits = within_limits(self.table)
         if n == 1:
             return f"The only design{limits}."
         others = f"of the {counted(n, 'design')}{limits}"
@@ -272,9 +274,9 @@ class Choice:
             beyond = []
             if name in table.names:
                 row = table.names.index(name)
-                for column in violated(table, row):
+                for column, words in violated(table, row).items():
                     value = _with_unit(table, column, _cell(table.column(column)[row]))
-                    beyond.append(f"{limit_text(table, column)}: {value}")
+                    beyond.append(f"{words}: {value}")
             yield {**record, "text": text, "beyond": beyond}
 
     # The appendix
@@ -326,7 +328,7 @@ class Choice:
         """Return what the table of designs says of a test."""
         ranked = np.flatnonzero(self.ranking.rows == row)
         if len(ranked) == 0:
-            return f"beyond {listed(violated(self.table, row))}"
+            return f"beyond {listed([*violated(self.table, row)])}"
         if ranked[0] == self.row:
             return self.word
         if self.prototype is not None and self.table.names[row] in self.prototype.names:
@@ -389,35 +391,12 @@ def _few(texts: list[str]) -> str:
 # Limits
 
 
-def within(table: TestTable) -> str:
-    """Return " within the limits", or nothing where there are none."""
-    n = len(table.limits) + len(table.schema.constraints)
-    if n == 0:
-        return ""
-    if n == 1:
-        return " within the limit"
-    return " within the limits"
-
-
-def violated(table: TestTable, row: int) -> list[str]:
-    """Return the columns whose limit or constraint a test violates."""
+def violated(table: TestTable, row: int) -> dict[str, str]:
+    """Return the limits and constraints that a test violates, in words by column."""
     mask, _ = table.violations()
     columns = [*table.schema.constraints, *table.limits]
-    return [columns[k] for k in np.flatnonzero(mask[row])]
-
-
-def limit_text(table: TestTable, name: str) -> str:
-    """Return a limit in words, "price at most 1400 €", or the name of a constraint."""
-    if name not in table.limits:
-        return f"constraint {name}"
-    limit = table.limits[name]
-    if limit.texts is not None:
-        return f"{name} {listed(limit.texts, 'or')}"
-    texts = []
-    for words, value in (("at least", limit.low), ("at most", limit.high)):
-        if np.isfinite(value):
-            texts.append(f"{words} {_with_unit(table, name, number(value, 6))}")
-    return f"{name} {listed(texts)}"
+    words = limit_words(table)
+    return {columns[k]: words[k] for k in np.flatnonzero(mask[row])}
 
 
 def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str, str]]:
@@ -430,6 +409,7 @@ def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str
     """
     costs = constraint_costs(table)
     costs["column"] = [*table.schema.constraints, *table.limits]
+    costs["words"] = limit_words(table)
     word = table.schema.words["row"]
     for _, cost in costs.sort_values("alone", ascending=False, kind="stable").iterrows():
         name = cost["column"]
@@ -439,7 +419,7 @@ def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str
         else:
             sentences += _without(choice, cost)
             sentences += choice.changes["text"][choice.changes["column"] == name].tolist()
-        yield limit_text(table, name), " ".join(filter(None, sentences))
+        yield cost["words"], " ".join(filter(None, sentences))
 
 
 def _rejects(cost: pd.Series[Any], designs: str) -> str:
@@ -522,16 +502,6 @@ def problem_facts(table: TestTable) -> Values:
         for name, fact in facts.items()
         if fact is not None and not isinstance(fact, Mapping)
     }
-
-
-def counts(table: TestTable) -> str:
-    """Return how many tests are within the limits, beyond them, and failed or incomplete."""
-    parts = [f"{number(table.feasible().sum())}{within(table) or ' complete'}"]
-    for status, word in (("infeasible", "beyond"), ("failed", table.schema.words["failed"])):
-        n = (table.status == status).sum()
-        if n:
-            parts.append(f"{number(n)} {word}")
-    return ", ".join(parts)
 
 
 def failures(table: TestTable) -> pd.DataFrame:

@@ -12,17 +12,19 @@ from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, counted, instance, invalid
 from pymoo_psi.analysis import (
-    certainty_sentences,
+    confidence_sentences,
+    counts_sentence,
     decision_sentences,
     failure_sentences,
     latest_positions,
     separation_sentences,
+    within_limits,
 )
 from pymoo_psi.page import existing_designs
-from pymoo_psi.pareto import EfficiencyRanking, measured_in
+from pymoo_psi.pareto import EfficiencyRanking, measured_in, weights_sentence
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
-from pymoo_psi.table import TestTable, has_errors
+from pymoo_psi.table import TestTable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,27 +87,29 @@ class DecisionReport(Document):
         environment.filters |= filters
         table = self._table
         decision = table.decision
-        weights: list[str] = []
-        chance = ""
+        choice = self._choice
+        weights = ""
+        chance: list[str] = []
         measured = ""
         with decimal_mark(table.decimal):
-            if self._choice is not None:
-                weights = certainty_sentences(table, self._choice.row)
-                measured = f"{measured_in(self._choice.ranking)}."
-                if has_errors(table):
-                    chance = weights.pop()
+            if choice is not None:
+                weights = weights_sentence(choice.ranking, choice.row)
+                chance = confidence_sentences(table, choice.row)
+                measured = f"{measured_in(choice.ranking)}."
             return environment.get_template("report.html").render(
                 report=self,
                 data=table,
                 contents=_contents,
-                choice=self._choice,
-                chance=chance,
+                choice=choice,
+                chance=" ".join(chance),
                 weights=weights,
                 measured=measured,
                 regret="".join(separation_sentences(table)[-1:]),
                 decided=decision_sentences(decision.decided),
                 failures=failure_sentences(table),
                 names=[position["name"] for position in latest_positions(decision.positions)],
+                counts=counts_sentence(table),
+                within=within_limits(table),
                 counted=counted,
                 number=number,
                 plots=plots,
