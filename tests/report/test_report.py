@@ -157,7 +157,12 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     assert heading[1:3] == ["Which?", f"Proposed: {proposed}"]
     assert f"the {len(oracle.rows)} designs within the limit" in heading[3]
     behind = [name for name in NAMES if shares[name] > 0]
-    assert {*re.findall(r"in (\w+)", heading[3].partition("against the best:")[2])} == {*behind}
+    costs = COST.findall(heading[3].partition("What it costs:")[2])
+    assert {name for name, _, _ in costs} == {*behind}
+    for name, amount, share in costs:
+        assert float(share) == pytest.approx(100 * shares[name], abs=0.5)
+        lost = abs(oracle.rows[proposed][name] - oracle.best[name])
+        assert float("".join(amount.split())) == pytest.approx(lost, rel=6e-3)
     rows = [row.split(" | ") for row in sections["Values"][1:4]]
     for name, (heads, worst, _, best, value, share) in zip(NAMES, rows, strict=True):
         assert heads.startswith(name)
@@ -205,6 +210,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
         assert (row[0] == "–") == (row[1] not in oracle.front)
 
 
+COST = re.compile(r"(price|battery|speed)(?: is)? ([\d. ]+)(?: behind the best)? \(([\d.]+) %")
 CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 
 

@@ -92,18 +92,33 @@ class DesignComparison:
     def difference(self, k: int) -> str:
         """Return where the k-th design compared is better than the first, and where worse.
 
-        Of each, the objectives in which it changes by the greatest share of the range are first.
-
         Example:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).difference(1)
             'f1 1 lower. But f2 5 higher'
         """
-        order = _by_size(np.abs(self.shares[k]))
-        better = self._changes(k, order[self.gains[k, order] > 0])
-        worse = self._changes(k, order[self.gains[k, order] < 0])
+        better, worse = self.changes(k)
         if better and worse:
-            return sentence("mixed", better=better, worse=worse)
-        return better or worse or sentence("equal")
+            return sentence("mixed", better=listed(better), worse=listed(worse))
+        return listed(better or worse or [sentence("equal")])
+
+    def changes(self, k: int) -> tuple[list[str], list[str]]:
+        """Return the gains of the k-th design compared against the first, and its losses.
+
+        Of each, the objectives in which it changes by the greatest share of the range are first.
+
+        Example:
+            >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).changes(1)
+            (['f1 1 lower'], ['f2 5 higher'])
+        """
+        better: list[str] = []
+        worse: list[str] = []
+        for j in _by_size(np.abs(self.shares[k])):
+            gain = self.gains[k, j]
+            if gain > 0:
+                better.append(change_of(self.ranking, j, -gain))
+            elif gain < 0:
+                worse.append(change_of(self.ranking, j, -gain))
+        return better, worse
 
     def amounts(self, k: int) -> tuple[str, str]:
         """Return what the k-th design compared gains against the first, and what it gives up.
@@ -113,18 +128,15 @@ class DesignComparison:
             ('1 of f1', '5 of f2')
         """
         names = self.ranking.objectives.names
-        sides: list[list[str]] = [[], []]
+        better: list[str] = []
+        worse: list[str] = []
         for j in _by_size(np.abs(self.shares[k])):
-            gain = self.gains[k, j]
-            if gain:
-                sides[int(gain < 0)].append(f"{_amount(self.ranking, j, gain)} of {names[j]}")
-        return listed(sides[0]), listed(sides[1])
-
-    def _changes(self, k: int, columns: Rows) -> str:
-        """Return by how much some objectives change, listed."""
-        if not len(columns):
-            return ""
-        return listed([change_of(self.ranking, j, -self.gains[k, j]) for j in columns])
+            amount = f"{_amount(self.ranking, j, self.gains[k, j])} of {names[j]}"
+            if self.gains[k, j] > 0:
+                better.append(amount)
+            elif self.gains[k, j] < 0:
+                worse.append(amount)
+        return listed(better), listed(worse)
 
 
 def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
@@ -227,8 +239,8 @@ class Explanation:
             Design 0: f1 1 lower. But f2 5 higher.
         """
         with decimal_mark(self.decimal):
-            order = _by_size(self.shares)
-            return (self.standing, self.costs, *self.trades, *self._step_sentences(order))
+            steps = [self.steps.sentence("step", k) for k in self.step_order()]
+            return (self.standing, self.costs, *self.trades, *steps)
 
     @property
     def standing(self) -> str:
@@ -288,14 +300,16 @@ class Explanation:
             changes.append(counted(len(columns) - _MOST_COSTS, "other objective"))
         return sentence("costs", changes=listed(changes))
 
-    def _step_sentences(self, order: Rows) -> list[str]:
-        """Return one sentence for each neighbour, in the order of the objectives."""
-        sentences = []
-        for row in dict.fromkeys(self.neighbours[order].tolist()):
-            if row >= 0:
-                k = self.steps.rows.tolist().index(row)
-                sentences.append(self.steps.sentence("step", k))
-        return sentences
+    def step_order(self) -> list[int]:
+        """Return which of :attr:`steps` improve an objective, the one farthest behind first.
+
+        Example:
+            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1).step_order()
+            [2, 1]
+        """
+        rows = self.steps.rows.tolist()
+        towards = dict.fromkeys(self.neighbours[_by_size(self.shares)].tolist())
+        return [rows.index(row) for row in towards if row >= 0]
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far

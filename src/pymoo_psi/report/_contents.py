@@ -21,7 +21,7 @@ import pandas as pd
 from pymoo_psi import plots
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Array, Rows, Values, counted
+from pymoo_psi._validation import Values, counted
 from pymoo_psi.analysis import (
     alike,
     change_text,
@@ -36,9 +36,7 @@ from pymoo_psi.analysis import (
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
-    EfficiencyRanking,
     cautions,
-    change_of,
     compare_designs,
     explain,
     listed,
@@ -80,7 +78,6 @@ class Choice:
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
         explanation: Why it is where it is.
-        order: ``(m,)`` the objectives, those first in which the design is farthest behind.
         cautions: Reasons not to rely on the optimum, the most serious first.
     """
 
@@ -101,7 +98,6 @@ class Choice:
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
         self.explanation = explain(self.ranking, row=self.row)
-        self.order = _by_size(self.explanation.shares)
         subject = "Attention"
         if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
@@ -134,17 +130,6 @@ class Choice:
         if n_equal > 1:
             text += f" {counted(n_equal, 'design')} are equally near to the best values."
         return text
-
-    def costs(self) -> list[str]:
-        """Return how far the design is behind the best, the largest share of a range first."""
-        costs = []
-        for j in self.order:
-            name = self.ranking.objectives.names[j]
-            if self.explanation.behind[j] > 0:
-                costs.append(f"{self.amount(name, self.explanation.behind[j])} in {name}")
-        if len(costs) > _CHANGES:
-            costs[_CHANGES:] = [f"less in {len(costs) - _CHANGES} more"]
-        return costs
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
@@ -217,34 +202,15 @@ class Choice:
 
     # Differences
 
-    def differences(
-        self, ranking: EfficiencyRanking, one: int, other: int
-    ) -> tuple[list[str], list[str]]:
-        """Return where a design of a ranking is better than another one, and where worse.
-
-        Returns:
-            Changes such as "price 200 € lower", the largest share of a range first.
-        """
-        pair = compare_designs(ranking, rows=[one, other])
-        better = []
-        worse = []
-        for j in _by_size(np.abs(pair.shares[1])).tolist():
-            change = change_of(ranking, j, -pair.gains[1, j])
-            if pair.gains[1, j] > 0:
-                better.append(change)
-            elif pair.gains[1, j] < 0:
-                worse.append(change)
-        return better, worse
-
     def steps(self) -> Iterator[tuple[str, str]]:
         """Yield the designs that give up least for an objective: what is better, what worse."""
-        for row in dict.fromkeys(self.explanation.neighbours[self.order].tolist()):
-            if row >= 0:
-                better, worse = self.differences(self.ranking, self.row, row)
-                text = "Nothing is worse."
-                if worse:
-                    text = f"But {_few(worse)}."
-                yield f"{self.ranking.name_of(row)}: {_few(better)}", text
+        pairs = self.explanation.steps
+        for k in self.explanation.step_order():
+            better, worse = pairs.changes(k)
+            text = "Nothing is worse."
+            if worse:
+                text = f"But {_few(worse)}."
+            yield f"{self.ranking.name_of(pairs.rows[k])}: {_few(better)}", text
 
     # Positions
 
@@ -266,7 +232,8 @@ class Choice:
             elif name == self.name:
                 text = f"The {self.noun}."
             elif name in rows:
-                better, worse = self.differences(free, rows[name], rows[self.name])
+                pair = compare_designs(free, rows=[rows[name], rows[self.name]])
+                better, worse = pair.changes(1)
                 costs = "nothing is worse"
                 if worse:
                     costs = _few(worse)
@@ -373,11 +340,6 @@ class Choice:
             f"those nearest to it, none farther than {number(few.radius, 3)}."
         )
         return pd.DataFrame(columns), caption
-
-
-def _by_size(shares: Array) -> Rows:
-    """Return the objectives by share, the largest first, NaN last; those that tie as they are."""
-    return np.argsort(-np.round(shares, 9), kind="stable")
 
 
 def _few(texts: list[str]) -> str:
