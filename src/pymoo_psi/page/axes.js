@@ -10,10 +10,10 @@ const INSET = 6 // of an axis, half a handle
 const axes = (() => {
   const plot = make("div.plot")
   $("rows-area").append(plot)
-  let [hoveredRow, columns, places] = [-1, [], []]
+  let [columns, places] = [[], []]
   const former = new Map() // densities
   const formerTicks = new Map()
-  const {size, clean, fit} = layers(plot, 3, () => verdict !== undefined && draw(true))
+  const {size, clean, fit} = layers(plot, 3, () => draw(true))
 
   // Where the axes are; asking for it makes the browser lay out the page.
   function measure() {
@@ -154,11 +154,14 @@ const axes = (() => {
     const room = max(0, min(from, to - second - first - 8))
     drawText(g, a, min(room, size.width - first - second - 8), y + 18, "left")
     if (a !== b) drawText(g, b, max(min(room, size.width - first - second - 8) + first + 8, min(to - second, size.width - second)), y + 18, "left")
-    const counts = beyond(column, values, shownRows, scale)
-    ;[0, 1].forEach((k) => {
-      const isLeft = isTurned(column) === Boolean(k)
-      if (counts[k]) drawText(g, isLeft ? `◂ ${counts[k]}` : `${counts[k]} ▸`, isLeft ? 0 : size.width, y - 14, isLeft ? "left" : "right", "middle", INK.accent)
-    })
+    let [below, above] = [0, 0]
+    for (const row of shownRows) {
+      if (values[row] < scale.low) below++
+      else if (values[row] > scale.high) above++
+    }
+    const [left, right] = isTurned(column) ? [above, below] : [below, above]
+    if (left) drawText(g, `◂ ${left}`, 0, y - 14, "left", "middle", INK.accent)
+    if (right) drawText(g, `${right} ▸`, size.width, y - 14, "right", "middle", INK.accent)
     const error = errorOf(column)
     for (const {row, look} of marks) {
       const value = values[row]
@@ -179,11 +182,10 @@ const axes = (() => {
     }
     if (!size.width || !columns.length) return void (clean(0), clean(1))
     drawLeft()
-    if (hoveredRow >= 0) mark(hoveredRow)
+    mark(hoveredRow)
   }
 
   function mark(row) {
-    hoveredRow = row
     const g = clean(2)
     if (row >= 0) lines(g, [row], {strokeStyle: INK.text, lineWidth: 2.5})
   }
@@ -192,10 +194,9 @@ const axes = (() => {
   function rowAt(x, y) {
     const at = columns.map((column) => [valuesOf(data, ranking, column), placed(column)])
     const j = max(0, places.findLastIndex((place) => place <= y))
-    const rows = [...shownRows, ...marks.map(({row}) => row)]
-    if (abs(places[j] - y) < 9 || !isJoined(j)) return nearestRow(rows, 7, (row) => abs(at[j][1](at[j][0][row]) - x))
+    if (abs(places[j] - y) < 9 || !isJoined(j)) return nearestRow(7, (row) => abs(at[j][1](at[j][0][row]) - x))
     const share = (y - places[j]) / (places[j + 1] - places[j])
-    return nearestRow(rows, 7, (row) => {
+    return nearestRow(7, (row) => {
       const [a, b] = [at[j], at[j + 1]].map(([values, xOf]) => xOf(values[row]))
       return abs(a + (b - a) * share - x)
     })

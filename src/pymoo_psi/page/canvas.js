@@ -18,7 +18,7 @@ function layers(parent, count, redraw) {
       // Once: a font makes the browser style the whole page.
       Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
     }
-    redraw()
+    if (verdict !== undefined) redraw()
   }
   const clean = (k) => {
     const g = canvases[k].getContext("2d")
@@ -126,9 +126,8 @@ function drawDensity(g, groups, total, [least, alpha], count, former) {
   }
 }
 
-// A drag on an element: down(x, y, event) returns {move(x, y), up(x, y, moved)}, or
-// null where nothing is to be dragged. Places are those of
-// the start, as what a drag changes may move the element itself.
+// A drag on an element: down(x, y, event) returns {move(x, y), up(x, y, moved)}, or null where nothing
+// is to be dragged. Places are those of the start, as what a drag changes may move the element itself.
 function onDrag(element, down) {
   element.onpointerdown = (event) => {
     if (event.button !== 0) return
@@ -162,9 +161,9 @@ const between = (column, scale, from, to) => [min(from, to), max(from, to)].map(
 })
 
 // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.
-function nearestRow(rows, most, distance) {
+function nearestRow(most, distance) {
   let [best, least] = [-1, most]
-  for (const row of rows) {
+  for (const row of [...shownRows, ...marked]) {
     const away = distance(row)
     if (away <= least) [best, least] = [row, away]
   }

@@ -32,7 +32,7 @@ function showCharts(everything) {
     else later.set(chart, whole)
   }
   const looks = new Set(marks.map(({look}) => look))
-  renew("key", ...["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).flatMap((look) => [icon(look), `${look} `]))
+  renew("key", ["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).flatMap((look) => [icon(LOOKS[look]), `${look} `]))
 }
 
 function showLater() {
@@ -85,8 +85,7 @@ function buildColours() {
     isShaded = data.shades.includes(column)
     hues = column ? (row) => looks[column.values[row] % looks.length] : null
     show("colours", column)
-    $("colours").replaceChildren(...(column?.texts ?? []).map((text, k) =>
-      make("span.key", icon(looks[k % looks.length]), text || "(missing)")))
+    renew("colours", column?.texts.map((text, k) => make("span.key", icon(looks[k % looks.length]), text || "(missing)")))
     soon()
   }
 }

@@ -55,12 +55,12 @@ function showQuestions() {
     renew("answer-words",
       make("p", sentence(data, "preferred", {answers: counted(answered, "answer"), design: called(row), share: percent(shares.get(row) ?? 0), regret: percent(regret)})),
       make("div.buttons", chooseButton(row), button("Inspect", () => inspect(row), {"aria-label": `Inspect: ${called(row)}`})),
-      ...(pair ? [] : [make("p", sentence(data, enough ? "enough" : "none left", {}))]),
-      ...(leftOut ? [make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`)] : []),
-      make("ul", ...counting.map((one) => tradeText(data, ranking, one)).filter(Boolean).map((text) => make("li", text))))
+      !pair && make("p", sentence(data, enough ? "enough" : "none left", {})),
+      leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`),
+      make("ul", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean).map((text) => make("li", text))))
   } else renew("answer-words", make("p", "No design is left."))
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
-  renew("pair", ...(question ? [card(...question, "A"), card(question[1], question[0], "B")] : []))
+  renew("pair", question && [card(...question, "A"), card(question[1], question[0], "B")])
   for (const id of ["equally-good", "skip-question"]) $(id).disabled = !question
   $("back").disabled = !state.answers.length
 }

@@ -49,7 +49,7 @@ function addDesigns(data, more) {
       const all = new Float64Array(data.n)
       all.set(column.values)
       all.set(cells, column.values.length)
-      Object.assign(column, {values: all, ends: null, isWhole: null}) // charts.js fills them in
+      column.values = all
     })
   }
   const {n, names, objectives} = data

@@ -2,11 +2,12 @@
 // values, never markup.
 
 const $ = (id) => document.getElementById(id)
-// A name may be "constructor": only what a state says itself counts.
-const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
 const without = ({...object}, name) => { delete object[name]; return object }
 const show = (id, on) => { $(id).hidden = !on }
 const countText = (count) => apart(localized(String(count)))
+
+// Children are elements, texts, lists of them, and nothing where a condition does not hold.
+const childrenOf = (children) => children.flat().filter(Boolean)
 
 // An element of "tag.class" with properties, if any, attributes (those with a dash, and role) and children.
 function make(tag, ...children) {
@@ -18,7 +19,7 @@ function make(tag, ...children) {
     if (key.includes("-") || key === "role") element.setAttribute(key, value)
     else element[key] = value
   }
-  element.append(...children.flat().filter((child) => child !== null && child !== undefined))
+  element.append(...childrenOf(children))
   return element
 }
 const head = (scope, ...children) => make("th", {scope}, ...children)
@@ -28,7 +29,8 @@ const button = (text, onclick, properties = {}) => make("button.small", {onclick
 // nor announced again, and keeps the focus.
 function renew(place, ...children) {
   const element = typeof place === "string" ? $(place) : place
-  children.forEach((child, k) => {
+  const nodes = childrenOf(children)
+  nodes.forEach((child, k) => {
     const node = typeof child === "string" ? new Text(child) : child
     const old = element.childNodes[k]
     if (!old) element.append(node)
@@ -36,7 +38,7 @@ function renew(place, ...children) {
     else if (old.nodeType !== Node.TEXT_NODE) renewElement(old, node)
     else if (old.data !== node.data) old.data = node.data
   })
-  while (element.childNodes.length > children.length) element.lastChild.remove()
+  while (element.childNodes.length > nodes.length) element.lastChild.remove()
 }
 function renewElement(old, node) {
   for (const {name, value} of node.attributes) {
@@ -54,8 +56,8 @@ function renewElement(old, node) {
 const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\])/).flatMap((part, k) => (k ? [make("wbr"), part] : [part]))
 
 function say(sentences) {
-  $("messages").replaceChildren(...(sentences.length ? [button("Close", () => say([]))] : []),
-    ...sentences.map((text) => make("p", text)))
+  const close = sentences.length && button("Close", () => say([]))
+  $("messages").replaceChildren(...childrenOf([close, sentences.map((text) => make("p", text))])) // announced again
 }
 
 // A field for a number; `accept` returns what is wrong with it, or "". What is wrong stays to be mended.

@@ -44,7 +44,7 @@ async function openFiles(files) {
   const whole = () => take({state: merged(single), remarks})
   if (!positions.length) return single ? whole() : say([...remarks, "No positions are added."])
   change(merged(state))
-  say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single ? button("Take those of the file", whole) : null]])
+  say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single && button("Take those of the file", whole)]])
 }
 
 function buildFiles() {

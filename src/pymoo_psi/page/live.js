@@ -1,7 +1,13 @@
 // The connection of a page to the server of a growing study: new designs, progress, steering.
 {
-  const list = (id, texts) => renew(id, ...texts.map((text) => make("li", text)))
+  const list = (id, texts) => renew(id, texts.map((text) => make("li", text)))
   const proposed = () => data.names[ranking.best[0]]
+  // Other tests, or other columns: load the page anew, in the state that it has when the next one arrives.
+  const reload = () => {
+    isSaved()
+    addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify({state: page.state(), name: $("steerer").value})))
+    location.reload()
+  }
   const waiting = [] // designs, while a hand drags
   let [count, since] = [data.live.count, data.live.count]
 
@@ -10,7 +16,7 @@
   source.onerror = () => { $("offline").hidden = false }
   source.onmessage = (event) => {
     const {rows, lines, steered, tests, is_running} = JSON.parse(event.data)
-    if (!rows) return page.reload(() => ({name: $("steerer").value})) // other tests, or other columns
+    if (!rows) return reload()
     waiting.push(...rows)
     count = tests
     $("running").disabled = !is_running

@@ -49,20 +49,16 @@ function drawShape(g, {shape, colour, size}, x, y) {
   g.restore()
 }
 
-// A shape as a picture for legends and texts, made once and copied.
-const icons = new Map()
-function icon(key) { // the key is one of LOOKS, or a category
-  if (!icons.has(key)) {
-    const {shape, size, colour = `var(--look-${key})`} = LOOKS[key] ? {...LOOKS[key], colour: undefined} : key
-    const r = min(size, 6)
-    const svg = (name, attributes) => {
-      const element = document.createElementNS("http://www.w3.org/2000/svg", name)
-      for (const [attribute, value] of entriesOf(attributes)) element.setAttribute(attribute, value)
-      return element
-    }
-    icons.set(key, svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"}))
-    icons.get(key).append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
-      fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
+// A look as a picture for legends and texts.
+function icon({shape, colour, size}) {
+  const r = min(size, 6)
+  const svg = (name, attributes) => {
+    const element = document.createElementNS("http://www.w3.org/2000/svg", name)
+    for (const [attribute, value] of entriesOf(attributes)) element.setAttribute(attribute, value)
+    return element
   }
-  return icons.get(key).cloneNode(true)
+  const picture = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
+  picture.append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
+    fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
+  return picture
 }

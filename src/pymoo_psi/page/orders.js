@@ -50,13 +50,14 @@ function preference(data, ranking, {weights, aspiration}) {
   const total = value.slice()
   if (ranking.count === 0) return {value, total, best: []}
   const {frame, front} = ranking
-  const given = objectives.map(({name}) => (Object.hasOwn(weights, name) ? weights[name] : 1))
+  const given = objectives.map(({name}) => entryOf(weights, name) ?? 1)
   const most = max(...given)
   const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
   const w = ratios.map((ratio) => ratio / sum(ratios))
   const point = objectives.map(({name, maximize}, j) => {
-    if (!Object.hasOwn(aspiration, name)) return frame.ideal[j]
-    return maximize ? -aspiration[name] : aspiration[name]
+    const wish = entryOf(aspiration, name)
+    if (wish === undefined) return frame.ideal[j]
+    return maximize ? -wish : wish
   })
   const measure = (row) => {
     let greatest = -Infinity

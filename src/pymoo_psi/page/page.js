@@ -43,12 +43,6 @@ const page = (() => {
     filtered = null
     update()
   }
-  // Load the page anew, in the state that it has when the next one arrives.
-  function reload(more) {
-    isSaved()
-    addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify({state, ...more()})))
-    location.reload()
-  }
 
   const header = document.querySelector("header")
   new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
@@ -80,12 +74,11 @@ const page = (() => {
   })
 
   return {
-    data, ready: performance.now(), update, grow, reload, explain, tickTexts, looks: LOOKS,
+    data, ready: performance.now(), update, grow, explain, tickTexts, looks: LOOKS,
     state: () => state,
     set: (next, done = true) => { change(checked(data, next).state, done); update() },
     get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get inspected() { return inspected },
-    get dragging() { return dragging },
     get settled() { return !waiting && !pending },
     get resting() { return page.settled && thinking === 0 }, plots, axes, scale: scaleOf,
   }

@@ -8,8 +8,8 @@ let agreeing // what the ticks were last set for: whose choice is the present on
 function showPositions() {
   const {positions, decided, chosen} = state
   const held = latest(positions)
-  renew("position-list", ...held.map((one) => make("li", make("span.avatar", {"aria-hidden": "true"}, one.name.slice(0, 1).toUpperCase()),
-    make("div", ...words(one)),
+  renew("position-list", held.map((one) => make("li", make("span.avatar", {"aria-hidden": "true"}, one.name.slice(0, 1).toUpperCase()),
+    make("div", words(one)),
     make("div.buttons",
       make("label", make("input", {type: "checkbox", "aria-label": `${one.name} agrees`}), "agrees"),
       button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
@@ -17,12 +17,12 @@ function showPositions() {
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
-  renew("separation", ...separation(data, ranking, positions).map((text) => make("li", text)))
+  renew("separation", separation(data, ranking, positions).map((text) => make("li", text)))
   show("decide", held.length)
   $("decide").disabled = chosen === null
   renew("decide", `Decide for ${chosen ?? "a choice"}`)
-  renew("decided", ...(decided ? [[sentence(data, "decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
-    decided.dissent.length ? sentence(data, "dissent", {dissent: listed(decided.dissent)}) : ""].join(" ")] : []))
+  renew("decided", decided && sentence(data, "decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
+    decided?.dissent.length && ` ${sentence(data, "dissent", {dissent: listed(decided.dissent)})}`)
 }
 
 // What somebody wants, which limits it breaks, and what the verdict gives up against it.
@@ -30,15 +30,14 @@ function words(one) {
   const row = rowOf(one.chosen)
   const numbers = (text, entries) => {
     const parts = entriesOf(entries).map(([name, value]) => `${name} ${countText(value)}`)
-    return parts.length ? [`${text} ${parts.join(", ")}`] : []
+    return parts.length && `${text} ${parts.join(", ")}`
   }
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
   const broken = row < 0 || row >= data.n ? [] : broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
-  const facts = [...(one.reason ? [`“${one.reason}”`] : []), ...(row >= 0 && verdict ? [given(row)] : []), ...(limits.length ? [`with ${limits.join(", ")}`] : []),
-    ...(one.answers.length ? [counted(one.answers.length, "answer")] : []),
-    ...numbers("weights", one.weights), ...numbers("aspirations", one.aspiration)].filter(Boolean)
-  return [make("div", make("b", one.name), row < 0 ? " has chosen nothing" : " wants ", row < 0 ? "" : inspectButton(row)),
-    ...(broken.length ? [make("span.beyond", `beyond ${broken.join(", ")}`)] : []), make("div.hint", facts.join(" · "))]
+  const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`,
+    one.answers.length && counted(one.answers.length, "answer"), numbers("weights", one.weights), numbers("aspirations", one.aspiration)]
+  return [make("div", make("b", one.name), row < 0 ? " has chosen nothing" : [" wants ", inspectButton(row)]),
+    broken.length && make("span.beyond", `beyond ${broken.join(", ")}`), make("div.hint", facts.filter(Boolean).join(" · "))]
 }
 
 // The greatest loss of the verdict against a choice.

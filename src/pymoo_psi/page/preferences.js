@@ -23,7 +23,7 @@ function buildPreferences() {
 
 function showPreference() {
   for (const {input, kind, column} of wishes) {
-    showNumber(input, own(state.preference[kind], column.name), false)
+    showNumber(input, entryOf(state.preference[kind], column.name) ?? null, false)
   }
   $("by-preference").setAttribute("aria-pressed", String(state.order.by === "preference"))
   if (!$("preferences").open || !verdict) return renew("preference-words")

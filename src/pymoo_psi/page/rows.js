@@ -105,24 +105,24 @@ function rowOfColumn(column) {
   const worse = worseEnd(column)
   const fields = worse ? [...control.fields].reverse() : control.fields
   if (isObjective(column)) fields[1].label.classList.add("other")
-  control.log = low > 0 && high >= 100 * low ? button("", () => {
+  control.log = low > 0 && high >= 100 * low && button("", () => {
     const {turned} = state.rows
     changeRows({turned: turned.includes(name) ? turned.filter((one) => one !== name) : [...turned, name]})
-  }, {title: "Axis"}) : null
+  }, {title: "Axis"})
   control.axis = make("div.axis", {role: "cell"}, control.thumbs)
   control.cells = ["value", "best", "share"].map((kind) => make(`div.${kind}`, {role: "cell"}))
   control.fill = make("i")
   const isMany = data.objectives.length > 1
   const text = unit ? label.slice(0, label.length - unit.length - 3) : label
   control.row = make("div.row", {role: "row"},
-    make("div.tools", {role: "cell"}, isObjective(column) && isMany ? grip(column) : null),
-    make("div.name", {role: "rowheader"}, make("b", broken(text)), unit ? ` [${unit}]` : "",
-      make("div.sense", isObjective(column) ? maximize ? "more is better" : "less is better" : "", control.log)),
+    make("div.tools", {role: "cell"}, isObjective(column) && isMany && grip(column)),
+    make("div.name", {role: "rowheader"}, make("b", broken(text)), unit && ` [${unit}]`,
+      make("div.sense", isObjective(column) && (maximize ? "more is better" : "less is better"), control.log)),
     make("div.limit", {role: "cell"}, fields.map(({label}) => label), control.note),
     control.axis, control.cells,
     make("div.bar", {role: "cell"}, control.fill),
-    make("div.tools", {role: "cell"}, isObjective(column) && isMany ? button("×", () => changeRows({hidden: [...state.rows.hidden, name]}),
-      {"aria-label": `Hide ${name}`, title: "Hide; it counts as before"}) : null))
+    make("div.tools", {role: "cell"}, isObjective(column) && isMany && button("×", () => changeRows({hidden: [...state.rows.hidden, name]}),
+      {"aria-label": `Hide ${name}`, title: "Hide; it counts as before"})))
   return control.row
 }
 
@@ -139,7 +139,7 @@ function rowOfTexts(column) {
   const note = make("p.note")
   const row = make("fieldset.row", make("legend", column.label),
     make("div.boxes", boxes.map((box) => make("label", box, box.value || "(missing)")),
-      boxes.length ? null : make("span.hint", `${countText(found.length)} different texts are too many to tick`)), note)
+      !boxes.length && make("span.hint", `${countText(found.length)} different texts are too many to tick`)), note)
   controls.set(column, {column, boxes, note, row})
   return row
 }
@@ -173,12 +173,12 @@ function showRows() {
   const limited = folded.filter((column) => limitOf(column)).length
   show("fold", folded.length)
   renew("fold", isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`)
-  renew("hidden", ...state.rows.hidden.map((name) => button(`Show ${name}`, () => changeRows({hidden: state.rows.hidden.filter((one) => one !== name)}))))
+  renew("hidden", state.rows.hidden.map((name) => button(`Show ${name}`, () => changeRows({hidden: state.rows.hidden.filter((one) => one !== name)}))))
   renew("value-head", verdict ? roleOf(verdict.row) : "none")
   for (const control of controls.values()) if (control.boxes || control.row.isConnected) showRow(control)
   for (const group of $("further").querySelectorAll("details")) {
     const set = group.querySelectorAll(".set").length
-    renew(group.querySelector("summary b"), set ? `${set} set` : "")
+    renew(group.querySelector("summary b"), set && `${set} set`)
   }
 }
 
@@ -189,8 +189,7 @@ function showRow({column, row, fields, thumbs, note, boxes, cells, fill, log}) {
   const changed = controls.get(column).limit !== limit
   controls.get(column).limit = limit
   const out = left.rejected.get(column.name)
-  const rejected = out ? sum(out) : 0
-  renew(note, out ? `rejects ${countText(rejected)} of ${countText(data.n)}` : "")
+  renew(note, out && `rejects ${countText(sum(out))} of ${countText(data.n)}`)
   row.classList.toggle("set", limit !== null)
   if (boxes) {
     for (const box of boxes) box.checked = !limit || limit.includes(box.value)

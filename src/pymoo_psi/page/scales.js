@@ -56,20 +56,3 @@ function tickTexts(scale, most, texts) {
     : apart(localized(decimals ? Number(numbers[k]).toFixed(decimals) : numbers[k])).replaceAll("-", "−")
   return {values, texts: values.map(text), factor: power ? `×10${raised(power)}` : ""}
 }
-
-// How many of some rows lie below an axis, above it, and nowhere, as their value is missing.
-function beyond(column, values, rows, {low, high}) {
-  const counts = [0, 0, 0]
-  if (column.values) { // most columns have none, which is known once
-    column.ends ??= [1, -1].map((sign) => endOf(values, sign))
-    column.isWhole ??= values.every((value) => value === value)
-    if (column.isWhole && column.ends[0] >= low && column.ends[1] <= high) return counts
-  }
-  for (let k = 0; k < rows.length; k++) {
-    const value = values[rows[k]]
-    if (value < low) counts[0]++
-    else if (value > high) counts[1]++
-    else if (value !== value) counts[2]++
-  }
-  return counts
-}

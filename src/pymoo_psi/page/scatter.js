@@ -6,7 +6,6 @@ const MOST_NAMES = 20
 function scatter(section, key, columns) {
   const [TOP, RIGHT, BOTTOM] = [10, 12, 24]
   let LEFT = 40
-  let [x, y] = columns
   let [boxes, drawn, zoom, windows] = [[], {}, 1, null]
   let centre = null // of the zoom, in shares of the whole
   const former = new Map() // densities
@@ -29,14 +28,14 @@ function scatter(section, key, columns) {
     button(text, () => zoomBy(factor), {"aria-label": `${label}: ${key}`, title: `${label}; Ctrl and the wheel do the same`}))
   section.append(make("div.heading", make("h2", "How ", selects[1], " and ", selects[0], " trade off"),
     make("div.buttons", zooms, button("Copy", () => copyPicture(section, `${data.file}-plot`), {title: "Copy as a picture"}))), hint, area)
-  const {size, clean} = layers(area, 3, () => verdict !== undefined && draw(true))
+  const {size, clean} = layers(area, 3, () => draw(true))
   const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
+  const sharesAt = (u, v) => [(u - LEFT) / frame()[0], 1 - (v - TOP) / frame()[1]]
 
   function setAxes() {
-    [x, y] = columns
     selects.forEach((element, k) => { element.value = columns[k].field })
     ;[zoom, windows] = [1, null]
-    area.setAttribute("aria-label", `${y.label} against ${x.label}; the table holds the same designs`)
+    area.setAttribute("aria-label", `${columns[1].label} against ${columns[0].label}; the table holds the same designs`)
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
     renew(hint, ["", `Better: ${better[0]}.`, `Better: ${better.join(" and ")}. The line is their front.`][better.length])
   }
@@ -44,7 +43,7 @@ function scatter(section, key, columns) {
   // What is shown: the designs within the limits and what is marked, with the limits near them. It
   // changes when a hand rests, not while it drags.
   function wholeWindow() {
-    return [x, y].map((column) => {
+    return columns.map((column) => {
       const values = valuesOf(data, ranking, column)
       const {log, ...ends} = scaleOf(column)
       const rows = joined(shownRows, Int32Array.from(marked))
@@ -69,8 +68,7 @@ function scatter(section, key, columns) {
   }
   function zoomBy(factor, spot = null) {
     if (!spot && verdict) spot = spotsOf()(verdict.row)
-    const [w, h] = frame()
-    const shares = spot ? [(spot[0] - LEFT) / w, 1 - (spot[1] - TOP) / h] : [0.5, 0.5]
+    const shares = spot ? sharesAt(...spot) : [0.5, 0.5]
     const next = max(1, min(1e4, zoom * factor))
     centre = shares.map((share, k) => startOf(k) + share / zoom + (0.5 - share) / next) // what is at the spot stays there
     zoom = next
@@ -81,14 +79,14 @@ function scatter(section, key, columns) {
   function spotsOf() {
     const [w, h] = frame()
     const [across, up] = spans.map((scale) => shareOn(scale, 0))
-    const [xs, ys] = [x, y].map((column) => valuesOf(data, ranking, column))
+    const [xs, ys] = columns.map((column) => valuesOf(data, ranking, column))
     const at = (row) => [at.u(row), at.v(row)]
     at.u = (row) => LEFT + across(xs[row]) * w
     at.v = (row) => TOP + (1 - up(ys[row])) * h
     return at
   }
   const isKnown = ([u, v]) => u === u && v === v
-  const isInside = (row) => [x, y].every((column, k) => {
+  const isInside = (row) => columns.every((column, k) => {
     const value = valuesOf(data, ranking, column)[row]
     return value >= spans[k].low && value <= spans[k].high
   })
@@ -96,6 +94,7 @@ function scatter(section, key, columns) {
   function drawAxes() {
     const g = clean(0)
     former.clear()
+    const [x, y] = columns
     const [across, up] = spans
     const ty = tickTexts(up, max(2, (size.height - TOP - BOTTOM) / (y.texts ? 15 : 45)), y.texts)
     LEFT = ceil(max(24, ...ty.texts.map((text) => g.measureText(text).width + 10)))
@@ -129,7 +128,8 @@ function scatter(section, key, columns) {
   // The designs within the limits that are best in these two, at most one for a pixel across: sorting
   // all of them would take longer than all else.
   function frontOfTwo(at) {
-    if (![x, y].every(isObjective)) return []
+    const [x, y] = columns
+    if (!columns.every(isObjective)) return []
     const values = data.F[data.objectives.indexOf(y)]
     const best = new Int32Array(ceil(size.width)).fill(-1)
     for (const row of ranking.front) {
@@ -156,7 +156,7 @@ function scatter(section, key, columns) {
       if (isKnown(spot)) drawShape(g, hues?.(row) ?? {...look, size: shownRows.length > 100 ? 2 : look.size}, ...spot)
     }
     for (const {row, look} of marks) if (isKnown(at(row))) drawShape(g, LOOKS[look], ...at(row))
-    drawEdges(g)
+    drawEdges(g, at)
     boxes = drawNames(g, at)
   }
   const shapeOf = (row) => (look(row) === "best" ? "other" : look(row))
@@ -165,7 +165,7 @@ function scatter(section, key, columns) {
   function drawLimits(g) {
     const [w, h] = frame()
     spans.forEach((scale, k) => {
-      const column = [x, y][k]
+      const column = columns[k]
       ;((column.texts ? null : limitOf(column)) ?? []).forEach((end, side) => {
         const share = end === null ? NaN : shareOn(scale)(end)
         if (!(share >= 0 && share <= 1)) return
@@ -179,15 +179,12 @@ function scatter(section, key, columns) {
   }
 
   // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
-  function drawEdges(g) {
+  function drawEdges(g, at) {
     const [w, h] = frame()
-    const [xs, ys] = [x, y].map((column) => valuesOf(data, ranking, column))
-    const [{low: left, high: right}, {low, high}] = spans
     let [missing, beyond] = [0, 0]
-    for (let k = 0; k < shownRows.length; k++) {
-      const [u, v] = [xs[shownRows[k]], ys[shownRows[k]]]
-      if (u !== u || v !== v) missing++
-      else if (u < left || u > right || v < low || v > high) beyond++
+    for (const row of shownRows) {
+      if (!isKnown(at(row))) missing++
+      else if (!isInside(row)) beyond++
     }
     const words = [[beyond, "beyond the edge"], [missing, "without a value"]].filter(([count]) => count)
     drawText(g, words.map(([count, word]) => `${countText(count)} ${word}`).join(", "), LEFT + w, TOP + h - 9, "right", "middle", INK.accent)
@@ -253,7 +250,7 @@ function scatter(section, key, columns) {
   function rowAt(u, v) {
     const at = spotsOf()
     const name = boxes.find((box) => u >= box.x && u <= box.x + box.width && v >= box.y && v <= box.y + box.height)
-    return name ? name.row : nearestRow([...shownRows, ...marked], 9, (row) => {
+    return name ? name.row : nearestRow(9, (row) => {
       const [a, b] = at(row)
       return hypot(a - u, b - v)
     })
@@ -261,10 +258,10 @@ function scatter(section, key, columns) {
 
   // What is dragged along one axis sets no limit of the other.
   const limits = (u, v, a, b) => {
-    const [[w, h], [across, up]] = [frame(), spans]
-    const sides = [[x, a - u, across, (u - LEFT) / w, (a - LEFT) / w], [y, b - v, up, 1 - (v - TOP) / h, 1 - (b - TOP) / h]]
-    return sides.filter(([column, way]) => !column.texts && !isGeometric(column) && abs(way) > 4)
-      .map(([column, , scale, ...shares]) => [column, between(column, scale, ...shares)])
+    const [from, to] = [sharesAt(u, v), sharesAt(a, b)]
+    const ways = [a - u, b - v]
+    return columns.flatMap((column, k) => column.texts || isGeometric(column) || abs(ways[k]) <= 4 ? []
+      : [[column, between(column, spans[k], from[k], to[k])]])
   }
   listenTo(area, rowAt, limits)
   area.addEventListener("wheel", (event) => {

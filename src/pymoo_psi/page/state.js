@@ -129,7 +129,7 @@ const proposedRow = () => ranking.best[0] ?? -1
 const isPinned = (row) => state.pins.includes(called(row))
 const placed = (row) => placeText(data, ranking, row)
 const limitable = data.columns.filter((column) => !isGeometric(column))
-const limitOf = (column) => own(state.limits, column.name)
+const limitOf = (column) => entryOf(state.limits, column.name) ?? null
 
 function look(row) {
   if (row >= data.n) return "prototype"

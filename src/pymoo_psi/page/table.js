@@ -39,21 +39,13 @@ const table = (() => {
   })
   head.append(...heads)
 
-  // A line for each row in view, made once: only its texts and marks change.
-  const newLine = () => make("div.row", {role: "row"}, columns.map(({kind}) => make(`div.cell${kind}`, {role: "gridcell"})))
-  function fill(line, k) {
+  function line(k) {
     const row = order[k]
     const marks = {row: true, first: ranking.place[row] === 1, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
-    const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
-      "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
-    const [name, ...texts] = columns.map(({cell}) => cell(row))
-    const content = JSON.stringify([attributes, look(row), name, texts])
-    if (line.content === content) return
-    line.content = content
-    for (const [name, value] of entriesOf(attributes)) line.setAttribute(name, value)
-    line.style.top = `${k * HEIGHT}px`
-    renew(line.firstChild, ...ended(name))
-    texts.forEach((text, j) => renew(line.children[j + 1], ...(j ? [] : [icon(look(row))]), text))
+    const attributes = {id: `row-${k}`, className: Object.keys(marks).filter((mark) => marks[mark]).join(" "), role: "row",
+      "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k, style: `top: ${k * HEIGHT}px`}
+    return make("div", attributes, columns.map(({cell, kind}, j) =>
+      make(`div.cell${kind}`, {role: "gridcell"}, j === 1 && icon(LOOKS[look(row)]), j ? cell(row) : ended(cell(row)))))
   }
 
   function show() {
@@ -62,9 +54,7 @@ const table = (() => {
     body.style.minHeight = `${min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
     const first = max(0, min(order.length, floor(view.top / HEIGHT)) - 2)
     const last = min(order.length, ceil((view.top + view.height) / HEIGHT))
-    while (body.children.length < last - first) body.append(newLine())
-    while (body.children.length > max(0, last - first)) body.lastChild.remove()
-    for (let k = first; k < last; k++) fill(body.children[k - first], k)
+    renew(body, Array.from({length: max(0, last - first)}, (_, k) => line(first + k)))
     box.setAttribute("aria-rowcount", order.length + 1)
     box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
     columns.forEach((column, k) => {

@@ -24,26 +24,26 @@ function showVerdict() {
     const beyond = broke(row).map(({name}) => name)
     renew("verdict-words",
       make("p.lead", instead || leadText(verdict)),
-      ...(beyond.length ? [make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`)] : []),
-      ...remarks.map((text) => make("p.caution", text)))
+      beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
+      remarks.map((text) => make("p.caution", text)))
     renew("verdict-actions",
       chosen >= 0 && !isInspected ? button("Clear choice", () => choose(chosen)) : button("Choose", () => choose(row), {className: "small main", title: "C", "aria-label": `Choose: ${called(row)}`}),
       pinButton(row),
-      ...(ranking.front.length > 1 && data.directions.length ? [button("Help me choose", openQuestions)] : []),
-      ...(instead && proposed >= 0 ? [button("Compare with the proposal", () => pin(proposed), {"aria-pressed": isPinned(proposed)})] : []),
-      ...(isInspected ? [button("Back", () => inspect(-1), {title: "Esc"})] : []))
+      ranking.front.length > 1 && data.directions.length && button("Help me choose", openQuestions),
+      instead && button("Compare with the proposal", () => pin(proposed), {"aria-pressed": isPinned(proposed)}),
+      isInspected && button("Back", () => inspect(-1), {title: "Esc"}))
     const parts = data.columns.filter(({role}) => role === "variable")
       .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
-    renew("verdict-variables", parts.length ? `${parts.join(", ")}.` : "")
+    renew("verdict-variables", parts.length && `${parts.join(", ")}.`)
   } else {
     renew("verdict-title", "No design is left")
-    renew("verdict-words", make("p.lead", "Below: the single limits at which there is one."), ...(chosen >= 0 ? [make("p.warning", `${called(chosen)} is chosen.`)] : []))
-    renew("verdict-actions", ...(chosen >= 0 ? [button("Clear choice", () => choose(chosen))] : []))
+    renew("verdict-words", make("p.lead", "Below: the single limits at which there is one."), chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
+    renew("verdict-actions", chosen >= 0 && button("Clear choice", () => choose(chosen)))
     renew("verdict-variables")
   }
   show("cautions", verdict && data.cautions.length)
   renew($("cautions").querySelector("p"), validity())
-  renew("shaded", isShaded ? validity() : "")
+  renew("shaded", isShaded && validity())
   show("reasoning", chosen >= 0 && !isInspected)
   renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
   if ($("reason").value !== state.reason) $("reason").value = state.reason
@@ -66,16 +66,15 @@ function showCounts() {
   const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
   renew("foot", `Lines: the ${what}${within}. Per cent: ${measure}.`)
   const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
-  const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not change."] : []
-  renew("record-limits", ...[...(lines.length ? lines : ["None."]), ...ranges].map((text) => make("li", text)))
+  renew("record-limits", (lines.length ? lines : ["None."]).map((text) => make("li", text)), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
 
 function showSteps() {
   const {steps} = verdict ?? {steps: []}
   show("steps", steps.length)
-  renew("steps-list", ...steps.map(({row, text}) => {
+  renew("steps-list", steps.map(({row, text}) => {
     const [gain, ...costs] = text.split(". ")
-    return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs.length ? `${costs.join(". ")}.` : ""), pinButton(row))
+    return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs.length && `${costs.join(". ")}.`), pinButton(row))
   }))
 }
 
@@ -103,13 +102,13 @@ function showSwitches(found) {
   show("relax", changes.length)
   $("relax").ariaBusy = "false"
   const keepFocus = focusKept()
-  renew("relax-list", ...changes.map((one) => {
+  renew("relax-list", changes.map((one) => {
     const {name, end, row, next, exact} = one
     const column = data.by.get(name)
     const limit = [...(limitOf(column) ?? [null, null])]
     limit[end] = next
-    return make("li", `${switchText(data, one)}${exact ? "" : " (of values tried)"}. `.replace(/^./, (first) => first.toUpperCase()), row < 0 ? null : pinButton(row), " ",
-      next === null ? null : button("Set", () => setLimit(column, limit), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
+    return make("li", `${switchText(data, one)}${exact ? "" : " (of values tried)"}. `.replace(/^./, (first) => first.toUpperCase()), row >= 0 && pinButton(row), " ",
+      next !== null && button("Set", () => setLimit(column, limit), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
   }))
   keepFocus()
 }
@@ -123,10 +122,10 @@ function showCompare() {
   if (rows.length < 2) return renew("compare-table")
   const heads = parts.map(({row, roles}) => {
     const name = called(row)
-    return head("col", make("div.named", left.mask[row] ? icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name)),
+    return head("col", make("div.named", left.mask[row] && icon(LOOKS[look(row)]), make("button.link.label", {onclick: () => inspect(row)}, name)),
       make("div.roles", [...roles, placed(row)].join(", ")),
       make("div.buttons",
-        isPinned(row) ? button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
+        isPinned(row) && button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"})))
   })
   renew("compare-table",
     make("thead", make("tr", head("col", "Objective"), heads)),
@@ -140,7 +139,7 @@ function compareRow(rows, {column, gains, shares}) {
     if (gains[k] === 0) return make("td.number", text, make("div.hint", "the same"))
     return make("td.number", text,
       make(gains[k] > 0 ? "div.gain" : "div.loss", `${awayText(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
-      isWithin(shares[k]) ? make("div.hint.shares", percent(abs(shares[k]))) : null)
+      isWithin(shares[k]) && make("div.hint.shares", percent(abs(shares[k]))))
   }))
 }
 
