@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from pymoo.core.result import Result
 
-from pymoo_psi import Preferences, Preferred, TestTable, acceptability, explain
+from pymoo_psi import Preferences, Preferred, TestTable, acceptability, explain, read_table
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from tests.helpers.refusals import refused
 
@@ -188,6 +188,14 @@ def test_the_explanation_says_what_the_answers_give_up():
     why = explain(person, units={"cost": "k€", "mass": "kg"})
     assert "B rather than C: you give up 30 kg of mass for 0.3 k€ of cost." in why.sentences
     assert why.ranking.name_of(why.row) == person.best
+    table = read_table(frame, decimal=",")
+    person = Preferences(table)
+    person.answer("B", "C")
+    assert explain(person, "B").sentences[2:] == (
+        *person.trades(),
+        *explain(table, "B").sentences[2:],
+    )
+    assert "for 0,3 of cost" in person.trades()[0]
 
 
 def test_what_cannot_be_answered_is_refused():

@@ -234,7 +234,7 @@ class _Checks:
         order = order_of(column)
         pool = _distinct(column.take(order[self.ranking.pareto.take(order)]))
         if len(pool) <= _OTHERS:  # too few to show what is usual
-            pool = _distinct(np.sort(column.take(self.near_front())))
+            pool = np.unique(column.take(self.near_front()))
         if len(pool) <= _OTHERS:
             return
         every = _distinct(column.take(order))
@@ -315,7 +315,7 @@ class _Checks:
                 "redundant",
                 twins=listed([*self.names[twins]]),
                 repeats="repeats" if len(twins) == 1 else "repeat",
-                originals=listed([*self.names[first[twins]]]),
+                originals=listed(self.names[first[twins]]),
                 other=self.name_of(optima[0]),
             )
 

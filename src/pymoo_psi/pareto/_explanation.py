@@ -17,7 +17,16 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._numbers import decimal_mark, number, percent
-from pymoo_psi._validation import Array, Received, Rows, collection, counted, integer, invalid
+from pymoo_psi._validation import (
+    AnyArray,
+    Array,
+    Received,
+    Rows,
+    collection,
+    counted,
+    integer,
+    invalid,
+)
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import SENTENCES, capital, listed, sentence, wrapped
@@ -112,7 +121,7 @@ class DesignComparison:
         """
         better: list[str] = []
         worse: list[str] = []
-        for j in _by_size(np.abs(self.shares[k])):
+        for j in by_size(np.abs(self.shares[k])):
             gain = self.gains[k, j]
             if gain > 0:
                 better.append(change_of(self.ranking, j, -gain))
@@ -130,7 +139,7 @@ class DesignComparison:
         names = self.ranking.objectives.names
         better: list[str] = []
         worse: list[str] = []
-        for j in _by_size(np.abs(self.shares[k])):
+        for j in by_size(np.abs(self.shares[k])):
             amount = f"{_amount(self.ranking, j, self.gains[k, j])} of {names[j]}"
             if self.gains[k, j] > 0:
                 better.append(amount)
@@ -281,7 +290,7 @@ class Explanation:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).costs
             'What it costs: f2 is 8 behind the best (100 % of its range).'
         """
-        order = _by_size(self.shares)
+        order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
         if not len(columns):
             return sentence("all best")
@@ -308,7 +317,7 @@ class Explanation:
             [2, 1]
         """
         rows = self.steps.rows.tolist()
-        towards = dict.fromkeys(self.neighbours[_by_size(self.shares)].tolist())
+        towards = dict.fromkeys(self.neighbours[by_size(self.shares)].tolist())
         return [rows.index(row) for row in towards if row >= 0]
 
 
@@ -365,6 +374,7 @@ def explain(
     if is_table(F):
         decimal = F.decimal
     elif hasattr(type(F), "trades"):  # answers to questions; a frame may have such a column
+        decimal = F.decimal
         trades = F.trades(units)
         if row is None and design is None:
             row = F.row_of(F.best)
@@ -497,8 +507,8 @@ def within_range(share: float) -> bool:
     return share <= 1 + _TIE  # NaN is not
 
 
-def _by_size(shares: Array) -> Rows:
-    """Return the objectives by share, the largest first, NaN last; those that tie as they are."""
+def by_size(shares: AnyArray) -> Rows:
+    """Return the positions of shares, the largest first, NaN last; those that tie as they are."""
     return np.argsort(-np.round(shares / _TIE), kind="stable")
 
 

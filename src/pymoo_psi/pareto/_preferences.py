@@ -22,7 +22,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._numbers import decimal_mark, percent
 from pymoo_psi._output import Shown
@@ -34,7 +33,7 @@ from pymoo_psi.pareto._acceptability import (
     weighted_terms,
 )
 from pymoo_psi.pareto._cautions import originals
-from pymoo_psi.pareto._explanation import compare_designs
+from pymoo_psi.pareto._explanation import by_size, compare_designs
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
@@ -83,6 +82,7 @@ class Preferences(Shown):
 
     Attributes:
         ranking: The ranking of the designs.
+        decimal: The decimal mark of a test table, in which sentences write numbers; else empty.
 
     Raises:
         ArgumentValueError: ``F`` does not fit, or another argument is out of its range.
@@ -111,7 +111,7 @@ class Preferences(Shown):
         self.ranking: EfficiencyRanking = rank_of_efficiency(
             F, normalize=normalize, maximize=maximize
         )
-        self._decimal: str = F.decimal if is_table(F) else ""
+        self.decimal: str = F.decimal if is_table(F) else ""
         self._front, terms, weighted = weighted_terms(self.ranking)
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.
@@ -132,13 +132,14 @@ class Preferences(Shown):
 
     def _find_candidates(self) -> None:
         """Find the designs that are the best for some weights, and what is at stake."""
-        _, first, design = np.unique(self._terms, axis=0, return_index=True, return_inverse=True)
+        _, first = np.unique(self._terms, axis=0, return_index=True)
+        different = np.sort(first)
         nearest = []
         for p, weights in self._weights.items():
-            nearest.append(nearest_designs(self._terms, weights, p, 1)[:, 0])
-        best = first[design.ravel()[np.concatenate(nearest)]]  # of equal designs the first
+            nearest.append(nearest_designs(self._terms[different], weights, p, 1)[:, 0])
+        best = different[np.concatenate(nearest)]
         counts = np.bincount(best, self._chances[0], len(self._front))
-        most = _by_size(counts)[:_N_DESIGNS]
+        most = by_size(counts)[:_N_DESIGNS]
         self._candidates: Rows = np.sort(most[counts[most] > 0])
         k = min(len(self._front), _N_MEDIAN)
         others = self._distances(np.arange(k) * len(self._front) // k)
@@ -255,7 +256,7 @@ class Preferences(Shown):
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What is proposed and how sure that is, and what each answer gives up for what.
+        """What is proposed, how sure that is, what answers give up, and why questions end.
 
         Example:
             >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
@@ -267,7 +268,7 @@ class Preferences(Shown):
         """
         best = self.row_of(self.best)
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)
-        with decimal_mark(self._decimal):
+        with decimal_mark(self.decimal):
             proposed = sentence(
                 "preferred",
                 design=self.ranking.name_of(best),
@@ -275,7 +276,7 @@ class Preferences(Shown):
                 share=percent(self.shares[best]),
                 regret=percent(self.regret),
             )
-            texts = [proposed, *self.trades()]
+        texts = [proposed, *self.trades()]
         if self.regret < _ENOUGH:
             texts.append(sentence("enough"))
         elif self.question() is None:
@@ -299,7 +300,8 @@ class Preferences(Shown):
         for one, relation, other in self._answers:
             pair = compare_designs(ranking, rows=self._front[[other, one]].tolist())
             if relation in _TRADES and pair.gains[1].min() < 0 < pair.gains[1].max():
-                better, worse = pair.amounts(1)
+                with decimal_mark(self.decimal):
+                    better, worse = pair.amounts(1)
                 sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
         return tuple(sentences)
 
@@ -324,7 +326,7 @@ class Preferences(Shown):
         expected = self._expected
         likely = np.bincount(self._winners, chances, len(expected))
         likely[_first_greatest(expected)] += 1  # the proposal is asked about in any case
-        asked = _by_size(likely)[:_N_ASKED]
+        asked = by_size(likely)[:_N_ASKED]
         asked = asked[likely[asked] > 0]
         answered = [{one, other} for one, _, other in self._answers]
         pair = None
@@ -424,11 +426,6 @@ def _chance(values: Array, others: Array) -> Array:
     """Return the chance that designs of some values are preferred to those of others."""
     logistic = 1 / (1 + np.exp(-_SHARPNESS * (values - others)))
     return np.asarray((1 - _MISTAKES) * logistic + _MISTAKES / 2)
-
-
-def _by_size(shares: NDArray[Any]) -> Rows:
-    """Return the positions of values, the greatest first; those that tie as they are."""
-    return np.argsort(-np.round(shares / _TIE), kind="stable")
 
 
 def _first_greatest(values: Array) -> int:
