@@ -56,17 +56,19 @@ def subpackage_of(path):
 
 @cache
 def imports(path):
-    """All modules that a file imports, also inside functions, where a reader may miss them."""
+    """The modules that a file imports, and the names from them, also inside functions."""
     found = []
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
+            found += [(alias.name, "") for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: imports are absolute"
-            found.append(node.module)
-            if node.module == "pymoo_psi":
-                found += [f"pymoo_psi.{alias.name}" for alias in node.names]
+            found += [(node.module, alias.name) for alias in node.names]
     return found
+
+
+def modules_of(path):
+    return {f"{m}.{name}" if m == "pymoo_psi" and name else m for m, name in imports(path)}
 
 
 def broken_rules(subpackage, modules):
@@ -83,7 +85,7 @@ def broken_rules(subpackage, modules):
 
 def test_layers_import_downwards_and_subpackages_public_names_only():
     assert [
-        rule for path in FILES for rule in broken_rules(subpackage_of(path), imports(path))
+        rule for path in FILES for rule in broken_rules(subpackage_of(path), modules_of(path))
     ] == []
 
 
@@ -100,13 +102,8 @@ def file_of(module):
 
 def imported_files(path):
     """The files of the package that a file imports, also those of names that it imports."""
-    files = set()
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Import):
-            files |= {file_of(alias.name) for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "pymoo_psi":
-            files |= {file_of(f"{node.module}.{alias.name}") for alias in node.names}
-    return files - {None, path}
+    own = [(m, name) for m, name in imports(path) if m.split(".")[0] == "pymoo_psi"]
+    return {file_of(f"{m}.{name}".rstrip(".")) for m, name in own} - {None, path}
 
 
 def test_no_files_import_each_other_in_a_circle():
@@ -167,7 +164,7 @@ def test_what_is_imported_is_declared_and_the_reverse():
     extras = declared(
         text for name in optional if name not in ("test", "docs") for text in optional[name]
     )
-    everywhere = outside(module for path in FILES for module in imports(path))
+    everywhere = outside(module for path in FILES for module in modules_of(path))
     # A notebook brings IPython itself, a type checker typing_extensions.
     assert everywhere - needed - extras <= {"ipython", "typing_extensions"}
     assert needed <= everywhere
@@ -249,36 +246,42 @@ def test_every_name_of_the_package_has_an_example():
 
 
 @pytest.mark.parametrize(
-    "names",
+    "needless",
     [
         {
-            "": ("pymoo", "pandas", "scipy", "matplotlib", "click", "joblib"),
-            "rank_of_efficiency": ("pymoo", "pandas", "scipy"),
-            "TestTable": ("pymoo", "pandas", "scipy", "sqlite3"),
+            "import pymoo_psi": ("pymoo", "pandas", "scipy", "matplotlib", "click", "joblib"),
+            "pymoo_psi.rank_of_efficiency": ("pymoo", "pandas", "scipy"),
+            "pymoo_psi.TestTable": ("pymoo", "pandas", "scipy", "sqlite3"),
         },
         {
-            "SalukvadzeOptimum": ("pandas", "scipy", "joblib", "pymoo_psi.table"),
-            "SphereChute": ("pandas", "scipy", "pymoo_psi.table"),
-            "FailureTolerant": ("pandas", "scipy"),
-            "investigate": ("pandas", "scipy", "joblib"),
-            "PSI": ("pandas", "scipy"),
-            "nsga3": ("scipy",),
+            "from pymoo_psi import SalukvadzeOptimum": (
+                *("pandas", "scipy", "joblib", "pymoo_psi.table"),
+            ),
+            "from pymoo_psi import SphereChute": ("pandas", "scipy", "pymoo_psi.table"),
+            "from pymoo_psi import FailureTolerant": ("pandas", "scipy"),
+            "from pymoo_psi import investigate": ("pandas", "scipy", "joblib"),
+            "from pymoo_psi import PSI": ("pandas", "scipy"),
+            "from pymoo_psi import nsga3": ("scipy",),
+            "from pymoo_psi import *": ("matplotlib.pyplot", "click"),
+        },
+        {
+            "from pymoo_psi.cli import main; assert main(['--help']) == 0": (
+                *("matplotlib", "pymoo", "numpy", "pandas"),
+            )
         },
     ],
-    ids=" ".join,
+    ids=["what is ranked", "what is run", "help"],
 )
-def test_a_name_imports_what_it_needs_only(names):
-    """The names are taken one after the other: none could bring what is absent after it."""
-    code = "import sys, pymoo_psi\n" + "".join(
-        f"pymoo_psi{'.' * bool(name)}{name}\n"
-        f"print({name!r}, [m for m in {needless!r} if m in sys.modules])\n"
-        for name, needless in names.items()
+def test_a_name_imports_what_it_needs_only(needless):
+    """The steps are taken one after the other: none could bring what is absent after it."""
+    code = "import sys\n" + "".join(
+        f"{step}\nprint([m for m in {modules!r} if m in sys.modules], file=sys.stderr)\n"
+        for step, modules in needless.items()
     )
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True
     )
-    assert done.stdout.splitlines() == [f"{name} []" for name in names]
-    assert done.stderr == ""
+    assert done.stderr.splitlines() == ["[]"] * len(needless)
 
 
 def test_version_is_the_distributions():

@@ -142,9 +142,6 @@ def test_a_failing_design_is_infeasible_but_not_all():
     assert tolerant.infeasible_share.tolist() == [7 / 15]
 
 
-SHIFT = {"load": stats.uniform(0.5, 1)}
-
-
 @pytest.mark.parametrize(
     ("make_problem", "X", "options", "kind", "message"),
     [

@@ -167,6 +167,28 @@ def test_a_formulation_later_equals_one_from_the_start(formulations):
         np.testing.assert_array_equal(ours.criteria, theirs.criteria)
 
 
+@given(
+    first=formulations(),
+    second=formulations(),
+    limits=st.sampled_from(
+        [{}, {"width": (0.1, 0.9)}, {"heat": (None, 1.0), "width": (0.1, None)}]
+    ),
+    normalize=st.booleans(),
+)
+def test_a_formulation_takes_the_place_of_the_one_before(first, second, limits, normalize):
+    """Whatever was asked before; attributes given alone take the place of those attributes."""
+    table = beam_tests()
+    before = table.under(first[0])
+    asked = replace(second[0], normalize=normalize)
+    assert before.under(asked).equals(table.under(asked))
+    assert before.under(Formulation()).data is table.data
+    assert before.under(Formulation()).equals(table)
+    loosened = before.under(limits=limits).under(normalize=normalize)
+    whole = table.under(replace(first[0], limits=limits, normalize=normalize))
+    assert loosened.equals(whole)
+    assert loosened.formulation == whole.formulation
+
+
 @given(failed=st.sets(st.integers(1, COUNT)), formulations=formulations())
 def test_what_failed_stays_failed(failed, formulations):
     asked, _ = formulations
