@@ -211,3 +211,12 @@ def test_what_cannot_be_answered_is_refused():
     refused("F", Preferences, [[np.nan, 1.0]])
     twins = pd.DataFrame(FIVE, list("ABCDD"))
     refused("the name of one design", Preferences(twins).answer, "D", "A", error=ArgumentValueError)
+
+
+def test_designs_of_one_name_are_proposed_all_the_same():
+    frame = pd.DataFrame(FIVE, list("AAAAA"))
+    assert Preferred([]).do(frame) == Preferred([]).do(FIVE)
+    person = Preferences(frame)
+    assert person.question() == ("A", "A")
+    assert explain(person).row == person.row == Preferences(FIVE).row
+    assert "A, with a probability" in repr(person)

@@ -315,7 +315,7 @@ class _Checks:
                 "redundant",
                 twins=listed([*self.names[twins]]),
                 repeats="repeats" if len(twins) == 1 else "repeat",
-                originals=listed(self.names[first[twins]]),
+                originals=listed([*self.names[first[twins]]]),
                 other=self.name_of(optima[0]),
             )
 

@@ -377,7 +377,7 @@ def explain(
         decimal = F.decimal
         trades = F.trades(units)
         if row is None and design is None:
-            row = F.row_of(F.best)
+            row = F.row
         F = F.ranking
     ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
     if row is not None:

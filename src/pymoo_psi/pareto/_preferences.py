@@ -176,9 +176,11 @@ class Preferences(Shown):
         Between them is ">" if the first is preferred, "=" if they are equally good, "?" if the
         question was skipped.
         """
-        return [
-            (self._name(one), relation, self._name(other)) for one, relation, other in self._answers
-        ]
+        answers = []
+        for one, relation, other in self._answers:
+            names = [self._name(row) for row in self._front[[one, other]]]
+            answers.append((names[0], relation, names[1]))
+        return answers
 
     @property
     def _expected(self) -> Array:
@@ -186,9 +188,14 @@ class Preferences(Shown):
         return self._chances[-1] @ self._values
 
     @property
+    def row(self) -> int:
+        """The row in the ranking of the design that is proposed."""
+        return int(self._front[self._candidates[_first_greatest(self._expected)]])
+
+    @property
     def best(self) -> Any:
         """The design that is proposed, as :meth:`question` names it."""
-        return self._name(self._candidates[_first_greatest(self._expected)])
+        return self._name(self.row)
 
     @property
     def regret(self) -> float:
@@ -249,7 +256,7 @@ class Preferences(Shown):
 
         rows = self._front[self._candidates]
         objectives = self.ranking.objectives
-        names = list(map(self._name, self._candidates))
+        names = list(map(self._name, rows))
         frame = pd.DataFrame(objectives.values[rows], names, list(objectives.names))
         frame["share"] = self.shares[rows]
         return frame.sort_values("share", ascending=False, kind="stable")
@@ -266,14 +273,13 @@ class Preferences(Shown):
             person. The expected regret is 31 % of what is at stake.
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
-        best = self.row_of(self.best)
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)
         with decimal_mark(self.decimal):
             proposed = sentence(
                 "preferred",
-                design=self.ranking.name_of(best),
+                design=self.ranking.name_of(self.row),
                 answers=counted(n_answers, "answer"),
-                share=percent(self.shares[best]),
+                share=percent(self.shares[self.row]),
                 regret=percent(self.regret),
             )
         texts = [proposed, *self.trades()]
@@ -324,7 +330,7 @@ class Preferences(Shown):
             return None
         chances = self._chances[-1]
         expected = self._expected
-        likely = np.bincount(self._winners, chances, len(expected))
+        likely = self.shares[self._front[self._candidates]]
         likely[_first_greatest(expected)] += 1  # the proposal is asked about in any case
         asked = by_size(likely)[:_N_ASKED]
         asked = asked[likely[asked] > 0]
@@ -345,7 +351,7 @@ class Preferences(Shown):
             after = in_favour.max() + (expected - in_favour).max() + _OPEN * share * (1 - share)
             if after > most + _TIE:
                 most = after
-                pair = self._name(one), self._name(other)
+                pair = self._name(self._front[one]), self._name(self._front[other])
         return pair
 
     def answer(self, better: Any, worse: Any) -> None:
@@ -393,15 +399,6 @@ class Preferences(Shown):
             self._answers.pop()
             self._chances.pop()
 
-    def row_of(self, design: Any) -> int:
-        """Return the row in the ranking of a Pareto-optimal design.
-
-        Raises:
-            ArgumentValueError: There is no such Pareto-optimal design.
-            ArgumentTypeError: A design is neither a row nor a name.
-        """
-        return int(self._front[self._position(design)])
-
     def _position(self, design: Any) -> int:
         """Return which one of the Pareto-optimal designs a design is."""
         row = self.ranking.row_of(design)
@@ -410,10 +407,10 @@ class Preferences(Shown):
             raise invalid("a design that is compared", rule, design)
         return int(np.searchsorted(self._front, row))
 
-    def _name(self, k: int) -> Any:
-        """Return what a Pareto-optimal design is called: a row of an array, a label as a text."""
+    def _name(self, row: int) -> Any:
+        """Return what a design of the ranking is called: a row of an array, a label as a text."""
         objectives = self.ranking.objectives
-        label = objectives.labels[self._front[k]]
+        label = objectives.labels[row]
         if len(objectives.numbers) and not isinstance(label, str):
             return int(label)
         return str(label)

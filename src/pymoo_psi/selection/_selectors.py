@@ -256,7 +256,7 @@ class Preferred(RankingSelector):
         person = Preferences(ranking, p=self.p, factor=self.factor)
         for one, relation, other in self.answers:
             person.add(one, relation, other)
-        return np.array([person.row_of(person.best)])
+        return np.array([person.row])
 
 
 class Knee(RankingSelector):
