@@ -154,7 +154,7 @@ class Executor:
         """How many points to submit beyond those that are awaited, so that no worker waits."""
         is_here = self._has_designs and type(self.queue.runner) is Runner
         if self.may_end_early or is_here:
-            return _AHEAD_OF_WORKER * self.queue.runner.n_workers
+            return _AHEAD_OF_WORKER * self.queue.runner.n_workers  # 0 in this process
         return LAST  # one slow design holds up none of the others
 
     @property

@@ -74,7 +74,7 @@ class Runner:
         if timeout and sys.platform == "win32":
             raise invalid("timeout", "None on Windows", timeout)
         self.samples: deque[tuple[int, float]] = deque(maxlen=5)
-        self.name = secrets.token_hex(8)
+        self._name = secrets.token_hex(8)
         self._problem: Any = None  # whose designs it was called for last
 
     @property
@@ -99,7 +99,7 @@ class Runner:
             WorkerError: The function cannot be pickled.
         """
         pickled = pickled_function(function)
-        identity = _identity(self, function, pickled)
+        identity = _identity(self._name, function, pickled)
         return Job(secrets.token_hex(8), pickled, identity, self.timeout, deque())
 
     def submit(self, job: Job) -> Any:
@@ -188,7 +188,7 @@ class Queue:
         self.waiting: Waiting = deque()
         self.is_paused = False
         self._pending: dict[int, None] = {}  # the indices of what is not done, in their order
-        self.under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
+        self._under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
         self._results: Generator[Result | None] | None = None
         # those of the modules that were accepted, from the first answer on
         self._versions: dict[str, bytes] | None = None
@@ -271,7 +271,7 @@ class Queue:
             if self._in_pieces:
                 designs = self.take()
             for index, values, seconds in evaluate_here(self.function, designs):
-                points = self.under_way.pop(index, None)
+                points = self._under_way.pop(index, None)
                 if points is not None:
                     self._samples.append((len(points), seconds / len(points)))
                 yield index, values, seconds
@@ -289,7 +289,7 @@ class Queue:
                 self._pending[number] = None
                 self.waiting.appendleft((number, rest))
             taken = deque([(first, points.at(slice(0, size)))])
-        self.under_way.update(taken)
+        self._under_way.update(taken)
         return taken
 
     def _size(self) -> int:
@@ -329,7 +329,7 @@ class Queue:
         n_measured = 0
         measured_seconds = 0.0
         for index, values, seconds in results:
-            design = self.under_way.pop(index)
+            design = self._under_way.pop(index)
             if isinstance(values, LostDesign):
                 yield index, lost_values(self.function, design, values.reason), 0.0
                 continue
@@ -344,8 +344,8 @@ class Queue:
     def guarded_results(self, runner: Runner) -> Generator[Result | None]:
         """Evaluate by another runner what was under way when workers were lost."""
         with closing(Queue(self.function, runner)) as queue:
-            queue.add(self.under_way.items())
-            self.under_way.clear()
+            queue.add(self._under_way.items())
+            self._under_way.clear()
             while queue.n_pending:
                 yield queue.wait()
 
@@ -402,8 +402,8 @@ class Queue:
             return
         yield from self.results_of(answer)
         for index, _ in reversed(job.designs):
-            if index in self.under_way:
-                self.waiting.appendleft((index, self.under_way.pop(index)))
+            if index in self._under_way:
+                self.waiting.appendleft((index, self._under_way.pop(index)))
 
     def _given_up(self, job: Job, error: Exception) -> Iterator[Result]:
         """Send designs again, each alone, whose job the engine gave up; lose them the next time.
@@ -455,7 +455,7 @@ def raise_original(error: EvaluationError) -> NoReturn:
     raise error.original from error.original.__cause__
 
 
-def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes]:
+def _identity(runner: str, function: Any, pickled: bytes) -> tuple[str, bytes]:
     """Return by what runs know that they may share workers; see :class:`Job`.
 
     A worker may keep what a module has read from a file that the fingerprint of the function's
@@ -469,5 +469,5 @@ def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes
             parameters = fingerprint()
     owner = ""
     if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
-        owner = runner.name
+        owner = runner
     return owner, bytes(cloudpickle.dumps(parameters))
