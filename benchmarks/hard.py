@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import moocore
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Integer, Real
 from pymoo.optimize import minimize
@@ -99,9 +99,9 @@ class Problem(NamedTuple):
     """
 
     make: Callable[[], Any]
-    low: Array
-    high: Array
-    front: Array | None
+    low: ArrayLike
+    high: ArrayLike
+    front: Array | None = None
 
     @classmethod
     def of(cls, make: Callable[[], Any], front: Array) -> Problem:
@@ -110,7 +110,7 @@ class Problem(NamedTuple):
 
     def measured(self, F: Array) -> float:
         """Return the hypervolume of ``(n, m)`` objectives as a share."""
-        corner = np.full(len(self.low), CORNER)
+        corner = np.full(F.shape[1], CORNER)
         best = CORNER ** len(corner)
         if self.front is not None:
             best = moocore.hypervolume(self._scaled(self.front), ref=corner)
@@ -119,7 +119,7 @@ class Problem(NamedTuple):
         return float(moocore.hypervolume(self._scaled(F), ref=corner) / best)
 
     def _scaled(self, F: Array) -> Array:
-        return (F - self.low) / (self.high - self.low)
+        return (F - self.low) / np.subtract(self.high, self.low)
 
 
 def gear_front() -> Array:
@@ -142,7 +142,7 @@ def problem_of(name: str) -> Problem:
     if name == "gear_train":
         return Problem.of(GearTrain, gear_front())
     if name == "spring":
-        return Problem(Spring, np.array([2.5, 57_000.0]), np.array([25.0, 189_000.0]), None)
+        return Problem(Spring, (2.5, 57_000.0), (25.0, 189_000.0))
     if name.startswith("wfg"):
         make = partial(get_problem, name, n_var=20, n_obj=2)
         return Problem.of(make, make().pareto_front())

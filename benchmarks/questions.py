@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -257,18 +256,6 @@ def table(frame: pd.DataFrame) -> list[str]:
     return lines
 
 
-def times() -> str:
-    """Return how long the beginning and a question take with 20 000 designs of five objectives."""
-    X = np.abs(np.random.default_rng(0).standard_normal((sized(20_000, 200), 5)))
-    X = 1 - X / np.linalg.norm(X, axis=1)[:, None]
-    start = time.process_time()
-    person = Preferences(X)
-    begun = time.process_time()
-    person.question()
-    asked = time.process_time()
-    return f"{len(X)} designs: begun in {begun - start:.2f} s, a question in {asked - begun:.3f} s"
-
-
 def main() -> None:
     """Print the regrets of all fronts together, and of each after five questions."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -285,7 +272,6 @@ def main() -> None:
     last = of_method[of_method["asked"] == ASKED[-2]]
     means = last.pivot_table(index="front", columns="case", values="regret", sort=False)
     print(f"After {ASKED[-2]} questions:\n{means.round(3).to_string()}")
-    print(times())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The three runners, the plain loop and a ``starmap``: ``python -m benchmarks.runners``.
+"""The three runners, the plain loop and those of pymoo: ``python -m benchmarks.runners``.
 
 Each evaluates 30 batches of 40 designs that sleep for 5 ms, as an algorithm with short generations
 asks for them, by two workers: once in a process that has no workers yet, then with workers that are
@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
+from pymoo.parallelization.joblib import JoblibParallelization
 from pymoo.parallelization.starmap import StarmapParallelization
 
 from benchmarks.machine import describe_machine, sized
@@ -51,6 +52,7 @@ class Model(ElementwiseProblem):
 RUNNERS: dict[str, Callable[[], Any]] = {
     "plain loop": LoopedElementwiseEvaluation,
     "starmap of a pool": lambda: StarmapParallelization(Pool(WORKERS).starmap),
+    "pymoo's joblib": lambda: JoblibParallelization(WORKERS),
     "JoblibRunner": lambda: JoblibRunner(WORKERS),
     "ProcessRunner": lambda: ProcessRunner(WORKERS),
     "ExecutorRunner": lambda: ExecutorRunner(ProcessPoolExecutor(WORKERS)),

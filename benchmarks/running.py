@@ -1,36 +1,26 @@
-"""The runners, the plain loop and pymoo's joblib runner: ``python -m benchmarks.running``.
+"""How much of the workers' time a run uses: ``python -m benchmarks.running``.
 
-All evaluate the same designs with the same model, generation after generation. First their values
-are compared, then their times. The rounds alternate between the runners, so that another load of
-the machine affects all of them; the printed ratio is the median of the ratios of the rounds. The
-first evaluation, in which workers start, is reported separately.
+The efficiency is the sum of run times divided by workers and wall time: 16 workers and 320 designs
+whose run times are exponential with mean 0.2 s. The models sleep, so that two cores are enough. PSI
+and ``investigate`` with a study are compared with a plain loop without a study, which gives a free
+worker of ``concurrent.futures`` the next design. All workers have started and loaded the model
+before; the time for this is printed, too. As the last designs end one after another, no method can
+reach 1: ``bound`` is the efficiency for these run times without overhead. The same is repeated with
+short and long designs in sequences, so that the last run times do not predict the next one.
 
-Then the efficiency is measured, the sum of run times divided by workers and wall time: 16 workers
-and 320 designs whose run times are exponential with mean 0.2 s. The models sleep, so that two cores
-are enough. PSI and ``investigate`` with a study are compared with a plain loop without a study,
-which gives a free worker of ``concurrent.futures`` the next design. All workers have started and
-loaded the model before; the time for this is printed, too. As the last designs end one after
-another, no method can reach 1: ``bound`` is the efficiency for these run times without overhead.
-The same is repeated with short and long designs in sequences, so that the last run times do not
-predict the next one.
+    python -m benchmarks.running efficiency     this part alone
 
-    python -m benchmarks.running efficiency     these parts alone
-
-At last ``SurrogatePSI`` with a study is measured in rounds, which wait for their slowest design,
+Then ``SurrogatePSI`` with a study is measured in rounds, which wait for their slowest design,
 and asynchronously: 8 workers with a mean run time of 1 s, 16 workers with 2 s, 256 evaluations. The
 workers have started before; the end of the last designs is included in the time.
 
     python -m benchmarks.running proposals      this part alone
-
-Models: ``cheap`` is ZDT1, one design at a time; ``busy`` also computes for 10 ms; ``waiting``
-sleeps for 10 ms, like a model that waits for another machine.
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -39,95 +29,12 @@ from functools import partial
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import joblib
 import numpy as np
-from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
-from pymoo.parallelization.joblib import JoblibParallelization
 
 from benchmarks.machine import describe_machine, sized
-from pymoo_psi import PSI, JoblibRunner, ProcessRunner, SurrogatePSI, investigate, lp_tau
-
-N_JOBS = 2
-ROUNDS = sized(9, 1)
-TEN_MS = 0.01
-
-
-def work(steps: int) -> float:
-    """Compute for some time."""
-    total = 0.0
-    for step in range(steps):
-        total += step * 0.5
-    return total
-
-
-def steps_in_ten_ms() -> int:
-    """Return the steps of :func:`work` that take 10 ms."""
-    steps = 100_000
-    fastest = np.inf
-    for _ in range(20):
-        start = time.perf_counter()
-        work(steps)
-        fastest = min(fastest, time.perf_counter() - start)
-    return round(steps * TEN_MS / fastest)
-
-
-class Model(ElementwiseProblem):
-    """ZDT1 one design at a time; ``kind`` may add 10 ms of work or of waiting."""
-
-    def __init__(self, kind: str, steps: int, **kwargs: Any) -> None:
-        super().__init__(n_var=30, n_obj=2, xl=0.0, xu=1.0, **kwargs)
-        self.kind = kind
-        self.steps = steps
-
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        if self.kind == "waiting":
-            time.sleep(TEN_MS)
-        elif self.kind == "busy":
-            work(self.steps)
-        g = 1 + 9 / 29 * x[1:].sum()
-        out["F"] = [x[0], g * (1 - np.sqrt(x[0] / g))]
-
-
-def runners() -> dict[str, Any]:
-    """Return the runners that are compared."""
-    return {
-        "plain loop": LoopedElementwiseEvaluation(),
-        "JoblibRunner": JoblibRunner(N_JOBS),
-        "ProcessRunner": ProcessRunner(N_JOBS),
-        "pymoo's joblib": JoblibParallelization(N_JOBS),
-    }
-
-
-def compare(kind: str, designs: int, generations: int) -> None:
-    """Compare the values and the times of all runners."""
-    steps = steps_in_ten_ms()
-    X = np.random.default_rng(1).random((designs, 30))
-    problems = {name: Model(kind, steps, elementwise_runner=r) for name, r in runners().items()}
-    expected = problems["plain loop"].evaluate(X)
-    first = {}
-    for name, problem in problems.items():
-        began = time.perf_counter()
-        values = problem.evaluate(X)
-        first[name] = time.perf_counter() - began
-        if not np.array_equal(expected, values):
-            sys.exit(f"{name} gives other values than the plain loop")
-    seconds = {name: np.zeros(ROUNDS) for name in problems}
-    for k in range(ROUNDS):
-        for name, problem in problems.items():
-            began = time.perf_counter()
-            for _ in range(generations):
-                problem.evaluate(X)
-            seconds[name][k] = time.perf_counter() - began
-    print(f"\n{kind}: {generations} generations of {designs} designs; the same values")
-    print(f"  {'':16}{'first':>10}{'median':>12}   times as fast as the plain loop")
-    for name, times in seconds.items():
-        ratios = seconds["plain loop"] / times
-        print(
-            f"  {name:16}{first[name]:10.3f} s{np.median(times):8.3f} s"
-            f"   {np.median(ratios):.2f}  ({ratios.min():.2f} to {ratios.max():.2f})"
-        )
-
+from pymoo_psi import PSI, ProcessRunner, SurrogatePSI, investigate, lp_tau
 
 WORKERS = sized(16, 2)
 DESIGNS = sized(320, 16)
@@ -285,16 +192,8 @@ def proposals(workers: int, mean: float, evaluations: int) -> None:
 
 def main() -> None:
     """Run all parts, or those that are named."""
-    print(f"{describe_machine()}, joblib {joblib.__version__}; {N_JOBS} workers", end="")
-    if hasattr(os, "getloadavg"):
-        print(f"; load {os.getloadavg()[0]:.1f}", end="")
-    print()
-    parts = sys.argv[1:] or ["compare", "efficiency", "proposals"]
-    if "compare" in parts:
-        n_designs = sized(100, 10)
-        compare("cheap", n_designs, generations=sized(100, 2))
-        compare("waiting", n_designs, generations=2)
-        compare("busy", n_designs, generations=2)
+    print(describe_machine())
+    parts = sys.argv[1:] or ["efficiency", "proposals"]
     if "efficiency" in parts:
         efficiency(in_any_order)
         efficiency(in_sequences)

@@ -2,34 +2,24 @@
 
     python -m benchmarks.tables [OTHER_CHECKOUT [TABLES]]
 
-This takes ten minutes, one without another checkout.
+This takes minutes, half of one without another checkout.
 
 Random tables, and pairs and triples of runs that are joined, are asked the same questions, each
 version in a process of its own. Answers are texts with types and all digits; those that differ are
-listed. Then both make tables of 16 to 2^20 tests, formulate, search and rank them, in turns, and
-rank a file of five cars.
+listed.
 
 Without another checkout, status and Pareto set are compared with loops over all tests.
 """
 
 from __future__ import annotations
 
-import contextlib
-import cProfile
-import io
-import itertools
 import json
 import math
 import os
-import pstats
 import random
 import re
 import subprocess
 import sys
-import tempfile
-import time
-import tracemalloc
-from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial, reduce
 from pathlib import Path
@@ -37,19 +27,15 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.machine import describe_machine, sized
+from benchmarks.machine import sized
 from benchmarks.table_descriptions import Model, Plain, description, part
 from pymoo_psi import TestTable, investigate
-from pymoo_psi.cli import main as run_command
 from pymoo_psi.table import Schema
 
 HERE = Path(__file__).resolve().parents[1]
 TABLES = sized(3000, 60)
 RUNS = sized(300, 6)
-SIZES = sized((16, 4096, 2**20), (16, 256))
-ROUNDS = sized(5, 1)
 ASKED_NAMES = ("A", "B", "C", "7", "12", "#3", "A #2", "", None, 7, 2.5, "é", "3", "1", 0, 2)
-CARS = "car,price,range\nTown,20,200\nLane,24,310\nCountry,30,400\nCoast,45,470\nTour,60,500\n"
 
 # Tables
 
@@ -445,95 +431,15 @@ def _dominates(one: Any, other: Any) -> bool:
     return not any(is_worse) and not all(is_equal)
 
 
-# Costs
-
-
-def write_costs(n: int) -> None:
-    """Write what a table of n tests costs: seconds of each step, and MB with ten questions open."""
-    rng = np.random.default_rng(0)
-    X = rng.random((n, 4))
-    F = np.column_stack([X[:, 0], 1 - X[:, 0] + X[:, 1] ** 2, X[:, 2] + 0.1 * X[:, 1]])
-    G = X[:, 1:2] - 0.9
-    numbers = np.arange(1, n + 1)
-    times = []
-    for _ in range(max(3, min(200, 200_000 // n))):
-        moments = [time.process_time()]
-        table = TestTable.of(numbers, X, F, G)
-        moments.append(time.process_time())
-        limited = table.under(limits={"f1": (None, 0.9), "x3": (0.0, 0.95)})
-        limited.feasible()
-        moments.append(time.process_time())
-        limited.pareto()
-        moments.append(time.process_time())
-        limited.ranking()
-        moments.append(time.process_time())
-        times.append([*np.diff(moments), moments[-1] - moments[0]])
-    steps = ("of", "under", "pareto", "ranking", "all")
-    costs = dict(zip(steps, np.median(times, axis=0).tolist(), strict=True))
-    tracemalloc.start()
-    table = TestTable.of(numbers, X, F, G)
-    table.pareto()
-    costs["MB"] = tracemalloc.get_traced_memory()[0] / 1e6
-    opened = [table.under(limits={"f1": (None, 0.9 - 0.01 * k)}) for k in range(10)]
-    for question in opened:
-        question.pareto()
-    costs["MB, ten open"] = tracemalloc.get_traced_memory()[0] / 1e6
-    print(json.dumps(costs))
-
-
-def write_calls() -> None:
-    """Write how many functions of tables, files and fronts are called to rank five cars."""
-    profile = cProfile.Profile()
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        path = Path(folder, "cars.csv")
-        path.write_text(CARS)
-        words = ["rank", str(path), "--maximize", "range"]
-        run_command(words)  # which imports all
-        profile.runcall(run_command, words)
-    calls: Counter[str] = Counter()
-    for (file, _, _), (_, n, *_) in pstats.Stats(profile).stats.items():
-        package = re.search(r"pymoo_psi/(table|files|analysis|pareto)/", file)
-        if package:
-            calls["calls"] += n
-            calls["functions called"] += 1
-    print(json.dumps(calls))
-
-
-def compare_costs(checkouts: list[Path]) -> None:
-    """Print what one or two packages need, in turns: medians, and the ratio of the latter."""
-    commands = [(f"{n} tests", "--costs", n) for n in SIZES]
-    for label, *arguments in [*commands, ("rank of five cars", "--calls")]:
-        costs: list[list[Plain]] = [[] for _ in checkouts]
-        for _, k in itertools.product(range(ROUNDS), range(len(checkouts))):
-            with started(checkouts[k], *arguments) as process:
-                costs[k].append(json.loads((process.stdout or sys.stdin).read()))
-        for step in costs[0][0]:
-            medians = [float(np.median([cost[step] for cost in rounds])) for rounds in costs]
-            figures = " ".join(f"{value:12.6g}" for value in medians)
-            if len(medians) > 1:
-                figures += f"  ratio {medians[-1] / medians[0]:.2f}"
-            print(f"{label:17} {step:17} {figures}")
-
-
 def main() -> None:
     """Compare another checkout of the package with this one."""
     option, *sizes = *sys.argv[1:], ""
     if option == "--answers":
         write_answers(*map(int, sizes[:2]))
-    elif option == "--costs":
-        write_costs(int(sizes[0]))
-    elif option == "--calls":
-        write_calls()
-    else:
-        print(describe_machine())
-        checkouts = [HERE]
-        n_differing = 0
-        print(f"{require_oracles(min(TABLES, 300))} tables agree with loops over their tests")
-        if option:
-            checkouts.insert(0, Path(option).resolve())
-            n_differing = compare(checkouts[0], int(sizes[0] or TABLES))
-        compare_costs(checkouts)
-        sys.exit(n_differing > 0)
+        return
+    print(f"{require_oracles(min(TABLES, 300))} tables agree with loops over their tests")
+    if option and compare(Path(option).resolve(), int(sizes[0] or TABLES)):
+        sys.exit(1)
 
 
 if __name__ == "__main__":
