@@ -76,7 +76,7 @@ function answer({payload, states, rows, pins, texts, typed, thorough, numbers = 
         switches: thorough[k] || !count ? switched(data, state, ranking) : null,
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         opened: Logic.opened(data, written),
-        csv: Logic.csv(data, order, ranking, state),
+        csv: Logic.csv(data, order, ranking),
         metadata: Logic.metadata(data, order, state, "left.csv"),
       }
     }),

@@ -38,7 +38,7 @@ const axes = (() => {
 
   // Single lines, drawn by the browser.
   function lines(g, rows, style) {
-    const at = columns.map((column) => [valuesOf(data, ranking, column), placed(column)])
+    const at = columns.map((column) => [valuesOf(ranking, column), placed(column)])
     for (const row of rows) {
       Object.assign(g, style)
       g.beginPath()
@@ -59,7 +59,7 @@ const axes = (() => {
     for (let j = 0; j + 1 < columns.length; j++) {
       if (!isJoined(j)) continue
       const [y0, y1] = [places[j], places[j + 1]].map((y) => round(y * devicePixelRatio))
-      const [[upper, from], [lower, to]] = [j, j + 1].map((k) => [valuesOf(data, ranking, columns[k]), placed(columns[k])])
+      const [[upper, from], [lower, to]] = [j, j + 1].map((k) => [valuesOf(ranking, columns[k]), placed(columns[k])])
       for (let i = 0; i < rows.length; i++) {
         const row = rows[i]
         if (upper[row] !== upper[row] || lower[row] !== lower[row]) continue
@@ -83,7 +83,7 @@ const axes = (() => {
     const line = round(size.width * devicePixelRatio) + 1
     const [half, thick] = [4 * devicePixelRatio, max(1, round(1.4 * devicePixelRatio))]
     columns.forEach((column, j) => {
-      const [values, xOf] = [valuesOf(data, ranking, column), placed(column)]
+      const [values, xOf] = [valuesOf(ranking, column), placed(column)]
       const [y0, y1] = [-half, half].map((d) => round(places[j] * devicePixelRatio + d))
       for (let k = 0; k < rows.length; k++) {
         const x = round(xOf(values[rows[k]]) * devicePixelRatio)
@@ -122,7 +122,7 @@ const axes = (() => {
 
   // What is rejected, the range of the per cent, and the ticks of what is left where these are few.
   function drawAxis(g, column, y, rows) {
-    const [xOf, values] = [placed(column), valuesOf(data, ranking, column)]
+    const [xOf, values] = [placed(column), valuesOf(ranking, column)]
     const limit = limitOf(column) ?? [null, null]
     limit.forEach((end, k) => {
       if (end === null) return
@@ -143,7 +143,7 @@ const axes = (() => {
 
   // The marks on an axis, and below it the ends of the per cent, where they cover no mark.
   function drawMarks(g, column, y) {
-    const [xOf, values] = [placed(column), valuesOf(data, ranking, column)]
+    const [xOf, values] = [placed(column), valuesOf(ranking, column)]
     const scale = scaleOf(column)
     const ends = isObjective(column) && ranking.count
       ? [ranking.nadir, ranking.ideal].map((point) => point[data.objectives.indexOf(column)])
@@ -160,8 +160,8 @@ const axes = (() => {
       else if (values[row] > scale.high) above++
     }
     const [left, right] = isTurned(column) ? [above, below] : [below, above]
-    if (left) drawText(g, `◂ ${left}`, 0, y - 14, "left", "middle", INK.accent)
-    if (right) drawText(g, `${right} ▸`, size.width, y - 14, "right", "middle", INK.accent)
+    if (left) drawText(g, `◂ ${left}`, 0, y - 14, "left", INK.accent)
+    if (right) drawText(g, `${right} ▸`, size.width, y - 14, "right", INK.accent)
     const error = errorOf(column)
     for (const {row, look} of marks) {
       const value = values[row]
@@ -192,7 +192,7 @@ const axes = (() => {
 
   // The row whose line or tick passes nearest to a point, within a few pixels.
   function rowAt(x, y) {
-    const at = columns.map((column) => [valuesOf(data, ranking, column), placed(column)])
+    const at = columns.map((column) => [valuesOf(ranking, column), placed(column)])
     const j = max(0, places.findLastIndex((place) => place <= y))
     if (abs(places[j] - y) < 9 || !isJoined(j)) return nearestRow(7, (row) => abs(at[j][1](at[j][0][row]) - x))
     const share = (y - places[j]) / (places[j + 1] - places[j])

@@ -4,8 +4,7 @@ const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 
 // Canvases on top of each other that fill their parent; redraw is called when its size changes.
 function layers(parent, count, redraw) {
-  const canvases = Array.from({length: count}, () => document.createElement("canvas"))
-  for (const canvas of canvases) canvas.setAttribute("aria-hidden", "true")
+  const canvases = Array.from({length: count}, () => make("canvas", {ariaHidden: true}))
   parent.append(...canvases)
   const size = {width: 0, height: 0, inView: true}
   const fit = () => {
@@ -41,7 +40,7 @@ function drawLine(g, colour, x0, y0, x1, y1, lineWidth = 1) {
   g.stroke()
 }
 
-function drawText(g, text, x, y, textAlign, textBaseline = "middle", colour = INK.muted) {
+function drawText(g, text, x, y, textAlign, colour = INK.muted, textBaseline = "middle") {
   Object.assign(g, {textAlign, textBaseline, lineWidth: 3, strokeStyle: INK.panel, fillStyle: colour})
   g.strokeText(text, x, y) // a halo, legible above lines
   g.fillText(text, x, y)
@@ -173,9 +172,8 @@ function nearestRow(most, distance) {
 // A part of the page as a picture: its canvases, bars and texts where they stand.
 function picture(section) {
   const box = section.getBoundingClientRect()
-  const canvas = document.createElement("canvas")
   const scale = 2
-  Object.assign(canvas, {width: scale * box.width, height: scale * box.height})
+  const canvas = make("canvas", {width: scale * box.width, height: scale * box.height})
   const g = canvas.getContext("2d")
   g.scale(scale, scale)
   g.translate(-box.left, -box.top)

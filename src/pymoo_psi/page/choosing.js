@@ -38,7 +38,7 @@ function card(row, other, letter) {
   const differing = data.columns.filter((column) => !isGeometric(column) && cellText(column, row) !== cellText(column, other))
   const list = (columns, kind) => columns.map((column) => make(`div.${kind}`, make("dt", column.name),
     make("dd", cellText(column, row), column.unit && isNumber(column.values[row]) ? ` ${column.unit}` : "")))
-  return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {"aria-label": `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
+  return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {ariaLabel: `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
     make("dl", list(differing.filter(isObjective), "large"), list(differing.filter((column) => !isObjective(column)).slice(0, 8), "small")))
 }
 
@@ -54,10 +54,10 @@ function showQuestions() {
     const leftOut = state.answers.length - counting.length
     renew("answer-words",
       make("p", sentence(data, "preferred", {answers: counted(answered, "answer"), design: called(row), share: percent(shares.get(row) ?? 0), regret: percent(regret)})),
-      make("div.buttons", chooseButton(row), button("Inspect", () => inspect(row), {"aria-label": `Inspect: ${called(row)}`})),
-      !pair && make("p", sentence(data, enough ? "enough" : "none left", {})),
+      make("div.buttons", chooseButton(row), button("Inspect", () => inspect(row), {ariaLabel: `Inspect: ${called(row)}`})),
+      !pair && make("p", sentence(data, enough ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`),
-      make("ul", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean).map((text) => make("li", text))))
+      make("ul", makeAll("li", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean))))
   } else renew("answer-words", make("p", "No design is left."))
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
   renew("pair", question && [card(...question, "A"), card(question[1], question[0], "B")])
@@ -85,15 +85,7 @@ function showShares() {
 }
 
 function buildQuestions() {
-  const section = $("questions")
-  const clicks = {"equally-good": "e", "skip-question": "s", back: "u", "close-questions": "escape"}
-  for (const [id, key] of entriesOf(clicks)) $(id).onclick = ANSWERS[key]
-  section.addEventListener("keydown", (event) => {
-    const action = Object.hasOwn(ANSWERS, event.key.toLowerCase()) ? ANSWERS[event.key.toLowerCase()] : null
-    if (!action || event.ctrlKey || event.metaKey || event.altKey) return
-    event.preventDefault()
-    event.stopPropagation()
-    action()
-  })
+  onClicks({"equally-good": ANSWERS.e, "skip-question": ANSWERS.s, back: ANSWERS.u, "close-questions": ANSWERS.escape})
+  onKeys($("questions"), ANSWERS)
   following.push(showQuestions, showShares)
 }

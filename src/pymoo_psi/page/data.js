@@ -95,7 +95,7 @@ function addDesigns(data, more) {
 const isObjective = ({role}) => role === "objective"
 // Distances are measured from the U and N of what is left: they move with the limits.
 const isGeometric = ({role}) => role === "geometric"
-const valuesOf = (data, ranking, column) => isGeometric(column) ? ranking[column.field] : column.values
+const valuesOf = (ranking, column) => isGeometric(column) ? ranking[column.field] : column.values
 
 // Ranges in which distances are measured whatever the limits, by name, in increasing order: those
 // that the page was made with, or those of all designs.

@@ -15,7 +15,7 @@ function checked(data, anything) {
   const entries = (key, fits, object) => byName(entriesOf(fitting(key, isObject, {}, object)).filter(
     kept(key, ([name, value]) => data.by.get(name)?.name === name && fits(data.by.get(name), value))))
   const items = (key, fits, object) => [...new Set(fitting(key, Array.isArray, [], object).filter(kept(key, fits)))]
-  const isDesign = (name) => typeof name === "string" && data.rowOf.has(name)
+  const isDesign = (name) => isText(name) && data.rowOf.has(name)
   const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
     pair.every((end) => end === null || isNumber(end)) && !(pair.every(isNumber) && pair[0] > pair[1])
   const isName = (name) => data.by.has(name)
@@ -64,7 +64,7 @@ function checked(data, anything) {
     positions: [...new Map(items("positions", isObject).map(position).filter(({name}) => name)
       .map((one) => [[one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))].sort().map(([, one]) => one), // by their keys
     decided: fitting("decided", (one) => isObject(one) && isDesign(one.chosen) && isText(one.date) && [one.agree, one.dissent].every((list) => Array.isArray(list) && list.every(isText)), null),
-    reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
+    reason: fitting("reason", isText, "").slice(0, 10000),
   }
   return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }

@@ -3,25 +3,24 @@
 
 const $ = (id) => document.getElementById(id)
 const without = ({...object}, name) => { delete object[name]; return object }
+const onClicks = (actions) => { for (const [id, action] of entriesOf(actions)) $(id).onclick = action }
 const show = (id, on) => { $(id).hidden = !on }
 const countText = (count) => apart(localized(String(count)))
 
 // Children are elements, texts, lists of them, and nothing where a condition does not hold.
 const childrenOf = (children) => children.flat().filter(Boolean)
 
-// An element of "tag.class" with properties, if any, attributes (those with a dash, and role) and children.
+// An element of "tag.class" with properties, if any, and children.
 function make(tag, ...children) {
   const [name, ...classes] = tag.split(".")
   const properties = children[0]?.constructor === Object ? children.shift() : {}
   const element = document.createElement(name)
   if (classes.length) element.className = classes.join(" ")
-  for (const [key, value] of entriesOf(properties)) {
-    if (key.includes("-") || key === "role") element.setAttribute(key, value)
-    else element[key] = value
-  }
+  Object.assign(element, properties)
   element.append(...childrenOf(children))
   return element
 }
+const makeAll = (tag, texts) => texts.map((text) => make(tag, text))
 const head = (scope, ...children) => make("th", {scope}, ...children)
 const button = (text, onclick, properties = {}) => make("button.small", {onclick, ...properties}, text)
 
@@ -57,25 +56,36 @@ const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\]
 
 function say(sentences) {
   const close = sentences.length && button("Close", () => say([]))
-  $("messages").replaceChildren(...childrenOf([close, sentences.map((text) => make("p", text))])) // announced again
+  $("messages").replaceChildren(...childrenOf([close, makeAll("p", sentences)])) // announced again
 }
 
 // A field for a number; `accept` returns what is wrong with it, or "". What is wrong stays to be mended.
-function numberField(name, properties, accept) {
-  const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", "aria-label": name, ...properties})
+function numberField(name, placeholder, accept) {
+  const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", ariaLabel: name, placeholder})
   input.onchange = () => {
     const {value, wrong} = typed(input.value)
     const why = wrong ?? accept(value)
     if (why || isWrong(input)) say(why ? [`${name}: ${why}`] : [])
-    input.setAttribute("aria-invalid", String(why !== ""))
+    input.ariaInvalid = why !== ""
   }
   return input
 }
-const isWrong = (input) => input.getAttribute("aria-invalid") === "true"
+const isWrong = (input) => input.ariaInvalid === "true"
 function showNumber(input, value, changed) {
-  if (changed) input.setAttribute("aria-invalid", "false")
+  if (changed) input.ariaInvalid = false
   const isTyped = input === document.activeElement && typed(input.value).value === value
   if (!isWrong(input) && !isTyped) input.value = value === null ? "" : countText(value)
+}
+
+// Do what a key stands for, unless it is pressed with another one.
+function onKeys(element, actions) {
+  element.onkeydown = (event) => {
+    const action = !event.ctrlKey && !event.metaKey && !event.altKey && actions[event.key.toLowerCase()]
+    if (!action) return
+    event.preventDefault()
+    event.stopPropagation()
+    action()
+  }
 }
 
 function download(content, name) {

@@ -4,7 +4,7 @@ const TIE = 1e-9 // as in pareto
 const STEP = 0.01
 const MOST_COSTS = 4
 
-const sentence = (data, name, parts) =>
+const sentence = (data, name, parts = {}) =>
   data.sentences[name].replace(/\{(\w+)\}/g, (_, part) => parts[part])
 
 // A name that the user gave stays as it is.
@@ -29,30 +29,33 @@ function bySize(shares) {
   return shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
 }
 
-// Where a design is better than another and where worse, in words.
-function differenceText(data, gains, shares) {
-  const places = bySize(shares)
-  const [better, worse] = [1, -1].map((sign) => listed(places.filter((j) => sign * gains[j] > 0).map((j) => {
-    const column = data.objectives[j]
-    return sentence(data, (gains[j] > 0) === column.maximize ? "higher" : "lower", {objective: column.name, amount: amount(column, abs(gains[j]))})
-  })))
-  return better && worse ? sentence(data, "mixed", {better, worse}) : better || worse || sentence(data, "equal", {})
+// What a row gains against another in each objective, and this in shares of the ranges.
+function gainsOf(data, {frame}, row, other) {
+  const gains = data.F.map((column) => column[other] - column[row] + 0)
+  return {gains, shares: gains.map((gain, j) => shareOf(gain, frame.lengths[j]))}
 }
 
-// Gains of rows against the first of them and shares of the ranges, a list each.
-function gainsOf(data, {frame}, rows) {
-  const gains = rows.map((row) => data.F.map((column) => column[rows[0]] - column[row] + 0))
-  return {gains, shares: gains.map((list) => list.map((gain, j) => shareOf(gain, frame.lengths[j])))}
+// What is gained and what is lost, the largest share of a range first.
+const gainsAndLosses = ({gains, shares}, text) => [1, -1].map((sign) =>
+  listed(bySize(shares).filter((j) => sign * gains[j] > 0).map(text)))
+
+const changeText = (data, column, gain) => sentence(data, (gain > 0) === column.maximize ? "higher" : "lower",
+  {objective: column.name, amount: amount(column, abs(gain))})
+
+// Where a design is better than another and where worse, in words.
+function differenceText(data, ranking, row, other) {
+  const difference = gainsOf(data, ranking, row, other)
+  const [better, worse] = gainsAndLosses(difference, (j) => changeText(data, data.objectives[j], difference.gains[j]))
+  return better && worse ? sentence(data, "mixed", {better, worse}) : better || worse || sentence(data, "equal")
 }
 
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
 function against(data, ranking, key, row, other, parts = {}) {
-  const {gains, shares} = gainsOf(data, ranking, [other, row])
   const name = data.names[row]
   const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
-  return sentence(data, key, {design, other: data.names[other], difference: differenceText(data, gains[1], shares[1]), ...parts})
+  return sentence(data, key, {design, other: data.names[other], difference: differenceText(data, ranking, row, other), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
@@ -92,9 +95,8 @@ function nearestTo(data, {front, frame}, row, taken, count) {
 
 // What rows gain against one of them in each objective, and this in shares of its range.
 function compareRows(data, ranking, rows, base) {
-  const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
-  return data.objectives.map((column, j) => ({column, gains: rows.map((_, k) => gains[k + 1][j]),
-    shares: rows.map((_, k) => shares[k + 1][j])}))
+  const all = rows.map((row) => gainsOf(data, ranking, row, base))
+  return data.objectives.map((column, j) => ({column, gains: all.map(({gains}) => gains[j]), shares: all.map(({shares}) => shares[j])}))
 }
 
 // Why a design: its distances from the best, and towards each objective the design that gives up
@@ -142,10 +144,8 @@ function explain(data, ranking, row) {
   for (const j of ordered.filter((j) => neighbours[j] >= 0)) {
     const same = steps.find((step) => step.row === neighbours[j])
     if (same) same.names.push(objectives[j].name)
-    else steps.push({names: [objectives[j].name], row: neighbours[j]})
+    else steps.push({names: [objectives[j].name], row: neighbours[j], text: differenceText(data, ranking, neighbours[j], row)})
   }
-  const {gains, shares: gained} = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
-  steps.forEach((step, k) => { step.text = differenceText(data, gains[k + 1], gained[k + 1]) })
   return {
     row,
     objectives: objectives.map(({name, values, maximize}, j) => ({
@@ -161,7 +161,7 @@ function explain(data, ranking, row) {
 // How far a design is from the best values, the greatest share of a range first.
 function costsOf(data, ranking, behind, shares) {
   const places = bySize(shares).filter((j) => behind[j] > 0)
-  if (!places.length) return sentence(data, "all best", {})
+  if (!places.length) return sentence(data, "all best")
   const changes = places.slice(0, MOST_COSTS).map((j, k) => {
     const column = data.objectives[j]
     return sentence(data, `${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
@@ -177,8 +177,7 @@ function standingOf(data, ranking, row, dominatedBy) {
   if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
   if (!mask[row]) return `${capital(design)} is beyond the limits.`
   if (dominatedBy >= 0) {
-    const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
-    return sentence(data, "dominated", {design: capital(design), other: data.names[dominatedBy], difference: differenceText(data, gains[1], shares[1])})
+    return sentence(data, "dominated", {design: capital(design), other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
   }
   if (front.length === 1) return sentence(data, "single", {design})
   const names = data.objectives.filter((_, j) => frame.lengths[j] < Infinity && data.F[j][row] === frame.low[j]).map(({name}) => name)

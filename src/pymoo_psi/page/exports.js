@@ -19,11 +19,11 @@ function exported(data) {
 }
 
 // Rows as CSV, every digit of the numbers, with places under the limits.
-function csv(data, rows, ranking, state) {
+function csv(data, rows, ranking) {
   const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
   const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
   const cells = data.columns.map((column) => {
-    const array = valuesOf(data, ranking, column)
+    const array = valuesOf(ranking, column)
     return column.texts ? (i) => text(column.texts[array[i]]) : (i) => text(array[i])
   })
   const lines = [...rows].map((i) => [ranking.place[i] || "", text(data.labels[i]), ...cells.map((cell) => cell(i)),

@@ -13,7 +13,7 @@ function saveDecision() {
 
 function exportRows() {
   const name = `${data.file}-shown.csv`
-  download(textFile(csv(data, order, ranking, state), "text/csv"), name)
+  download(textFile(csv(data, order, ranking), "text/csv"), name)
   download(textFile(metadata(data, order, state, name), "application/json"), `${name}-metadata.json`)
   say([`Saved as ${name}. Keep ${name}-metadata.json beside it.`])
 }
@@ -48,8 +48,7 @@ async function openFiles(files) {
 }
 
 function buildFiles() {
-  const clicks = {save: saveDecision, "save-page": savePage, print: () => print(), export: exportRows, open: () => $("file").click()}
-  for (const [id, action] of entriesOf(clicks)) $(id).onclick = action
+  onClicks({save: saveDecision, "save-page": savePage, print: () => print(), export: exportRows, open: () => $("file").click()})
   $("file").onchange = async () => {
     await openFiles($("file").files)
     $("file").value = ""

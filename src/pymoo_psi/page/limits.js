@@ -87,6 +87,6 @@ function* switches(data, state, now) {
 function switchText(data, {name, end, looser, value, row}) {
   const {unit} = data.by.get(name)
   return sentence(data, `${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
-    other: row < 0 ? sentence(data, "none", {}) : sentence(data, "other", {design: data.names[row]}),
+    other: row < 0 ? sentence(data, "none") : sentence(data, "other", {design: data.names[row]}),
     limit: `${short(inSixDigits(value, looser === (end === 1)), 6)}${unit ? ` ${unit}` : ""}`})
 }

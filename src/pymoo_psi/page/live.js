@@ -1,6 +1,5 @@
 // The connection of a page to the server of a growing study: new designs, progress, steering.
 {
-  const list = (id, texts) => renew(id, texts.map((text) => make("li", text)))
   const proposed = () => data.names[ranking.best[0]]
   // Other tests, or other columns: load the page anew, in the state that it has when the next one arrives.
   const reload = () => {
@@ -20,8 +19,8 @@
     waiting.push(...rows)
     count = tests
     $("running").disabled = !is_running
-    list("progress", lines)
-    list("steered", steered)
+    renew("progress", makeAll("li", lines))
+    renew("steered", makeAll("li", steered))
     $("since").textContent = count - since
     $("since").parentElement.hidden = !ranking.count
   }

@@ -8,7 +8,7 @@ function ordered(data, ranking, state) {
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (by === "column" || by === "label") {
     const column = by === "label" ? null : data.by.get(name)
-    const array = column ? valuesOf(data, ranking, column) : data.alphabetic ??= alphabetic(data)
+    const array = column ? valuesOf(ranking, column) : data.alphabetic ??= alphabetic(data)
     const sorted = argsort(array, state.dominated ? ranking.rows : ranking.front)
     const known = picked(sorted, (i) => !Number.isNaN(array[i]))
     return joined(data.prototypes, turned(known), picked(sorted, (i) => Number.isNaN(array[i]))) // missing ones last

@@ -2,14 +2,13 @@
 
 const page = (() => {
   function reset() {
-    for (const input of document.querySelectorAll("[aria-invalid=true]")) input.setAttribute("aria-invalid", "false")
+    for (const input of document.querySelectorAll("[aria-invalid=true]")) input.ariaInvalid = false
     inspected = -1
     change(initial.state)
   }
 
   function listen() {
-    const clicks = {undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)}
-    for (const [id, action] of entriesOf(clicks)) $(id).onclick = action
+    onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
     for (const id of ["fixed", "dominated"]) $(id).onchange = () => change({[id]: $(id).checked})
     $("reason").oninput = () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason }
     $("reason").onchange = commit

@@ -8,16 +8,16 @@ let agreeing // what the ticks were last set for: whose choice is the present on
 function showPositions() {
   const {positions, decided, chosen} = state
   const held = latest(positions)
-  renew("position-list", held.map((one) => make("li", make("span.avatar", {"aria-hidden": "true"}, one.name.slice(0, 1).toUpperCase()),
+  renew("position-list", held.map((one) => make("li", make("span.avatar", {ariaHidden: true}, one.name.slice(0, 1).toUpperCase()),
     make("div", words(one)),
     make("div.buttons",
-      make("label", make("input", {type: "checkbox", "aria-label": `${one.name} agrees`}), "agrees"),
-      button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
-      button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))
+      make("label", make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
+      button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {ariaLabel: `Show: ${one.name}`}),
+      button("×", () => change({positions: positions.filter((other) => other !== one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
-  renew("separation", separation(data, ranking, positions).map((text) => make("li", text)))
+  renew("separation", makeAll("li", separation(data, ranking, positions)))
   show("decide", held.length)
   $("decide").disabled = chosen === null
   renew("decide", `Decide for ${chosen ?? "a choice"}`)
@@ -47,7 +47,7 @@ function given(row) {
   losses.sort((a, b) => a.shares[0] - b.shares[0])
   if (!losses.length) return `the ${roleOf(verdict.row)} design is nowhere worse`
   const [{column, gains, shares}] = losses
-  const loss = sentence(data, column.maximize ? "lower" : "higher", {objective: column.name, amount: amount(column, abs(gains[0]))})
+  const loss = changeText(data, column, gains[0])
   return `${roleOf(verdict.row)}: ${loss}${isWithin(shares[0]) ? ` (${percent(abs(shares[0]))})` : ""}`
 }
 
@@ -65,7 +65,6 @@ function decide() {
 }
 
 function buildPositions() {
-  $("keep").onclick = record
-  $("decide").onclick = decide
+  onClicks({keep: record, decide})
   following.push(showPositions)
 }

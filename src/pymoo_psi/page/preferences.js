@@ -4,7 +4,7 @@ const wishes = []
 function buildPreferences() {
   const rows = data.objectives.map((column) => {
     const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "aspiration"]].map(([kind, placeholder, word]) => {
-      const input = numberField(`${column.label}, ${word}`, {placeholder}, (value) => {
+      const input = numberField(`${column.label}, ${word}`, placeholder, (value) => {
         if (kind === "weights" && value < 0) return "A weight must be 0 or more."
         const others = without(state.preference[kind], column.name)
         change({preference: {...state.preference, [kind]: value === null ? others : {...others, [column.name]: value}}})
@@ -25,7 +25,7 @@ function showPreference() {
   for (const {input, kind, column} of wishes) {
     showNumber(input, entryOf(state.preference[kind], column.name) ?? null, false)
   }
-  $("by-preference").setAttribute("aria-pressed", String(state.order.by === "preference"))
+  $("by-preference").ariaPressed = state.order.by === "preference"
   if (!$("preferences").open || !verdict) return renew("preference-words")
   const [first] = preference(data, ranking, state.preference).best
   renew("preference-words", "First by your preferences: ", make("strong", called(first)),

@@ -193,10 +193,10 @@ function countedAnswers(data, {pareto}, answers) {
 
 // What an answer gives up for what (pareto's Preferences.trades).
 function tradeText(data, ranking, [one, relation, other]) {
-  const {gains: [, gains], shares: [, shares]} = gainsOf(data, ranking, [other, one])
-  if (relation === "?" || !gains.some((gain) => gain !== 0)) return ""
-  const [better, worse] = [1, -1].map((sign) => listed(bySize(shares).filter((j) => sign * gains[j] > 0).map((j) =>
-    `${amount(data.objectives[j], abs(gains[j]))} of ${data.objectives[j].name}`)))
+  const difference = gainsOf(data, ranking, one, other)
+  const [better, worse] = gainsAndLosses(difference, (j) =>
+    `${amount(data.objectives[j], abs(difference.gains[j]))} of ${data.objectives[j].name}`)
+  if (relation === "?" || !(better || worse)) return ""
   const names = {design: capital(data.names[one]), other: data.names[other]}
   return sentence(data, relation === ">" ? "rather" : "as good", {...names, better, worse})
 }

@@ -37,15 +37,13 @@ function moveRow(column, to, done = true) {
 
 function grip(column) {
   const place = () => objectivesInOrder().indexOf(column)
-  const element = make("button.grip", {"aria-label": `Move ${column.name}`, title: "Drag, or use the arrow keys"})
-  element.onkeydown = (event) => {
-    const step = {ArrowUp: -1, ArrowDown: 1}[event.key]
-    if (!step) return
-    event.preventDefault()
-    moveRow(column, place() + step)
+  const element = make("button.grip", {ariaLabel: `Move ${column.name}`, title: "Drag, or use the arrow keys"})
+  const step = (by) => () => {
+    moveRow(column, place() + by)
     update()
     element.focus()
   }
+  onKeys(element, {arrowup: step(-1), arrowdown: step(1)})
   onDrag(element, (_, y) => {
     const from = place()
     const height = controls.get(column).row.offsetHeight
@@ -62,13 +60,14 @@ function grip(column) {
 function limitFields(column) {
   return [0, 1].map((k) => {
     const text = k ? "at most" : "at least"
-    const input = numberField(`${column.label}, ${text}`, {"aria-describedby": `note-${column.field}`, placeholder: "–"}, (value) => {
+    const input = numberField(`${column.label}, ${text}`, "–", (value) => {
       const next = [...(limitOf(column) ?? [null, null])]
       next[k] = value
       if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower limit is above the upper one."
       setLimit(column, next, true)
       return ""
     })
+    input.setAttribute("aria-describedby", `note-${column.field}`)
     return {input, label: make("label.field", make("span", text), input)}
   })
 }
@@ -76,7 +75,7 @@ function limitFields(column) {
 // The handles of an axis. One at the end of its axis limits nothing; the one in hand stops at the other.
 function limitThumbs(column) {
   return [0, 1].map((k) => {
-    const input = make("input", {type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${column.label}, ${k ? "upper" : "lower"} limit`})
+    const input = make("input", {type: "range", min: 0, max: STEPS, step: 1, ariaLabel: `${column.label}, ${k ? "upper" : "lower"} limit`})
     if (isTurned(column)) input.dir = "rtl"
     if (isObjective(column) && k !== worseEnd(column)) input.className = "better" // only keys take it from the end
     const moved = (done) => {
@@ -98,7 +97,7 @@ function rowOfColumn(column) {
   const {label, name, field, maximize, unit} = column
   const {low, high} = scaleOf(column)
   if (!(high > low) && !isObjective(column)) {
-    return make("p.constant", broken(label), `: ${hasValues(column) ? `${valueText(column, low)} for all designs` : "no values"}`)
+    return make("p.constant", broken(label), `: ${column.values.some(isNumber) ? `${valueText(column, low)} for all designs` : "no values"}`)
   }
   const control = {column, fields: limitFields(column), thumbs: limitThumbs(column), note: make("p.note", {id: `note-${field}`})}
   controls.set(column, control)
@@ -122,7 +121,7 @@ function rowOfColumn(column) {
     control.axis, control.cells,
     make("div.bar", {role: "cell"}, control.fill),
     make("div.tools", {role: "cell"}, isObjective(column) && isMany && button("×", () => changeRows({hidden: [...state.rows.hidden, name]}),
-      {"aria-label": `Hide ${name}`, title: "Hide; it counts as before"})))
+      {ariaLabel: `Hide ${name}`, title: "Hide; it counts as before"})))
   return control.row
 }
 
@@ -151,7 +150,7 @@ function buildRows() {
     if (!columns.length) continue
     const table = columns.map(rowOfColumn)
     const group = make("details", {ontoggle: () => { columnsShown = null; soon() }}, make("summary", `Limits on ${text} `, make("b.hint")),
-      make("div", {role: "table", "aria-label": `Limits on ${text}`}, table.filter(({role}) => role === "row")), table.filter(({role}) => role !== "row"))
+      make("div", {role: "table", ariaLabel: `Limits on ${text}`}, table.filter(({role}) => role === "row")), table.filter(({role}) => role !== "row"))
     $("further").append(group)
   }
   $("fold").onclick = () => {
@@ -205,7 +204,7 @@ function showRow({column, row, fields, thumbs, note, boxes, cells, fill, log}) {
     const at = value === null ? k * STEPS : min(STEPS, max(0, round(share(value) * STEPS)))
     if (Number(thumbs[k].value) !== at) thumbs[k].value = at
     thumbs[k].classList.toggle("on", value !== null)
-    thumbs[k].setAttribute("aria-valuetext", value === null ? "no limit" : valueText(column, value))
+    thumbs[k].ariaValueText = value === null ? "no limit" : valueText(column, value)
   })
   // Where both ends meet, the lower one is the one that can still move.
   thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)

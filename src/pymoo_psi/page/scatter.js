@@ -6,12 +6,13 @@ const MOST_NAMES = 20
 function scatter(section, key, columns) {
   const [TOP, RIGHT, BOTTOM] = [10, 12, 24]
   let LEFT = 40
-  let [boxes, drawn, zoom, windows] = [[], {}, 1, null]
-  let centre = null // of the zoom, in shares of the whole
+  let [boxes, drawn, windows] = [[], {}, null]
+  const WHOLE = [[0, 1], [0, 1]]
+  let view = WHOLE // the shares of the window that are shown
   const former = new Map() // densities
   const area = make("div.plot", {role: "img"})
   const select = (k) => {
-    const element = make("select", {"aria-label": `${key}, ${k ? "up" : "across"}`}, data.columns.map((column) =>
+    const element = make("select", {ariaLabel: `${key}, ${k ? "up" : "across"}`}, data.columns.map((column) =>
       make("option", {value: column.field, selected: column === columns[k]}, column.label)))
     element.onchange = () => {
       columns[k] = data.columns.find((column) => column.field === element.value)
@@ -25,7 +26,7 @@ function scatter(section, key, columns) {
   const selects = [0, 1].map(select)
   const hint = make("p.hint")
   const zooms = [["+", "Zoom in", 1.6], ["−", "Zoom out", 1 / 1.6]].map(([text, label, factor]) =>
-    button(text, () => zoomBy(factor), {"aria-label": `${label}: ${key}`, title: `${label}; Ctrl and the wheel do the same`}))
+    button(text, () => zoomBy(factor), {ariaLabel: `${label}: ${key}`, title: `${label}; Ctrl and the wheel do the same`}))
   section.append(make("div.heading", make("h2", "How ", selects[1], " and ", selects[0], " trade off"),
     make("div.buttons", zooms, button("Copy", () => copyPicture(section, `${data.file}-plot`), {title: "Copy as a picture"}))), hint, area)
   const {size, clean} = layers(area, 3, () => draw(true))
@@ -34,8 +35,9 @@ function scatter(section, key, columns) {
 
   function setAxes() {
     selects.forEach((element, k) => { element.value = columns[k].field })
-    ;[zoom, windows] = [1, null]
-    area.setAttribute("aria-label", `${columns[1].label} against ${columns[0].label}; the table holds the same designs`)
+    view = WHOLE
+    windows = null
+    area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
     renew(hint, ["", `Better: ${better[0]}.`, `Better: ${better.join(" and ")}. The line is their front.`][better.length])
   }
@@ -44,7 +46,7 @@ function scatter(section, key, columns) {
   // changes when a hand rests, not while it drags.
   function wholeWindow() {
     return columns.map((column) => {
-      const values = valuesOf(data, ranking, column)
+      const values = valuesOf(ranking, column)
       const {log, ...ends} = scaleOf(column)
       const rows = joined(shownRows, Int32Array.from(marked))
       let [low, high] = [max(ends.low, endOf(values, 1, rows)), min(ends.high, endOf(values, -1, rows))]
@@ -59,19 +61,20 @@ function scatter(section, key, columns) {
       return {low: back(a), high: back(b), log: isLog}
     })
   }
-  // Where the window begins, in shares of the whole.
-  const startOf = (k) => min(1 - 1 / zoom, max(0, (centre?.[k] ?? 0.5) - 0.5 / zoom))
   function spansOf() {
     if (!windows || !dragging) windows = wholeWindow()
-    return windows.map((scale, k) => zoom === 1 ? scale
-      : {...scale, low: valueAt(scale, startOf(k)), high: valueAt(scale, startOf(k) + 1 / zoom)})
+    return view === WHOLE ? windows
+      : windows.map((scale, k) => ({...scale, low: valueAt(scale, view[k][0]), high: valueAt(scale, view[k][1])}))
   }
-  function zoomBy(factor, spot = null) {
-    if (!spot && verdict) spot = spotsOf()(verdict.row)
+  // What is at the spot stays there.
+  function zoomBy(factor, spot = verdict && spotsOf()(verdict.row)) {
     const shares = spot ? sharesAt(...spot) : [0.5, 0.5]
-    const next = max(1, min(1e4, zoom * factor))
-    centre = shares.map((share, k) => startOf(k) + share / zoom + (0.5 - share) / next) // what is at the spot stays there
-    zoom = next
+    view = view.map(([from, to], k) => {
+      const length = max(1e-4, (to - from) / factor)
+      const start = min(1 - length, max(0, from + shares[k] * (to - from - length)))
+      return [start, start + length]
+    })
+    if (view[0][0] <= 0) view = WHOLE
     draw(true)
   }
 
@@ -79,7 +82,7 @@ function scatter(section, key, columns) {
   function spotsOf() {
     const [w, h] = frame()
     const [across, up] = spans.map((scale) => shareOn(scale, 0))
-    const [xs, ys] = columns.map((column) => valuesOf(data, ranking, column))
+    const [xs, ys] = columns.map((column) => valuesOf(ranking, column))
     const at = (row) => [at.u(row), at.v(row)]
     at.u = (row) => LEFT + across(xs[row]) * w
     at.v = (row) => TOP + (1 - up(ys[row])) * h
@@ -87,7 +90,7 @@ function scatter(section, key, columns) {
   }
   const isKnown = ([u, v]) => u === u && v === v
   const isInside = (row) => columns.every((column, k) => {
-    const value = valuesOf(data, ranking, column)[row]
+    const value = valuesOf(ranking, column)[row]
     return value >= spans[k].low && value <= spans[k].high
   })
 
@@ -101,7 +104,7 @@ function scatter(section, key, columns) {
     const [w, h] = frame()
     const tx = tickTexts(across, max(2, w / (x.texts ? 120 : 80)), x.texts)
     const [px, py] = [shareOn(across), shareOn(up)]
-    tx.values.forEach((value, k) => drawText(g, tx.texts[k], LEFT + px(value) * w, TOP + h + 7, "center", "top"))
+    tx.values.forEach((value, k) => drawText(g, tx.texts[k], LEFT + px(value) * w, TOP + h + 7, "center", INK.muted, "top"))
     ty.values.forEach((value, k) => drawText(g, ty.texts[k], LEFT - 6, TOP + (1 - py(value)) * h, "right"))
     if (tx.factor) drawText(g, tx.factor, LEFT + w + RIGHT, TOP + h - 8, "right")
     if (ty.factor) drawText(g, ty.factor, 0, 6, "left")
@@ -187,7 +190,7 @@ function scatter(section, key, columns) {
       else if (!isInside(row)) beyond++
     }
     const words = [[beyond, "beyond the edge"], [missing, "without a value"]].filter(([count]) => count)
-    drawText(g, words.map(([count, word]) => `${countText(count)} ${word}`).join(", "), LEFT + w, TOP + h - 9, "right", "middle", INK.accent)
+    drawText(g, words.map(([count, word]) => `${countText(count)} ${word}`).join(", "), LEFT + w, TOP + h - 9, "right", INK.accent)
     drawn = {points: shownRows.length - missing, missing, beyond}
   }
 
@@ -221,7 +224,7 @@ function scatter(section, key, columns) {
     for (const {row, lines, x, y} of found) {
       g.font = fontOf(row)
       const colour = row === verdict?.row ? INK.accent : marked.includes(row) ? INK.text : INK.muted
-      lines.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", "middle", colour))
+      lines.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
     return found

@@ -139,7 +139,7 @@ function look(row) {
 
 // On a scale over decades the digits follow the size of the number, not the range of the column.
 const valueText = (column, value) => column.log && isNumber(value) ? short(value) : written(column, value)
-const cellText = (column, row) => valueText(column, valuesOf(data, ranking, column)[row])
+const cellText = (column, row) => valueText(column, valuesOf(ranking, column)[row])
 const awayText = ({unit}, value) => amount({unit: unit === "%" ? unit : ""}, abs(value)) // as in the sentences
 const shareText = (share) => (isWithin(share) ? percent(abs(share)) : "beyond")
 
@@ -163,9 +163,9 @@ function pin(row) {
 }
 
 const pinButton = (row) => button("Compare", () => pin(row),
-  {"aria-pressed": isPinned(row), "aria-label": `Compare: ${called(row)}`})
+  {ariaPressed: isPinned(row), ariaLabel: `Compare: ${called(row)}`})
 const chooseButton = (row) => button("Choose", () => choose(row),
-  {title: "C", "aria-pressed": state.chosen === called(row), "aria-label": `Choose: ${called(row)}`})
+  {title: "C", ariaPressed: state.chosen === called(row), ariaLabel: `Choose: ${called(row)}`})
 const inspectButton = (row) => make("button.link", {onclick: () => inspect(row)}, called(row))
 
 // Limits on columns, [null, null] for none.
@@ -193,7 +193,6 @@ function limitTexts(column, limit) {
 const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [data.by.get(name)] : []))
 
 const errorOf = ({name}) => data.by.get(`${name} standard error`)
-const hasValues = (column) => column.values.some(isNumber)
 const isLog = (column) => Boolean(column.log) !== state.rows.turned.includes(column.name)
 
 // The ends of the axis of a column: of all designs but outliers, and of what is marked.
@@ -203,10 +202,10 @@ function scaleOf(column) {
   if (scales.has(column)) return scales.get(column)
   let [low, high] = column.texts ? [0, column.texts.length - 1] : column.axis ?? column.range
   if (isGeometric(column)) [low, high] = [1, -1].map((sign) =>
-    endOf(valuesOf(data, data.whole, column), sign, state.dominated ? data.whole.rows : data.whole.front))
+    endOf(valuesOf(data.whole, column), sign, state.dominated ? data.whole.rows : data.whole.front))
   if (!(low <= high)) [low, high] = [0, 1]
   for (const row of marked) {
-    const value = valuesOf(data, ranking, column)[row]
+    const value = valuesOf(ranking, column)[row]
     if (isNumber(value)) [low, high] = [min(low, value), max(high, value)]
   }
   if (high - low <= 1e-12 * max(abs(low), abs(high))) high = low // rounding is no distance

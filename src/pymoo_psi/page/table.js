@@ -43,7 +43,7 @@ const table = (() => {
     const row = order[k]
     const marks = {row: true, first: ranking.place[row] === 1, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
     const attributes = {id: `row-${k}`, className: Object.keys(marks).filter((mark) => marks[mark]).join(" "), role: "row",
-      "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k, style: `top: ${k * HEIGHT}px`}
+      ariaRowIndex: k + 2, ariaSelected: marks.chosen, style: `top: ${k * HEIGHT}px`}
     return make("div", attributes, columns.map(({cell, kind}, j) =>
       make(`div.cell${kind}`, {role: "gridcell"}, j === 1 && icon(LOOKS[look(row)]), j ? cell(row) : ended(cell(row)))))
   }
@@ -55,10 +55,10 @@ const table = (() => {
     const first = max(0, min(order.length, floor(view.top / HEIGHT)) - 2)
     const last = min(order.length, ceil((view.top + view.height) / HEIGHT))
     renew(body, Array.from({length: max(0, last - first)}, (_, k) => line(first + k)))
-    box.setAttribute("aria-rowcount", order.length + 1)
+    box.ariaRowCount = order.length + 1
     box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
     columns.forEach((column, k) => {
-      heads[k].setAttribute("aria-sort", !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending")
+      heads[k].ariaSort = !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending"
     })
     for (const id of ["choose", "pin"]) $(id).disabled = current() < 0
   }
@@ -76,27 +76,18 @@ const table = (() => {
   const home = () => { box.scrollTop = cursor = 0 }
   const current = () => order[cursor] ?? -1
 
-  const keys = {
-    ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
-    PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
-    Enter: () => inspect(order[cursor]), c: () => choose(order[cursor]), p: () => pin(order[cursor]), Escape: () => inspect(-1),
-  }
-  box.onkeydown = (event) => {
-    const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key] ?? keys[event.key.toLowerCase()]
-    if (!action || !order.length) return
-    event.preventDefault()
-    action()
-  }
+  onKeys(box, {
+    arrowdown: () => go(cursor + 1), arrowup: () => go(cursor - 1), pagedown: () => go(cursor + 15),
+    pageup: () => go(cursor - 15), home: () => go(0), end: () => go(order.length - 1),
+    enter: () => inspect(current()), c: () => choose(current()), p: () => pin(current()), escape: () => inspect(-1),
+  })
+  const rowBelow = ({target}) => target.closest(".row")?.ariaRowIndex - 2 // NaN between the rows
   body.onclick = (event) => {
-    const element = event.target.closest(".row")
-    if (!element) return
-    go(Number(element.dataset.k))
-    inspect(order[cursor])
+    if (!(rowBelow(event) >= 0)) return
+    go(rowBelow(event))
+    inspect(current())
   }
-  body.onpointermove = (event) => {
-    const line = event.target.closest(".row")
-    mark(line ? order[Number(line.dataset.k)] : -1)
-  }
+  body.onpointermove = (event) => mark(order[rowBelow(event)] ?? -1)
   body.onpointerleave = () => mark(-1)
   box.onscroll = () => { // once a frame
     view.top = box.scrollTop
@@ -116,7 +107,7 @@ function showOrder() {
 }
 
 function buildTable() {
-  for (const id of ["choose", "pin"]) $(id).onclick = () => (id === "pin" ? pin : choose)(table.current())
+  onClicks({choose: () => choose(table.current()), pin: () => pin(table.current())})
   $("search").oninput = () => {
     table.home()
     soon()

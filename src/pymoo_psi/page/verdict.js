@@ -25,12 +25,12 @@ function showVerdict() {
     renew("verdict-words",
       make("p.lead", instead || leadText(verdict)),
       beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
-      remarks.map((text) => make("p.caution", text)))
+      makeAll("p.caution", remarks))
     renew("verdict-actions",
-      chosen >= 0 && !isInspected ? button("Clear choice", () => choose(chosen)) : button("Choose", () => choose(row), {className: "small main", title: "C", "aria-label": `Choose: ${called(row)}`}),
+      chosen >= 0 && !isInspected ? button("Clear choice", () => choose(chosen)) : button("Choose", () => choose(row), {className: "small main", title: "C", ariaLabel: `Choose: ${called(row)}`}),
       pinButton(row),
       ranking.front.length > 1 && data.directions.length && button("Help me choose", openQuestions),
-      instead && button("Compare with the proposal", () => pin(proposed), {"aria-pressed": isPinned(proposed)}),
+      instead && button("Compare with the proposal", () => pin(proposed), {ariaPressed: isPinned(proposed)}),
       isInspected && button("Back", () => inspect(-1), {title: "Esc"}))
     const parts = data.columns.filter(({role}) => role === "variable")
       .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
@@ -57,8 +57,8 @@ function showCounts() {
     : set ? `${countText(left.count)} of ${countText(data.n)} within the limit${set > 1 ? "s" : ""}` : counted(data.n, "design"))
   $("count").classList.toggle("warning", left.count === 0)
   // Not disabled in earnest: a key that is held would go on with the button beside it.
-  $("undo").setAttribute("aria-disabled", at <= 0)
-  $("redo").setAttribute("aria-disabled", at >= past.length - 1)
+  $("undo").ariaDisabled = at <= 0
+  $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   $("dominated").checked = state.dominated
   const what = state.dominated ? counted(shownRows.length, "design") : `${counted(ranking.front.length, "design")} that no other dominates`
@@ -66,7 +66,7 @@ function showCounts() {
   const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
   renew("foot", `Lines: the ${what}${within}. Per cent: ${measure}.`)
   const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
-  renew("record-limits", (lines.length ? lines : ["None."]).map((text) => make("li", text)), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
+  renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
 
 function showSteps() {
@@ -82,7 +82,7 @@ function showSteps() {
 let thinking = 0
 function switchLater() {
   clearTimeout(thinking)
-  $("relax").ariaBusy = "true" // what it says is of the limits before
+  $("relax").ariaBusy = true // what it says is of the limits before
   const search = switches(data, state, ranking)
   const found = []
   const think = () => {
@@ -100,7 +100,7 @@ function switchLater() {
 function showSwitches(found) {
   const changes = found.filter(({value}) => value !== null)
   show("relax", changes.length)
-  $("relax").ariaBusy = "false"
+  $("relax").ariaBusy = false
   const keepFocus = focusKept()
   renew("relax-list", changes.map((one) => {
     const {name, end, row, next, exact} = one
@@ -108,7 +108,7 @@ function showSwitches(found) {
     const limit = [...(limitOf(column) ?? [null, null])]
     limit[end] = next
     return make("li", `${switchText(data, one)}${exact ? "" : " (of values tried)"}. `.replace(/^./, (first) => first.toUpperCase()), row >= 0 && pinButton(row), " ",
-      next !== null && button("Set", () => setLimit(column, limit), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
+      next !== null && button("Set", () => setLimit(column, limit), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
   }))
   keepFocus()
 }
@@ -125,7 +125,7 @@ function showCompare() {
     return head("col", make("div.named", left.mask[row] && icon(LOOKS[look(row)]), make("button.link.label", {onclick: () => inspect(row)}, name)),
       make("div.roles", [...roles, placed(row)].join(", ")),
       make("div.buttons",
-        isPinned(row) && button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"})))
+        isPinned(row) && button("×", () => pin(row), {ariaLabel: `× ${name} out of the comparison`, title: "Take out"})))
   })
   renew("compare-table",
     make("thead", make("tr", head("col", "Objective"), heads)),
@@ -144,9 +144,9 @@ function compareRow(rows, {column, gains, shares}) {
 }
 
 function buildVerdict() {
-  $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
+  $("remarks").append(...makeAll("p.hint", data.remarks.filter((text) => !text.startsWith("Warning"))))
   renew($("cautions").querySelector("b"), String(data.cautions.length))
-  $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", text)))
+  $("cautions").append(make("p.hint"), ...makeAll("p.caution", data.cautions))
   $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   if (data.further) renew("next", "16 more tests inside these limits: save the decision where the search was run, and run there ", make("code", data.further))
   filtering.push(switchLater)
