@@ -392,24 +392,15 @@ def _added(result: Result, ranking: EfficiencyRanking, is_new: Mask) -> str:
     n_optimal = int((new & ranking.pareto).sum())
     verb = "is" if n_optimal == 1 else "are"
     text += f"{' and' if n_failed else ', of which'} {n_optimal} {verb} not dominated"
-    best = int(ranking.salukvadze[0])
     before = table.take(~np.isin(table.numbers, result.tests.numbers[is_new]))
     if not before.feasible().any():
         return f"{text}."
-    number = before.numbers[before.ranking().rows[before.ranking().salukvadze[0]]]
-    former = ranking.name_of(int(np.flatnonzero(table.numbers[ranking.rows] == number)[0]))
-    if not new[best]:
-        if table.numbers[ranking.rows[best]] == number:
-            return f"{text}; the proposal is as before."
-        return f"{text}; before, {former} was proposed."
-    optimal = ranking.by_place[: ranking.pareto.sum()]
-    n_first = int(np.append(~new[optimal], True).argmax())
-    last = ranking.place[optimal[n_first - 1]]
-    places = "place 1 is new"
-    if last > 1:
-        word = "to" if last > 2 else "and"
-        places = f"places 1 {word} {last} are new"
-    return f"{text}; {places} (before: {former})."
+    former = before.best().numbers[0]
+    numbers = table.numbers[ranking.rows]
+    if numbers[ranking.salukvadze[0]] == former:
+        return f"{text}; the proposal is as before."
+    name = ranking.name_of(numbers.tolist().index(former))
+    return f"{text}; the proposal is new (before: {name})."
 
 
 def _not_run(problem: Problem, result: Result) -> list[str]:
