@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
 from dataclasses import replace
 from unicodedata import combining, east_asian_width
 
@@ -98,61 +97,69 @@ def _table(
     shown = optimal[:n_rows]
     word = (table.schema.label or TEST).replace("_", " ")
     names = [ranking.name_of(row).removeprefix(f"{word} ") for row in shown]
-    n_hidden = len(optimal) - len(shown)
-    places = [f"{place}" for place in ranking.place[shown]]
-    texts = ["best", "worst"]
     numbers = []
     for j, name in enumerate(objectives.names):
         values = objectives.values[optimal, j]
         ends = [values.min(), values.max()]
+        arrow = "↓"
         if objectives.sign[j] < 0:
             ends.reverse()
+            arrow = "↑"
         column = NumberFormat.of(values)
-        cells = [column.text(value) for value in (*objectives.values[shown, j], *ends)]
-        arrow = "↑" if objectives.sign[j] < 0 else "↓"
-        numbers.append((f"{name}", arrow, cells))
-    lines = _lines(("place", [*places, "", ""]), (word, [*names, *texts]), numbers, columns)
+        texts = [column.text(value) for value in (*values[:n_rows], *ends)]
+        numbers.append((" ".join(str(name).split()), arrow, texts))
+    places = ["place", *map(str, ranking.place[shown]), "", ""]
+    lines = _lines(places, [word, *names, "best", "worst"], numbers, columns)
+    n_hidden = len(optimal) - len(shown)
     if n_hidden:
         lines.insert(1 + len(shown), f"{_BESIDE_PLACES}… {n_hidden} more{more}")
     return lines
 
 
 def _lines(
-    place: tuple[str, list[str]],
-    label: tuple[str, list[str]],
-    numbers: Sequence[tuple[str, str, list[str]]],
-    columns: int,
+    places: list[str], names: list[str], numbers: list[tuple[str, str, list[str]]], columns: int
 ) -> list[str]:
-    """Return a table as lines that fit into a width."""
-    labels = [" ".join(text.split()) for text in (label[0], *label[1])]
-    label_width = max(map(_columns, labels))
-    wanted = min(label_width, _LEAST_LABEL)
-    n_shown = len(numbers)
-    fits = False
-    while not fits:
-        for most in _HEADING_WIDTHS:
-            cells = []
-            for name, arrow, texts in numbers[:n_shown]:
-                cells.append([f"{_cut(' '.join(name.split()), most)} {arrow}", *texts])
-            widths = [max(map(_columns, column)) for column in cells]
-            room = columns - len(place[0]) - sum(widths) - len(_GAP) * (len(widths) + 1)
-            fits = room >= wanted or n_shown == 1
-            if room >= wanted:
-                break
-        if not fits:
-            n_shown -= 1
-    label_width = min(label_width, max(room, wanted))
-    lines = []
-    for i, first in enumerate((place[0], *place[1])):
-        text = _padded(_cut(labels[i], label_width), label_width, left=True)
-        parts = [first.rjust(len(place[0])), text]
-        for column, cell_width in zip(cells, widths, strict=True):
-            parts.append(_padded(column[i], cell_width, left=False))
-        lines.append(_GAP.join(parts).rstrip())
-    if n_shown < len(numbers):
-        n_folded = len(numbers) - n_shown
+    """Return a table as lines that fit into a width.
+
+    Args:
+        places: The heading of the places, and the places.
+        names: As for them.
+        numbers: The name of each objective, its direction, and its numbers.
+        columns: The width.
+    """
+    names = [" ".join(name.split()) for name in names]
+    most = max(map(_columns, names))
+    least = min(most, _LEAST_LABEL)
+    cells, room = _fitting(numbers, columns - len(_BESIDE_PLACES), least)
+    names = [_cut(name, min(most, max(room, least))) for name in names]
+    rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
+    lines = [_GAP.join(row).rstrip() for row in rows]
+    if len(cells) < len(numbers):
+        n_folded = len(numbers) - len(cells)
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
     return lines
+
+
+def _fitting(
+    numbers: list[tuple[str, str, list[str]]], columns: int, least: int
+) -> tuple[list[list[str]], int]:
+    """Return the columns of as many objectives as fit, one or more, and the room that they leave.
+
+    Args:
+        numbers: The name of each objective, its direction, and its numbers.
+        columns: The width for them and the names of the designs.
+        least: The least width for the names.
+    """
+    for n_shown in range(len(numbers), 0, -1):
+        for most in _HEADING_WIDTHS:
+            cells = []
+            room = columns
+            for name, arrow, texts in numbers[:n_shown]:
+                cells.append(_aligned([f"{_cut(name, most)} {arrow}", *texts]))
+                room -= len(_GAP) + _columns(cells[-1][0])
+            if room >= least:
+                return cells, room
+    return cells, room
 
 
 def _columns(text: str) -> int:
@@ -163,9 +170,14 @@ def _columns(text: str) -> int:
     return len(text) + wide - sum(combining(letter) > 0 for letter in text)
 
 
-def _padded(text: str, columns: int, *, left: bool) -> str:
-    blanks = " " * (columns - _columns(text))
-    return text + blanks if left else blanks + text
+def _aligned(texts: list[str], *, left: bool = False) -> list[str]:
+    """Return texts of the same width, aligned to the right or to the left."""
+    width = max(map(_columns, texts))
+    aligned = []
+    for text in texts:
+        blanks = " " * (width - _columns(text))
+        aligned.append(text + blanks if left else blanks + text)
+    return aligned
 
 
 def _cut(text: str, most: int) -> str:
