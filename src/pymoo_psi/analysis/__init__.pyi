@@ -23,6 +23,7 @@ from ._failures import failure_sentences as failure_sentences
 from ._positions import decision_sentences as decision_sentences
 from ._positions import latest_positions as latest_positions
 from ._positions import positions_frame as positions_frame
+from ._positions import ranking_without_limits as ranking_without_limits
 from ._positions import separation_sentences as separation_sentences
 from ._positions import written_limits as written_limits
 from ._repeats import averaged_repeats as averaged_repeats

@@ -11,6 +11,7 @@ import numpy as np
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Entries
 from pymoo_psi.pareto import (
+    EfficiencyRanking,
     capital,
     compare_designs,
     listed,
@@ -84,14 +85,20 @@ def decision_sentences(decided: Entries | None) -> list[str]:
     return sentences
 
 
+def ranking_without_limits(table: TestTable) -> EfficiencyRanking:
+    """Return the ranking of all designs, in the ranges of those within the limits, if any are."""
+    free = table.under(limits={}, ranges={}).feasible_ranking()
+    if table.feasible().any():
+        free = replace(free, frame=table.feasible_ranking().frame)
+    return free
+
+
 def separation_sentences(table: TestTable) -> list[str]:
     """Return what separates the positions of a table's decision, and what all regret least."""
     latest = latest_positions(table.decision.positions)
     if not latest:
         return []
-    free = table.under(limits={}, ranges={}).feasible_ranking()
-    if table.feasible().any():
-        free = replace(free, frame=table.feasible_ranking().frame)
+    free = ranking_without_limits(table)
     rows = {free.name_of(row): row for row in range(len(free.rows))}
     positions = [position for position in latest if position["chosen"] in rows]
     sentences = []

@@ -10,7 +10,7 @@ whose greatest loss in another objective, in units of the ranges, is the least.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -119,15 +119,7 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).changes(1)
             (['f1 1 lower'], ['f2 5 higher'])
         """
-        better: list[str] = []
-        worse: list[str] = []
-        for j in by_size(np.abs(self.shares[k])):
-            gain = self.gains[k, j]
-            if gain > 0:
-                better.append(change_of(self.ranking, j, -gain))
-            elif gain < 0:
-                worse.append(change_of(self.ranking, j, -gain))
-        return better, worse
+        return self._sides(k, change_of)
 
     def amounts(self, k: int) -> tuple[str, str]:
         """Return what the k-th design compared gains against the first, and what it gives up.
@@ -136,16 +128,22 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).amounts(1)
             ('1 of f1', '5 of f2')
         """
-        names = self.ranking.objectives.names
-        better: list[str] = []
-        worse: list[str] = []
-        for j in by_size(np.abs(self.shares[k])):
-            amount = f"{_amount(self.ranking, j, self.gains[k, j])} of {names[j]}"
-            if self.gains[k, j] > 0:
-                better.append(amount)
-            elif self.gains[k, j] < 0:
-                worse.append(amount)
+        better, worse = self._sides(k, _amount_of)
         return listed(better), listed(worse)
+
+    def _sides(
+        self, k: int, text_of: Callable[[EfficiencyRanking, int, float], str]
+    ) -> tuple[list[str], list[str]]:
+        """Return texts on the gains and on the losses of the k-th design, the greatest first."""
+        better = []
+        worse = []
+        for j in by_size(np.abs(self.shares[k])):
+            gain = self.gains[k, j]
+            if gain > 0:
+                better.append(text_of(self.ranking, j, -gain))
+            elif gain < 0:
+                worse.append(text_of(self.ranking, j, -gain))
+        return better, worse
 
 
 def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
@@ -165,6 +163,10 @@ def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
         template = "higher"
     name = ranking.objectives.names[j]
     return sentence(template, objective=name, amount=_amount(ranking, j, change))
+
+
+def _amount_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
+    return f"{_amount(ranking, j, change)} of {ranking.objectives.names[j]}"
 
 
 def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
@@ -232,6 +234,17 @@ class Explanation:
         return tuple(self.ranking.objectives.names[j] for j in np.flatnonzero(tied))
 
     @property
+    def best_in(self) -> list[Any]:
+        """The objectives in which no design is better; one that is equal for all does not count.
+
+        Example:
+            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).best_in
+            ['f1']
+        """
+        is_best = np.isfinite(self.ranking.lengths) & (self.behind == 0)
+        return [self.ranking.objectives.names[j] for j in np.flatnonzero(is_best)]
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """What the design is, what it costs, and what each step costs.
 
@@ -271,10 +284,8 @@ class Explanation:
         if n_optimal == 1:
             return sentence("single", design=design)
         best = ""
-        is_best = np.isfinite(ranking.lengths) & (self.behind == 0)
-        if is_best.any():
-            names = [ranking.objectives.names[j] for j in np.flatnonzero(is_best)]
-            best = sentence("best", objectives=listed(names))
+        if self.best_in:
+            best = sentence("best", objectives=listed(self.best_in))
         if self.row not in ranking.salukvadze:
             place = ranking.place[self.row]
             design = capital(design)

@@ -30,6 +30,7 @@ from pymoo_psi.analysis import (
     latest_positions,
     limit_words,
     positions_frame,
+    ranking_without_limits,
     switching_values,
     within_limits,
 )
@@ -115,17 +116,13 @@ class Choice:
         if n == 1:
             return f"The only design{limits}."
         others = f"of the {counted(n, 'design')}{limits}"
-        is_best = self.explanation.behind == 0
-        names = np.array(self.ranking.objectives.names, dtype=object)
-        best = names[is_best & np.isfinite(self.ranking.lengths)]
-        if is_best.all():
+        best = self.explanation.best_in
+        if not self.explanation.behind.any():
             text = f"The best {others} in every objective."
-        elif len(best) == 0:
-            text = f"None {others} is nearer to the best values of all objectives."
-        elif len(best) > _CHANGES:
-            text = f"The best {others} in {len(best)} of {len(names)} objectives."
+        elif best:
+            text = f"The best {others} in {_few(best)}."
         else:
-            text = f"The best {others} in {listed(best)}."
+            text = f"None {others} is nearer to the best values of all objectives."
         n_equal = len(self.ranking.salukvadze)
         if n_equal > 1:
             text += f" {counted(n_equal, 'design')} are equally near to the best values."
@@ -220,8 +217,7 @@ class Choice:
         latest = latest_positions(table.decision.positions)
         if not latest:
             return
-        free = table.under(limits={}, ranges={}).feasible_ranking()
-        free = replace(free, frame=self.ranking.frame)
+        free = ranking_without_limits(table)
         rows = {free.name_of(row): row for row in range(len(free.rows))}
         records: Any = positions_frame(table).to_dict("records")
         for record in records:
@@ -316,8 +312,6 @@ class Choice:
                 continue
             value = self.table.column(name)[row]
             text = _cell(value)
-            if name in schema.variables:
-                text = str(value)
             if name in self.formats:
                 text = self.formats[name].text(float(value))
             rows.append((schema[name].heading, text))
