@@ -19,7 +19,7 @@ ROUNDS = sized(7, 1)
 
 
 ALGORITHMS = {
-    "investigate": SEARCHES["psi"],
+    "investigate": lambda problem, n, seed: investigate(problem, n),
     "minimize(PSI)": lambda problem, n, seed: minimize(problem, PSI(n)).F,
     "nsga3": SEARCHES["nsga3"],
     "nsga2": SEARCHES["nsga2"],
