@@ -82,7 +82,7 @@ def numbered(column):
 
 
 def best_rows(rows):
-    """Which rows of integers no other row dominates."""
+    """Which rows no other row dominates."""
     rows = np.array(rows)
     return [not ((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any() for row in rows]
 

@@ -23,7 +23,7 @@ from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 _BLOCKS = 8  # parts of the sample of weights, whose differences give the error
 _PER_BLOCK = 1024  # weights in a block, a power of 2, so that each block is evenly distributed
-_MANY = 10_000  # designs from which on there are a quarter of the weights
+_MANY = 10_000  # designs above which there are fewer weights: for p = inf, all are compared
 _AT_ONCE = 1 << 18  # distances that are computed at once, so that they fit in a cache
 _ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
