@@ -20,7 +20,7 @@ from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
-    Integers,
+    Mask,
     Names,
     Received,
     counted,
@@ -37,6 +37,7 @@ from pymoo_psi.plots._points import (
 )
 from pymoo_psi.plots._style import (
     ACCENT,
+    BESIDE,
     INK,
     Drawing,
     Style,
@@ -64,8 +65,10 @@ _ROW = 9.0  # height of a row in mm
 _LOW_ROW = 6.6  # and of one among many
 _FEW = 12  # rows of full height
 _NAME = 26  # letters of the name of a row
-_HEAD = -0.8  # where the head of a ranking is, in rows
 _LETTER = 4.4  # width of a digit in points, and a little more
+# The line of the marked design in parallel coordinates, and of the optimum, if it is another.
+_SOLID: Style = {"color": ACCENT, "linewidth": 2.0}
+_DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--"}
 
 _PANELS = 3  # panels side by side
 # Indicators with their labels.
@@ -127,9 +130,10 @@ def plot_table(
         raise invalid("variables", "one or more", Received("none"))
     if max(len(tops), len(rows)) > MATRIX:
         rows = []
-    points = points_of_table(table, [])
+    planes = []
     if rows:
-        points = points_of_table(table, [*tops, *rows])
+        planes = [*tops, *rows]
+    points = points_of_table(table, planes)
     histograms = [histogram(table, name) for name in tops]
     n = len(tops)
     n_columns = min(n, MATRIX)
@@ -227,18 +231,17 @@ def plot_objectives(
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
-    chosen = None
+    marked = []
     if design is not None:
-        chosen = table.row_of(design)
-    points = points_of_table(table, names, chosen)
+        marked = [table.row_of(design)]
+    points = points_of_table(table, names, marked)
     pairs = list(combinations(names, 2))
     with panels(len(pairs), _columns_of(len(pairs)), head=4.0) as (figure, axes):
         figure.is_divisible = True
         for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second)
-            rows = {row: table.names[row] for row in points.named}
             places = np.column_stack([points.columns[name].places for name in (first, second)])
-            name_points(figure, ax, places, rows)
+            name_points(figure, ax, places, points.named)
         figure.describe(title, points.counts(table))
     return figure
 
@@ -285,19 +288,19 @@ def plot_ranking(
     ranking = with_units(rank_of_efficiency(ranking), units)
     objectives = ranking.objectives
     best = int(ranking.salukvadze[0])
-    marks = {best: INK}
     if row is None:
         row = best
-    marks[row] = ACCENT
+    marks = {best: (_DASHED, -16)}
+    marks[row] = (_SOLID, -7)
+    front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     n = len(objectives.names)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    with new_figure((n + 1.6) * height) as figure:
+    with new_figure((n + 2) * height) as figure:
         ax = figure.add_subplot()
         places = np.empty(objectives.values.shape)
-        head = ["", "worst", "best", "proposed" if row == best else "marked"]
-        texts = [head]
+        texts = [["", "worst", "best", "proposed" if row == best else "marked"]]
         for j, (name, values) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
             ends = (ranking.nadir[j], ranking.ideal[j])
             places[:, j], is_log = places_between(values, *ends)
@@ -311,11 +314,10 @@ def plot_ranking(
             written = NumberFormat.of(values[ranking.pareto], minus="−").text
             texts.append([heading, *map(written, (*ends, values[row]))])
         _write_rows(ax, texts)
-        front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
-        _draw_lines(ax, places[front], ranking.place[front])
-        for marked, colour in marks.items():
-            _draw_marked(ax, places[marked], ranking.name_of(marked), colour)
-        ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.0))
+        _draw_lines(ax, places[front], ranking.place[front] <= _NEAR)
+        for marked, (style, depth) in marks.items():
+            _draw_marked(ax, places[marked], ranking.name_of(marked), style, depth)
+        ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.3))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
@@ -331,48 +333,41 @@ def plot_ranking(
 def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
     """Write the texts of a ranking, the head and then the objectives, beside the axes."""
     width = _LETTER * max(len(text) for row in texts for text in row[2:])
-    style: Style = {"color": "0.3", "ha": "right", "va": "center"}
-    style |= {"textcoords": "offset points", "annotation_clip": False, "fontsize": 7}
-    accent = style | {"color": ACCENT, "fontweight": "bold"}
-    ax.annotate("better →", (0.5, _HEAD), (0, 0), **style | {"ha": "center"})
-    for j, (name, worst, best, value) in enumerate(texts, start=-1):
-        level = float(j)
-        shift = -4.5
-        if j < 0:
-            level = _HEAD
-            shift = 0.0
-        ax.annotate(name, (0, level), (-4, 4.5), **style | {"color": INK, "fontweight": "bold"})
-        ax.annotate(worst, (0, level), (-4, shift), **style)
+    style: Style = BESIDE | {"color": "0.3", "ha": "right", "va": "center", "fontsize": 7}
+    bold = style | {"color": INK, "fontweight": "bold"}
+    ax.annotate("better →", (0.5, -1), (0, 0), **style | {"ha": "center"})
+    for level, (name, worst, best, value) in enumerate(texts, start=-1):
+        ax.annotate(name, (0, level), (-4, 8), **bold)
+        ax.annotate(worst, (0, level), (-4, 0), **style)
         ax.annotate(best, (1, level), (width + 4, 0), **style)
-        ax.annotate(value, (1, level), (2 * width + 14, 0), **accent)
+        ax.annotate(value, (1, level), (2 * width + 14, 0), **bold | {"color": ACCENT})
 
 
-def _draw_lines(ax: Axes, places: Array, place: Integers) -> None:
+def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
     """Draw a line for each of ``(n, m)`` designs, the fainter the more there are."""
     n, m = places.shape
-    near = place <= _NEAR
-    alpha = min(1.0, max(_FAINTEST, _MANY / n))
-    for mask, colour, width, opacity in ((~near, "0.6", 0.4, alpha), (near, "0.45", 0.8, 1.0)):
-        lines = np.dstack([places[mask], np.broadcast_to(np.arange(m), places[mask].shape)])
-        group = LineCollection(list(lines), colors=colour, linewidths=width, alpha=opacity)
-        group.set(zorder=2, rasterized=n > _MANY, clip_on=False)
-        ax.add_collection(group)
+    faint = min(1.0, max(_FAINTEST, _MANY / n))
+    lines = LineCollection(
+        list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])),
+        colors=np.where(is_near, "0.45", "0.6").tolist(),
+        linewidths=np.where(is_near, 0.8, 0.4),
+        alpha=np.where(is_near, 1.0, faint),
+        rasterized=n > _MANY,
+        clip_on=False,
+    )
+    ax.add_collection(lines)
 
 
-def _draw_marked(ax: Axes, places: Array, name: str, colour: str) -> None:
+def _draw_marked(ax: Axes, places: Array, name: str, style: Style, depth: float) -> None:
     """Draw the line of a marked design, with its name below its end."""
-    style: Style = {"color": colour, "linewidth": 2.0, "markersize": 4.5}
-    depth = -7
-    if colour != ACCENT:
-        style |= {"linewidth": 1.2, "linestyle": "--"}
-        depth = -16
-    last = len(places) - 1
-    ax.plot(places, np.arange(last + 1), marker="o", zorder=5, clip_on=False, **style)
+    levels = np.arange(len(places))
+    ax.plot(places, levels, marker="o", markersize=4.5, zorder=5, clip_on=False, **style)
+    end = places[-1]
     side = "left"
-    if places[last] > 0.5:
+    if end > 0.5:
         side = "right"
-    text = ax.annotate(literal(name), (places[last], last), (0, depth), annotation_clip=False)
-    text.set(ha=side, va="top", color=colour, fontweight="bold", anncoords="offset points")
+    text = ax.annotate(literal(name), (end, levels[-1]), (0, depth), **BESIDE)
+    text.set(ha=side, va="top", color=style["color"], fontweight="bold")
 
 
 # Sensitivities
@@ -408,6 +403,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
             if estimates["first_order"].isna().all():
                 name += ": constant"
             ax.set_title(name)
+        figure.supxlabel("share of the variance")  # the label of one panel may be wider than it
         figure.describe(
             title,
             "First-order sensitivities: the share of a column's variance that each variable "
@@ -421,7 +417,7 @@ def _draw_sensitivities(ax: Axes, estimates: pd.DataFrame) -> None:
     places = np.arange(len(estimates))
     ax.barh(places, estimates["first_order"], 0.62, color=ACCENT, linewidth=0)
     ax.hlines(places, estimates["lower"], estimates["upper"], color="black", linewidth=0.9)
-    ax.set(xlim=(0, 1), xlabel="share of the variance", ylim=(len(places) - 0.4, -0.6))
+    ax.set(xlim=(0, 1), ylim=(len(places) - 0.4, -0.6))
     ax.set_yticks(places, [literal(name, 32) for name in estimates.index])
     ax.grid(visible=False, axis="y")
 

@@ -7,7 +7,7 @@ drawn. The caption says what the markers mean, and the best designs have their n
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,30 +56,24 @@ class Marker(NamedTuple):
         colour: Its colour.
         size: Diameter in points.
         level: Groups of a higher level are drawn on top.
-        is_open: Whether the marker is an outline.
+        face: Its colour inside, if it is an outline.
     """
 
     shape: str
     colour: str
     size: float
     level: float
-    is_open: bool = False
+    face: str | None = None
 
     def style(self, name: str, n: int) -> Style:
         """Return the arguments of ``plot`` for ``n`` designs; more of them are drawn smaller."""
         shrink = np.clip((_MANY / n) ** 0.3, 0.3, 1.0)
-        face = self.colour
-        edge = self.colour
-        if self.is_open and n <= _MANY:
-            face = "white"
-        elif self.is_open:  # outlines of many would be a black area
-            face = edge = "0.45"
         return {
             "linestyle": "none",
             "marker": self.shape,
-            "color": edge,
+            "color": self.colour,
             "markersize": self.size * shrink,
-            "markerfacecolor": face,
+            "markerfacecolor": self.face or self.colour,
             "markeredgewidth": 0.8 * shrink,
             "zorder": self.level,
             "label": f"{name} ({n})",
@@ -94,7 +88,8 @@ _DOMINATED = Marker(".", "0.62", 4.5, 3.0)
 _OPTIMUM = Marker("*", ACCENT, 11.0, 6.0)
 _REST = Marker(".", GREY, 4.5, 2.0)
 _INFEASIBLE = Marker("x", "0.7", 2.6, 2.1)
-_PARETO = Marker("o", INK, 3.6, 3.5, is_open=True)
+_PARETO = Marker("o", INK, 3.6, 3.5, "white")
+_CROWD = Marker("o", "0.45", 3.6, 3.5)  # outlines of many would be a black area
 # By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
 _RANKS = {
     0: _REST,
@@ -195,12 +190,12 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs.
-        named: Rows of the designs that are named, that which is marked first.
+        named: Names of designs by their row, that which is marked first.
     """
 
     columns: Mapping[str, Column]
     groups: Groups
-    named: Sequence[int] = ()
+    named: Mapping[int, str] = field(default_factory=dict)
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -211,52 +206,50 @@ class Points:
             if mask.any():
                 rows = mask & visible
                 axes.plot(x.places[rows], y.places[rows], **marker.style(name, mask.sum()))
-        if PARETO in self.groups:
+        if PARETO in self.groups and x.sign * y.sign != 0:
             _, optimal = self.groups[PARETO]
-            self._draw_front(axes, x, y, np.flatnonzero(visible & optimal))
-        for row in self.named[:1]:
+            _draw_front(axes, x, y, np.flatnonzero(visible & optimal))
+        for row in list(self.named)[:1]:
             axes.plot(x.places[row], y.places[row], **_MARKED)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
-    def _draw_front(self, axes: Axes, x: Column, y: Column, rows: Rows) -> None:
-        """Draw the front of two objectives as a line, and error bars if errors are known."""
-        if len(rows) == 0 or x.sign * y.sign == 0:
-            return
-        u = x.places[rows]
-        v = y.places[rows]
-        optimal = nondominated(np.column_stack([x.sign * u, y.sign * v]))
-        order = np.argsort(u[optimal], kind="stable")
-        line: Style = {"color": "0.55", "linewidth": 0.8, "zorder": 2.5, "label": "_front"}
-        axes.plot(u[optimal][order], v[optimal][order], **line)
-        if x.errors is not None and y.errors is not None:
-            bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
-            axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
-
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
-        failed = table.status == "failed"
-        parts = []
-        for name, (marker, mask) in self.groups.items():
-            if mask.any() and self.columns:
-                parts.append(f"{mask.sum()} {name} ({_SHAPES[marker.shape]})")
-        outside = np.zeros(len(table), dtype=bool)
-        for column in self.columns.values():
-            outside |= ~column.visible
+        has_failed = table.status == "failed"
         text = counted(len(table), "design")
-        if failed.any():
-            text += f", {failed.sum()} {table.schema.words['failed']}"
-        if parts:
-            text += f": {', '.join(parts)}"
-        n_far = (outside & ~failed).sum()
+        if has_failed.any():
+            text += f", {has_failed.sum()} {table.schema.words['failed']}"
+        if not self.columns:
+            return f"{text}."
+        groups = []
+        for name, (marker, mask) in self.groups.items():
+            if mask.any():
+                groups.append(f"{mask.sum()} {name} ({_SHAPES[marker.shape]})")
+        if groups:
+            text += f": {', '.join(groups)}"
+        is_visible = [column.visible for column in self.columns.values()]
+        n_far = np.sum(~has_failed & ~np.all(is_visible, axis=0))
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes"
-        for row in self.named[:1]:
-            text += f". The star is {table.names[row]}"
+        for name in list(self.named.values())[:1]:
+            text += f". The star is {name}"
         limits = written_limits(table)
-        if limits and self.columns:
+        if limits:
             text += f". Limits are dashed: {', '.join(limits)}"
         return f"{text}."
+
+
+def _draw_front(axes: Axes, x: Column, y: Column, rows: Rows) -> None:
+    """Draw the front of two objectives as a line, and error bars if errors are known."""
+    rows = rows[np.argsort(x.places[rows], kind="stable")]
+    u = x.places[rows]
+    v = y.places[rows]
+    front = nondominated(np.column_stack([x.sign * u, y.sign * v]))
+    axes.plot(u[front], v[front], color="0.55", linewidth=0.8, zorder=2.5, label="_front")
+    if x.errors is not None and y.errors is not None:
+        bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
+        axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
 
 
 def opened_table(source: Any) -> TestTable:
@@ -269,66 +262,62 @@ def opened_table(source: Any) -> TestTable:
 # Test tables
 
 
-def points_of_table(table: TestTable, names: Names, chosen: int | None = None) -> Points:
+def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) -> Points:
     """Return the tests over columns.
 
     Args:
         table: The tests.
         names: Names of the columns.
-        chosen: Row of the design that is marked; None if none is.
+        marked: Row of the design that is marked; empty if it is the proposed one.
     """
-    named: list[int] = []
-    if chosen is not None:
-        named = [chosen]
+    rows = list(marked)
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
         best = ranking.by_place[: ranking.pareto.sum()]
-        named += ranking.rows[best[:_NAMED]].tolist()
-    columns = {name: _column(table, name, chosen) for name in names}
-    return Points(columns, _groups(table), list(dict.fromkeys(named)))
+        rows += ranking.rows[best[:_NAMED]].tolist()
+    columns = {name: _column(table, name, marked) for name in names}
+    return Points(columns, _groups(table), {row: table.names[row] for row in rows})
 
 
 def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
     """Return the tests that are not failed in groups by name."""
     feasible = table.feasible()
     pareto = table.pareto()
+    optimal = _PARETO
+    if pareto.sum() > _MANY:
+        optimal = _CROWD
     return {
         "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
         "dominated": (_DOMINATED, feasible & ~pareto),
-        PARETO: (_PARETO, pareto),
+        PARETO: (optimal, pareto),
     }
 
 
-def _column(table: TestTable, name: str, chosen: int | None) -> Column:
-    """Return a column of tests, whose axis shows the chosen row, if there is one."""
+def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
+    """Return a column of tests, whose axis shows the marked row, if there is one."""
     schema = table.schema
     column = schema[name]
     label = column.heading
-    places = table.column(name)
+    values = table.column(name)
+    limit = table.limits.get(name, Limit())
+    limits = (limit.low, limit.high)
     if name not in schema.variables:
-        mark = np.nan
-        if chosen is not None:
-            mark = places[chosen]
-        ends = _ends_of_dependent(places, table.feasible(), mark)
-    elif column.kind in (Kind.BINARY, Kind.CHOICE):
-        options, ranks = value_ranks(places)
+        is_log, ends = _axis_of_dependent(values, table.feasible(), values[list(marked)])
+        sign = 0
+        errors = None
+        if name in schema.objectives:
+            label = with_unit(name, column.unit)
+            sign = -1 if column.maximize else 1
+            if has_errors(table):
+                errors = table.column(error_column(name))
+        return Column(values, ends, label, log=is_log, limits=limits, sign=sign, errors=errors)
+    if column.kind in (Kind.BINARY, Kind.CHOICE):
+        options, ranks = value_ranks(values)
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return Column(ranks + aside, (-0.5, len(options) - 0.5), label, tuple(options))
-    else:
-        places = places.astype(np.float64)
-        ends = _ends_of_variable(table, name, places)
-    limit = table.limits.get(name, Limit())
-    is_log = column.kind is Kind.LOG
-    sign = 0
-    errors = None
-    if name in schema.objectives:
-        is_log = spans_decades(places[table.feasible()])
-        sign = -1 if column.maximize else 1
-        label = with_unit(name, schema.units.get(name, ""))
-        if has_errors(table):
-            errors = table.column(error_column(name))
-    limits = (limit.low, limit.high)
-    return Column(places, ends, label, log=is_log, limits=limits, sign=sign, errors=errors)
+    places = values.astype(np.float64)
+    ends = _ends_of_variable(table, name, places)
+    return Column(places, ends, label, log=column.kind is Kind.LOG, limits=limits)
 
 
 def _ends_of_variable(table: TestTable, name: str, places: Array) -> Ends:
@@ -336,30 +325,33 @@ def _ends_of_variable(table: TestTable, name: str, places: Array) -> Ends:
     column = table.schema[name]
     bounds = np.array([column.lower, column.upper], dtype=float)  # NaN if there are none
     if column.kind is Kind.LOG:
-        low, high = view(np.log(places), *np.log(bounds))
-        return float(np.exp(low)), float(np.exp(high))
+        return _log_view(places, bounds)
     low, high = view(places, *bounds)
     if column.kind is Kind.INTEGER:
         return np.floor(low) + 0.5, np.ceil(high) - 0.5
     return low, high
 
 
-def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
-    """Return the ends of an axis around the feasible designs and a marked value.
+def _axis_of_dependent(values: Array, feasible: Mask, marked: Array) -> tuple[bool, Ends]:
+    """Return whether the axis of an output is logarithmic, and its ends.
 
     An axis that shows every infeasible design would show nothing else: designs farther from the
-    feasible ones than their range are outside.
+    feasible ones than their range are outside, but the marked ones are inside.
     """
     inner = values[feasible]
     if spans_decades(inner):
-        ends = view(np.log10(inner), np.log10(mark))
-        return 10.0 ** ends[0], 10.0 ** ends[1]
+        return True, _log_view(inner, marked)
     if len(np.unique(inner)) <= 1:
         inner = values
-    low, high = view(inner, mark)
+    low, high = view(inner, *marked)
     reach = high - low
     near = values[(values >= low - reach) & (values <= high + reach)]
-    return view(near, mark)
+    return False, view(near, *marked)
+
+
+def _log_view(values: Array, further: Array) -> Ends:
+    low, high = np.exp(view(np.log(values), *np.log(further))).tolist()
+    return low, high
 
 
 # Rankings

@@ -25,13 +25,14 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Line
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._numbers import number
+from pymoo_psi._numbers import NumberFormat, number
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Array, finite_number, invalid, known_name
 from pymoo_psi.page import without_outliers
@@ -47,12 +48,19 @@ _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
 _NAME = 28.0  # points of the width of axes for each name in them
 _REACHES = (5.0, 12.0, 20.0, 30.0, 42.0)  # points from a point to its name
+_SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
 _MARK = 4.0  # half the size of a marker
-_NEAR = 8.0  # a name that is farther away has a leader
 _CROSSED = 30.0  # a name on a point is as bad as one so many points farther away
-_SIDES = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)]
-_ALIGNED_X = {-1: "right", 0: "center", 1: "left"}
-_ALIGNED_Y = {-1: "top", 0: "center", 1: "bottom"}
+# Names beside what they name, by an offset in points.
+BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
+# Names from the second reach on have a line to their point.
+_WITH_LEADER: Style = {
+    "zorder": 8,
+    "fontsize": 7,
+    "va": "bottom",
+    "arrowprops": {"arrowstyle": "-", "lw": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3},
+    "path_effects": [withStroke(linewidth=1.8, foreground="white")],
+}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _NARROW = 120.0  # narrower figures have half as many panels side by side
@@ -66,6 +74,7 @@ _SETTINGS: Any = {
     "font.size": 7.5,
     "axes.titlesize": 7.5,
     "axes.labelsize": 7.5,
+    "figure.labelsize": 7.5,
     "axes.linewidth": 0.6,
     "axes.edgecolor": "0.45",
     "axes.spines.top": False,
@@ -203,35 +212,19 @@ def name_lines(figure: Drawing, axes: Axes) -> None:
     for line in axes.lines:
         points = np.asarray(line.get_xydata())
         points = points[np.isfinite(points).all(axis=1)]
-        if len(points) and not str(line.get_label()).startswith("_"):
-            name = axes.annotate(
-                str(line.get_label()),
-                tuple(points[-1]),
-                (5, 0),
-                textcoords="offset points",
-                va="center",
-                color=line.get_color(),
-                annotation_clip=False,
-            )
-            names.append(name)
+        if len(points):
+            style = BESIDE | {"color": line.get_color(), "va": "center"}
+            names.append(axes.annotate(str(line.get_label()), points[-1], (5, 0), **style))
     figure.placed += ((_spread, axes, names),)
 
 
 def _spread(axes: Axes, names: list[Annotation]) -> None:
-    """Move names at right ends apart, up and down, each by no more than it takes."""
-    if not names:
-        return
-    points = axes.figure.dpi / 72
-    ends = axes.transData.transform([name.xy for name in names])[:, 1]
-    order = np.argsort(ends, kind="stable")
-    steps = _LINE * points * np.arange(len(names))
-    # In units of lines above the lowest, names may not decrease: the nearest such sequence is the
-    # mean of the greatest from below and the least from above.
-    gaps = ends[order] - steps
-    above = np.maximum.accumulate(gaps)
-    below = np.minimum.accumulate(gaps[::-1])[::-1]
-    for k, end in zip(order, (above + below) / 2 + steps, strict=True):
-        names[k].xyann = (5, (end - ends[k]) / points)
+    """Move names at right ends up until each is a line above the one below."""
+    level = -np.inf
+    for name in sorted(names, key=lambda name: name.xy[1]):
+        end = axes.transData.transform(name.xy)[1] * 72 / axes.figure.dpi
+        level = max(level + _LINE, end)
+        name.xyann = (5, level - end)
 
 
 def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, str]) -> None:
@@ -244,62 +237,44 @@ def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, 
         names: Names by the row of their point, the most important first.
     """
     texts = []
+    style = BESIDE | {"color": ACCENT, "fontweight": "bold"}
     for row, name in names.items():
-        text = axes.annotate(
-            literal(name, 24),
-            places[row],
-            (0, 0),
-            textcoords="offset points",
-            fontsize=7,
-            zorder=8,
-            color=INK,
-            arrowprops={"arrowstyle": "-", "lw": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3},
-            path_effects=[withStroke(linewidth=1.8, foreground="white")],
-        )
+        text = axes.annotate(literal(name, 24), places[row], (0, 0), **_WITH_LEADER, **style)
         text.set_in_layout(False)
         texts.append(text)
-    if texts:
-        texts[0].set(color=ACCENT, fontweight="bold")
+        style = BESIDE | {"color": INK}
     figure.placed += ((_place, axes, places, texts),)
 
 
 def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     """Move each name to the best free place around its point; without one it is not shown."""
-    points = axes.figure.dpi / 72
+    point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
-    most = int(axes.bbox.width / points / _NAME)
+    most = int(axes.bbox.width / point / _NAME)
     taken: list[Bbox] = []
-    if names:  # the first point is marked, and no name is on it
-        marked = axes.transData.transform(names[0].xy)
-        taken.append(Bbox([marked - _MARK * points, marked + _MARK * points]))
     for k, name in enumerate(names):
         name.set_visible(True)  # an invisible one has no size
-        size = np.ptp(Text.get_window_extent(name).get_points(), axis=0) + 2
-        name.set_visible(False)
+        arrow: Any = name.arrow_patch
+        text = Text.get_window_extent(name).padded(1)
+        size = np.array(text.size)
         dot = axes.transData.transform(name.xy)
         least = np.inf
-        for reach, (side_x, side_y) in product(_REACHES, _SIDES):
-            side = np.array([side_x, side_y])
-            direction = side / np.linalg.norm(side)
-            corner = dot + points * reach * direction + size * (side - 1) / 2
-            box = Bbox([corner, corner + size])
-            leader = np.linspace(dot, corner + size / 2, 9)[3:]
-            if reach < _NEAR:  # it has none
-                leader = leader[:0]
-            is_free = axes.bbox.count_contains(box.corners()) == 4
+        for reach, side in product(_REACHES, _SIDES):
+            away = size + reach * point
+            box = text.anchored(side, Bbox([dot - away, dot + away]))
+            leader = Line([dot, box.p0 + size / 2])
+            is_free = k < most and axes.bbox.count_contains(box.corners()) == 4
             for other in taken:
-                is_free = is_free and not (other.overlaps(box) or other.count_contains(leader))
+                is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
             cost = _CROSSED * box.count_contains(dots) + reach
-            if k < most and is_free and cost < least:
+            if is_free and cost < least:
                 least = cost
                 best = box
-                name.xyann = tuple(reach * direction)
-                name.set(ha=_ALIGNED_X[side_x], va=_ALIGNED_Y[side_y])
-                arrow: Any = name.arrow_patch
-                arrow.set_visible(reach > _NEAR)
+                name.xyann = tuple((box.p0 - dot) / point)
+                arrow.set_visible(reach > _REACHES[0])
+        name.set_visible(least < np.inf)
         if least < np.inf:
-            taken.append(best)
-            name.set_visible(True)
+            taken += [best, Bbox([dot, dot]).padded(_MARK * point)]
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -365,16 +340,16 @@ def places_between(
         >>> places_between([2.0, 3.0], 4.0, 2.0)
         (array([1. , 0.5]), False)
     """
-    points = np.asarray(values, dtype=float)
-    ends = np.array([worst, best])
+    points = np.asarray(values, dtype=float) / 2  # halves, as differences may overflow
+    ends = np.array([worst, best]) / 2
     is_log = spans_decades(ends)
     if is_log:
-        points, ends = np.log10(np.maximum(points, np.finfo(float).tiny)), np.log10(ends)
+        points = np.log10(np.maximum(points, np.finfo(float).tiny))
+        ends = np.log10(ends)
     if ends[0] == ends[1]:
         return np.ones(len(points)), False
     with np.errstate(over="ignore"):
-        half = ends / 2  # no overflow
-        return (points / 2 - half[0]) / (half[1] - half[0]), is_log
+        return (points - ends[0]) / (ends[1] - ends[0]), is_log
 
 
 def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
@@ -395,8 +370,7 @@ def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
 def _tick(value: float) -> str:
     if 1e-3 <= value < 1e4:
         return number(value)
-    factor, _, power = f"{value:.0e}".partition("e")
-    return f"{factor}e{int(power)}".replace("-", "−")
+    return NumberFormat(0, has_powers=True, minus="−").text(value)
 
 
 def spans_decades(values: ArrayLike) -> bool:
