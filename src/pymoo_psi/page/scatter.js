@@ -7,8 +7,7 @@ function scatter(section, key, columns) {
   const [TOP, RIGHT, BOTTOM] = [10, 12, 24]
   let LEFT = 40
   let [boxes, drawn, windows] = [[], {}, null]
-  const WHOLE = [[0, 1], [0, 1]]
-  let view = WHOLE // the shares of the window that are shown
+  let view // the shares of the window that are shown
   const former = new Map() // densities
   const area = make("div.plot", {role: "img"})
   const select = (k) => {
@@ -35,7 +34,7 @@ function scatter(section, key, columns) {
 
   function setAxes() {
     selects.forEach((element, k) => { element.value = columns[k].field })
-    view = WHOLE
+    view = [[0, 1], [0, 1]]
     windows = null
     area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
@@ -63,18 +62,16 @@ function scatter(section, key, columns) {
   }
   function spansOf() {
     if (!windows || !dragging) windows = wholeWindow()
-    return view === WHOLE ? windows
-      : windows.map((scale, k) => ({...scale, low: valueAt(scale, view[k][0]), high: valueAt(scale, view[k][1])}))
+    return windows.map((scale, k) => ({...scale, low: valueAt(scale, view[k][0]), high: valueAt(scale, view[k][1])}))
   }
   // What is at the spot stays there.
   function zoomBy(factor, spot = verdict && spotsOf()(verdict.row)) {
     const shares = spot ? sharesAt(...spot) : [0.5, 0.5]
     view = view.map(([from, to], k) => {
-      const length = max(1e-4, (to - from) / factor)
+      const length = min(1, max(1e-4, (to - from) / factor))
       const start = min(1 - length, max(0, from + shares[k] * (to - from - length)))
       return [start, start + length]
     })
-    if (view[0][0] <= 0) view = WHOLE
     draw(true)
   }
 
