@@ -54,6 +54,8 @@ from benchmarks.comparison_problems import (
 from benchmarks.comparison_problems import PROBLEMS as COMPARED
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
 from benchmarks.machine import describe_machine, output, sized
+from benchmarks.real_world import N_VAR as RE_N_VAR
+from benchmarks.real_world import RE
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
 from pymoo_psi.comparison import Reference, effect_size, holm, p_value
 from pymoo_psi.pareto import nondominated
@@ -86,9 +88,10 @@ OLD: dict[str, Callable[[], Any]] = {
     "stepped_cantilever": SteppedCantilever,
 }
 OPTIONAL = PUBLISHED | CMO
-PROBLEMS: dict[str, Callable[[], Any]] = {**OLD, **OPTIONAL}
+PROBLEMS: dict[str, Callable[[], Any]] = {**OLD, **OPTIONAL, **RE}
 N_VAR = {name: make().n_var for name, make in OLD.items()}
 N_VAR |= {name: problem.n_var for name, problem in OPTIONAL.items()}
+N_VAR |= RE_N_VAR
 
 
 class Watched(Problem):
