@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import permutations
 
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Rows
+from pymoo_psi._validation import Array, Mask, Rows
+from pymoo_psi.analysis._costs import alike
 from pymoo_psi.analysis._repeats import first_tests
 from pymoo_psi.table import TestTable
 
@@ -17,6 +19,7 @@ _LEAST_RIGHT = 0.9
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
 _MOST_TESTS = 1024
+_MOST_REASONS = 3  # those that occur most
 
 
 def failure_sentences(table: TestTable) -> list[str]:
@@ -25,12 +28,13 @@ def failure_sentences(table: TestTable) -> list[str]:
     A rule is a value of a variable, or of a ratio or product of two, beyond which nearly all tests
     fail, and nearly none elsewhere. The probability of as many failures there, if these had nothing
     to do with the design (hypergeometric), is multiplied by the number of rules. Of equal ones,
-    a variable goes before ratios and products. Tests that did not run, because of a requirement, do
-    not count, nor do repeated ones, nor those before the last 1024. Designs of a file, which may be
-    incomplete, have no rule.
+    a variable goes before ratios and products. Each of the most frequent reasons has a rule of its
+    own; if none has one, there may be a rule of all failures. Tests that did not run, because of a
+    requirement, do not count, nor do repeated ones, nor those before the last 1024. Designs of a
+    file, which may be incomplete, have no rule.
 
     Returns:
-        One sentence; none if no rule separates them, or if that may be chance.
+        One sentence a rule; none if no rule separates them, or if that may be chance.
 
     Example:
         >>> X = np.random.default_rng(0).uniform([10, 1], [100, 5], (40, 2))
@@ -41,11 +45,32 @@ def failure_sentences(table: TestTable) -> list[str]:
     """
     if table.schema.words["row"] != "test" or not table.failed().any():
         return []
-    from scipy.stats import hypergeom  # heavy to import
-
     has_run = table.failed() | np.isfinite(table.F).any(axis=1)
     rows = np.unique(first_tests(table)[has_run])[-_MOST_TESTS:]
-    has_failed = table.failed()[rows]
+    table = table.take(rows)
+    reasons = np.array(alike(table.reasons.get(number, "") for number in table.numbers.tolist()))
+    counts = Counter(reasons[table.failed()].tolist())
+    if len(counts) == 1:
+        return _rule(table, table.failed(), "failures")
+    sentences = []
+    for reason, _ in counts.most_common(_MOST_REASONS):
+        sentences += _rule(table, reasons == reason, f"failures with '{reason:.60}'")
+    return sentences or _rule(table, table.failed(), "failures")
+
+
+def _rule(table: TestTable, has_failed: Mask, failures: str) -> list[str]:
+    """Return a sentence on the rule that separates some failed tests from successful ones.
+
+    Args:
+        table: The tests, each of which ran or failed.
+        has_failed: ``(n,)`` the failed tests, if other failures do not count.
+        failures: What they are called.
+    """
+    from scipy.stats import hypergeom  # heavy to import
+
+    n_tests = len(table)
+    rows = np.flatnonzero(has_failed | ~table.failed())
+    has_failed = has_failed[rows]
     n = len(rows)
     n_failed = has_failed.sum()
     n_beyond = np.arange(1, n)
@@ -67,8 +92,8 @@ def failure_sentences(table: TestTable) -> list[str]:
                     limit = _short(v[k], v[k + 1])
                     sentences = [
                         f"The requirement {term} {relation} {limit} would have avoided "
-                        f"{n_right[k]} of {n_failed} failures in the last {n} tests, and rejected "
-                        f"{n_beyond[k] - n_right[k]} others."
+                        f"{n_right[k]} of {n_failed} {failures} in the last {n_tests} tests, and "
+                        f"rejected {n_beyond[k] - n_right[k]} others."
                     ]
     return sentences
 
