@@ -1,7 +1,7 @@
 """Six problems of the suite RE (Tanabe and Ishibuchi, Applied Soft Computing 89, 2020).
 
-No problem has constraints: where a design of practice has some, the sum of what violates them is
-the last objective. Three of them require ``pip install cmo`` (GPL), which has them with constraints.
+No problem has constraints: where a practical design has some, the sum of their violations is the
+last objective. Three require ``pip install cmo`` (GPL), which has them with constraints.
 """
 
 from __future__ import annotations
@@ -69,9 +69,7 @@ class Violated(Problem):
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        super().__init__(
-            n_var=problem.n_var, n_obj=problem.n_obj + 1, xl=problem.xl, xu=problem.xu
-        )
+        super().__init__(n_var=problem.n_var, n_obj=problem.n_obj + 1, xl=problem.xl, xu=problem.xu)
 
     def _evaluate(self, X: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         values = self.problem.evaluate(X, return_as_dictionary=True)
