@@ -3,11 +3,14 @@
 import random
 import re
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pymoo_psi.files import read_table
+from pymoo_psi.page import decision_page
+from pymoo_psi.table import Decision
 
 COST = re.compile(r"(?:What it costs: )?(\w+)(?: is)? (\S+)(?: behind the best)? \((\S+) %")
 
@@ -142,7 +145,38 @@ def test_a_run_says_what_it_added_to_its_study(said, tmp_path, monkeypatch):
     assert f"; {len(optimal)} of them are not dominated." in printed
     assert f"This run: 16 tests, of which {n_new} are not dominated" in printed
     best = table.best()
-    name = f"test {best['run'][0]}.{best['test_point'][0]}"
-    assert table.numbers[table.row_of(name)] == best.numbers[0]
-    assert f"Proposed: {name} (f1 " in printed
-    assert best.numbers[0] == before or f"(before: test 1.{before})" in printed
+    assert f"Proposed: {best.names[0]} (f1 " in printed
+    assert best.numbers[0] == before or f"(before: test {before})" in printed
+
+
+def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(
+    said, tmp_path, monkeypatch, undrawn
+):
+    monkeypatch.chdir(tmp_path)
+    words = ["solve", "bnh", "--study", "s.db"]
+    said(*words, "--points", "16")
+    first = read_table("s.db")
+    Decision(chosen=first.best().names[0]).to_json("chosen.json")
+    said(*words, "--points", "+8", "--algorithm", "surrogate")
+    table = read_table("s.db")
+    assert table.names[:16] == first.names
+    places = zip(table["run"], table["test_point"], strict=True)
+    later = [f"test {run}.{point}" for run, point in places if run == 2]
+    assert table.names[16:] == later == [f"test 2.{point}" for point in range(1, 9)]
+    for row, (name, number) in enumerate(zip(table.names, table.numbers.tolist(), strict=True)):
+        for design in (name, name.removeprefix("test "), number):
+            assert table.row_of(design) == row
+
+    texts = [
+        said("rank", "s.db", "--long", "--decision", "chosen.json", "--out", "ranked.csv"),
+        said("rank", "ranked.csv", "--long"),
+        said("report", "s.db", "--design", "2.4", "--out", "report.html"),
+        Path("report.html").read_text("utf-8"),
+        decision_page(table, title="s").html(),
+    ]
+    assert f"Chosen: {first.best().names[0]}." in texts[0]
+    for text in texts:
+        assert "2.4" in text
+    for text in texts[:4]:
+        assert "100000" not in text
+    assert "s: test 2.4 chosen of" in texts[2]

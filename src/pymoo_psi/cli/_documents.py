@@ -37,7 +37,7 @@ from pymoo_psi.cli._console import (
     say,
     write_frame,
 )
-from pymoo_psi.cli._ranking import command, named_ranking, say_ranking
+from pymoo_psi.cli._ranking import command, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -59,7 +59,7 @@ from pymoo_psi.pareto import (
     ranking_frame,
     weights_sentence,
 )
-from pymoo_psi.table import TEST, TestTable
+from pymoo_psi.table import POINT, RUN, TEST, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -124,7 +124,7 @@ def run_rank(options: Options) -> int:
         raise PsiError(f"{path}: {none_left_sentence(table)}")
     if options.out is not None:
         ranked_frame(table, options.out)
-    ranking = named_ranking(table)
+    ranking = table.feasible_ranking()
     found = cautions_of_distances(ranking)
     last: list[str] = []
     more = ": --out FILE.csv"
@@ -193,6 +193,10 @@ def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
         column = _beside_ranking(name)
         if column in rounded:
             rounded[column] = [number_format.text(value) for value in rounded[column]]
+    if TEST in rounded:
+        names = dict(zip(table.numbers.tolist(), table.names, strict=True))
+        rounded[TEST] = [names[number].removeprefix(f"{TEST} ") for number in rounded[TEST]]
+        rounded = rounded.drop(columns=[RUN, POINT], errors="ignore")
     headings = {column.name: column.heading for column in table.schema.columns}
     # The number leads each part of a wide table, as dominated designs have no place.
     rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import replace
 from unicodedata import combining, east_asian_width
 
 from pymoo_psi._numbers import NumberFormat
@@ -31,14 +30,6 @@ _GAP = "  "
 _BESIDE_PLACES = " " * len("place") + _GAP
 _MOST_NAMED = 6  # values of the proposed test
 _PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
-
-
-def named_ranking(table: TestTable) -> EfficiencyRanking:
-    """Return the ranking of a table; tests of several runs are named by run and point, 2.15."""
-    ranking = table.feasible_ranking()
-    names = table.names_by_run
-    labels = [names[row] for row in ranking.rows]
-    return replace(ranking, objectives=replace(ranking.objectives, labels=labels))
 
 
 def say_ranking(

@@ -42,7 +42,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import caution_lines, ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._ranking import command, named_ranking, say_ranking
+from pymoo_psi.cli._ranking import command, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -352,7 +352,7 @@ def _say_result(
         reasons: Why tests failed.
     """
     table = result.table
-    ranking = named_ranking(table)
+    ranking = table.feasible_ranking()
     found = cautions_of_distances(ranking)
     head = [*table.facts, counts_sentence(table, subject), *_not_run(problem, result)]
     if len(table) < len(result.tests):

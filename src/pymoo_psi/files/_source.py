@@ -55,6 +55,7 @@ from pymoo_psi.table import (
     OBJECTIVE,
     OUTPUT,
     RESULTS,
+    RUN,
     STATUSES,
     TEST,
     VARIABLE,
@@ -449,6 +450,8 @@ def _table(
     if label not in columns:  # also where it follows from others
         label = _label(columns)
     labels.add(label)
+    if label == TEST:
+        labels.add(RUN)
     require_designs(cells, [column for name, column in columns.items() if name not in labels])
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables

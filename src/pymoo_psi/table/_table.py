@@ -687,13 +687,16 @@ class TestTable(Shown):
     def names(self) -> list[str]:
         """Unique names of the n designs: labels, or otherwise numbers of tests.
 
-        Designs that share a label get their number appended; a label that is a number is preceded
-        by the name of its column.
+        Tests of the second run of a study and of later ones are named by run and point, test 2.5.
+        So a test keeps its name while the study grows. Designs that share a label get their number
+        appended; a label that is a number is preceded by the name of its column.
 
         Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table = TestTable.of([1, 2, 1_000_001], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
             >>> table.names
-            ['test 1', 'test 2', 'test 3']
+            ['test 1', 'test 2', 'test 1000001']
+            >>> table.with_notes({"run": ["1", "1", "2"], "test_point": ["1", "2", "1"]}).names
+            ['test 1', 'test 2', 'test 2.1']
             >>> table.with_notes({"row_no": ["A", "A", 7]}, "row_no").names
             ['A #1', 'A #2', 'row no 7']
         """
@@ -703,6 +706,11 @@ class TestTable(Shown):
     def _names(self) -> Sequence[str]:
         word = (self.schema.label or TEST).replace("_", " ")
         labels = list(map(str, self._labels()))
+        if self.schema.label is None and {RUN, POINT} <= {*self.schema.notes}:
+            places = zip(self.column(RUN), self.column(POINT), strict=True)
+            for row, (run, point) in enumerate(places):
+                if str(run) != "1":
+                    labels[row] = f"{TEST} {run}.{point}"
         count = Counter(labels)
         names = []
         for name, number in zip(labels, self.numbers.tolist(), strict=True):
@@ -712,20 +720,6 @@ class TestTable(Shown):
                 name = f"{word} {name}"
             names.append(name)
         return names
-
-    @property
-    def names_by_run(self) -> list[str]:
-        """Names of the n designs in the terminal: tests of several runs by run and point, 2.15.
-
-        Example:
-            >>> table = TestTable.of([8, 9], [[0.1], [0.5]], [[1], [2]])
-            >>> table.with_notes({"run": ["1", "2"], "test_point": ["8", "1"]}).names_by_run
-            ['test 1.8', 'test 2.1']
-        """
-        if self.schema.label is not None or not {RUN, POINT} <= {*self.schema.notes}:
-            return self.names
-        places = zip(self.column(RUN), self.column(POINT), strict=True)
-        return [f"{TEST} {run}.{point}" for run, point in places]
 
     def _labels(self) -> list[Any]:
         """Return the cells of the column that names the designs, or else the numbers of tests."""
@@ -738,10 +732,9 @@ class TestTable(Shown):
         """Return the row of a design by the number of its test or by its label.
 
         Args:
-            design: The number of a test, or a text: a name as in :attr:`names` or
-                :attr:`names_by_run`; a label that only one design has; or the number of a test,
-                unless labels are numbers. A number that is a label of another test, too, is
-                refused.
+            design: The number of a test, or a text: a name as in :attr:`names`; a label that only
+                one design has; or the number of a test, unless labels are numbers. A number that is
+                a label of another test, too, is refused.
 
         Raises:
             ArgumentValueError: It names no design, or several.
@@ -761,7 +754,10 @@ class TestTable(Shown):
             is_unclear = any(map(str.isdecimal, texts))
         if is_unclear and texts != list(map(str, numbers)):
             numbers = []
-        return row_of_design(design, numbers, self.names, texts, numbers, self.names_by_run)
+        short = []
+        if self.schema.label is None:  # as the command shows them: 2.5
+            short = [name.removeprefix(f"{TEST} ") for name in self.names]
+        return row_of_design(design, numbers, self.names, texts, numbers, short)
 
     # Rankings
 
