@@ -39,9 +39,15 @@ Answer = tuple[list[Result], EvaluationError | None, dict[str, bytes]]
 
 
 class LostDesign(NamedTuple):
-    """Stands for the values of a design that was lost."""
+    """Stands for the values of a design that was lost.
+
+    Attributes:
+        reason: Why, or how its process ended.
+        is_late: Whether its process was ended, as the design took too long.
+    """
 
     reason: str
+    is_late: bool = False
 
 
 # Seconds of evaluations between two measurements: many times as long as a measurement takes, and

@@ -33,7 +33,6 @@ from collections import deque
 from collections.abc import Collection, Sequence
 from concurrent.futures import CancelledError, Future, wait
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
 from time import monotonic, sleep
@@ -42,6 +41,7 @@ from typing import Any, NamedTuple
 import cloudpickle
 
 from pymoo_psi._modules import accept
+from pymoo_psi._validation import Values
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import Answer, LostDesign, Result, Waiting, unloadable
@@ -61,29 +61,21 @@ _THREAD_LIMITS = (
 _KEPT = 2
 
 
-class Environment(NamedTuple):
-    """What may change the values of a model besides its code and its arguments.
+def environment_now(identity: tuple[str, bytes], threads: int) -> Values:
+    """Return what may change the values of a model besides its code and its arguments.
 
-    Attributes:
+    Args:
         identity: What the sender says; see :class:`Job`.
         threads: How many threads libraries may use, unless the environment limits them.
-        variables: The environment variables.
-        folder: The current folder.
-        path: Where modules are found.
-        arguments: Those of the program.
     """
-
-    identity: tuple[str, bytes]
-    threads: int
-    variables: dict[str, str]
-    folder: str
-    path: list[str]
-    arguments: list[str]
-
-    @classmethod
-    def now(cls, identity: tuple[str, bytes], threads: int) -> Environment:
-        """Return the environment of this process."""
-        return cls(identity, threads, {**os.environ}, os.getcwd(), [*sys.path], [*sys.argv])
+    variables = dict.fromkeys(_THREAD_LIMITS, str(threads)) | os.environ
+    path = [*sys.path]  # where modules are found
+    return {
+        "identity": identity,
+        "variables": variables,
+        "folder": os.getcwd(),
+        "imports": (path, [*sys.argv]),
+    }
 
 
 class Job(NamedTuple):
@@ -98,9 +90,9 @@ class Job(NamedTuple):
         designs: The designs, or the piece, with their indices.
         seconds: Seconds that the designs may take together. After twice that time, the designs that
             are not begun are left to other workers.
-        environment: The environment of the run; ``None`` for that of the worker.
-        free: The workers of this machine that are free for the run; none where others evaluate.
-        submitted: The jobs of the run that wait for one of these, with their futures.
+        environment: The environment of the run; ``None`` for that of whoever evaluates the job.
+        free: A semaphore of the workers of this machine that are free for the run; ``None`` where
+            others evaluate.
         is_repeated: Whether it was sent before, to a worker that lacked the function.
     """
 
@@ -110,9 +102,8 @@ class Job(NamedTuple):
     timeout: float | None
     designs: Waiting
     seconds: float = math.inf
-    environment: Environment | None = None
+    environment: Values | None = None
     free: Any = None
-    submitted: Any = None
     is_repeated: bool = False
 
 
@@ -131,41 +122,41 @@ def evaluate(job: Job) -> Answer:
         WorkerError: No worker starts, none can load the function, or two have imported different
             versions of a module.
     """
-    environment = job.environment or Environment.now(job.identity, threads=1)
+    environment = job.environment or environment_now(job.identity, threads=1)
     designs = list(job.designs)
     results: list[Result] = []
     versions: dict[str, bytes] = {}
     n_at_loss = -1  # how many results there were when a process was lost
     while not _is_given_up(job.run):
         worker = _hire(environment, job.run)
+        left = designs[len(results) :]
+        n_before = len(results)
         try:
-            more, end = worker.evaluate(job, designs[len(results) :])
-            if more:
+            if not worker.begins(job, left):
+                continue
+            end = worker.finish(job, left, results)
+            if len(results) > n_before:
                 accept(versions, worker.versions)
         except BaseException:
             worker.end()
             raise
         finally:
             _BUSY.pop(worker, None)
-        results += more
-        if not isinstance(end, _Loss):
+        if not isinstance(end, LostDesign):
             _IDLE.append(worker)
             return results, end, versions
-        if not end.has_loaded:
-            continue
-        reason = end.reason
         if not end.is_late:
             if n_at_loss != len(results):
                 n_at_loss = len(results)
                 continue
-            reason = f"its worker process died ({reason}, 2 times)"
+            end = LostDesign(f"its worker process died ({end.reason}, 2 times)")
         index, _ = designs[len(results)]
-        results.append((index, LostDesign(reason), 0.0))
+        results.append((index, end, 0.0))
         return results, None, versions
     raise CancelledError
 
 
-def _hire(environment: Environment, run: str) -> _Worker:
+def _hire(environment: Values, run: str) -> _Worker:
     """Return a worker that is idle under the environment, or else a new one."""
     for worker in _IDLE[::-1]:
         if worker.environment == environment:
@@ -212,21 +203,6 @@ def _end(workers: list[_Worker]) -> None:
         worker.end(patient - monotonic())
 
 
-@dataclass
-class _Loss:
-    """The loss of a worker process.
-
-    Attributes:
-        reason: How it has ended.
-        is_late: Whether it was ended, as a design took too long.
-        has_loaded: Whether it had loaded the function, and was at work on a design.
-    """
-
-    reason: str
-    is_late: bool = False
-    has_loaded: bool = True
-
-
 class _Worker:
     """A worker process as this one sees it.
 
@@ -238,7 +214,7 @@ class _Worker:
         versions: Those of the modules that it has imported.
     """
 
-    def __init__(self, environment: Environment) -> None:
+    def __init__(self, environment: Values) -> None:
         self.environment = environment
         self.run = ""
         self.versions: dict[str, bytes] = {}
@@ -246,29 +222,22 @@ class _Worker:
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         command = [spawn.get_executable(), *flags, _worker.__file__]
-        variables = dict.fromkeys(_THREAD_LIMITS, str(environment.threads)) | environment.variables
         with theirs:
             self.process = subprocess.Popen(
                 command,
                 stdin=theirs.fileno(),
-                env=variables,
-                cwd=environment.folder,
+                env=environment["variables"],
+                cwd=environment["folder"],
                 start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that
         # defines is sent by value, so that a script needs no guard and a notebook works.
-        self.send((environment.path, environment.arguments))
+        self.send(environment["imports"])
 
-    def evaluate(
-        self, job: Job, designs: Sequence[tuple[int, Any]]
-    ) -> tuple[list[Result], EvaluationError | _Loss | None]:
-        """Let it evaluate designs, one after the other.
+    def begins(self, job: Job, designs: Sequence[tuple[int, Any]]) -> bool:
+        """Let it evaluate designs, one after the other; return whether it has begun.
 
         While it loads the function, it has read all that was sent: this process never waits for it.
-
-        Returns:
-            The results of the first designs, and what happened at the next one: its error, or the
-            loss of the process; ``None`` if there is no next one, or if it is left to others.
 
         Raises:
             WorkerError: It cannot load the function.
@@ -278,23 +247,34 @@ class _Worker:
             to_load = job.function
         self.send((to_load, deque(designs), job.seconds))
         flaw = self.receive()
-        if isinstance(flaw, _Loss):
+        if isinstance(flaw, LostDesign):
             if self.run:  # a module has changed, or it has waited too long
-                return [], replace(flaw, has_loaded=False)
+                return False
             raise unloadable(f"the process ends before ({flaw.reason})")
         if flaw is not None:
             raise flaw
         self.run = job.run
-        results: list[Result] = []
-        while len(results) < len(designs):
+        return True
+
+    def finish(
+        self, job: Job, designs: Sequence[tuple[int, Any]], results: list[Result]
+    ) -> EvaluationError | LostDesign | None:
+        """Add the results of the first designs that it was sent.
+
+        Returns:
+            What happened at the next one: its error, or the loss of the process; ``None`` if there
+            is no next one, or if it is left to others.
+        """
+        for _ in designs:
             answer = self.receive(job.timeout)
             if isinstance(answer, dict):
                 self.versions = answer
-            elif isinstance(answer, tuple):
-                results.append(answer)
-            else:
-                return results, answer
-        return results, None
+                answer = self.receive(job.timeout)
+            if not isinstance(answer, tuple) or isinstance(answer, LostDesign):
+                failure: EvaluationError | LostDesign | None = answer
+                return failure
+            results.append(answer)
+        return None
 
     def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when its answer is read."""
@@ -309,9 +289,9 @@ class _Worker:
             if self.channel.poll(timeout):
                 return self.channel.recv()
         except (EOFError, OSError):  # it was closed, or reset
-            return _Loss(self.end(_PATIENCE))
+            return LostDesign(self.end(_PATIENCE))
         self.end()
-        return _Loss(f"timed out after {timeout:g} s", is_late=True)
+        return LostDesign(f"timed out after {timeout:g} s", is_late=True)
 
     def hang_up(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
