@@ -22,7 +22,6 @@ from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from functools import partial
-from queue import SimpleQueue
 from threading import Semaphore, Thread
 from typing import Any
 
@@ -38,7 +37,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import Answer, Function, Result, answer_by, sendable
-from pymoo_psi.parallel._pool import Environment, Job, evaluate, give_up, keep_idle
+from pymoo_psi.parallel._pool import Job, environment_now, evaluate, give_up, keep_idle
 from pymoo_psi.parallel._runner import Queue, Runner, gone
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
@@ -122,16 +121,14 @@ class ProcessRunner(Runner):
         """Return a job of a new run in the environment of this process."""
         job = super().job(function)
         threads = max(1, (os.cpu_count() or 1) // self.n_workers)  # workers share the cores
-        environment = Environment.now(job.identity, threads)
-        free = Semaphore(self.n_workers)
-        return job._replace(environment=environment, free=free, submitted=SimpleQueue())
+        environment = environment_now(job.identity, threads)
+        return job._replace(environment=environment, free=Semaphore(self.n_workers))
 
     def submit(self, job: Job) -> Future[Answer]:
         """Return the future of a job, which begins as soon as a worker is free."""
         future: Future[Answer] = Future()
-        job.submitted.put((job, future))
         # A daemon, for which the interpreter does not wait at its end: its worker may be stuck.
-        Thread(target=_answer_first, args=(job.free, job.submitted), daemon=True).start()
+        Thread(target=_answer, args=(job, future), daemon=True).start()
         return future
 
     def give_up(self, run: str, futures: Collection[Any]) -> None:
@@ -289,10 +286,9 @@ class ExecutorRunner(Runner):
         return partial(type(self), Executor(), workers=1, timeout=self.timeout), ()
 
 
-def _answer_first(free: Semaphore, submitted: SimpleQueue[tuple[Job, Future[Answer]]]) -> None:
-    """Do the job that waits longest, once a worker is free, in a thread of its own."""
-    with free:
-        job, future = submitted.get()
+def _answer(job: Job, future: Future[Answer]) -> None:
+    """Do a job once a worker is free, in a thread of its own."""
+    with job.free:
         if not future.set_running_or_notify_cancel():
             return
         try:
