@@ -48,7 +48,7 @@ from pymoo_psi.table import entries_of
 
 # Options that a command must repeat to continue a run.
 _OF_RUN = ("sampling", "seed", "box", "log", "noisy", "study_key", "timeout", "jobs")
-_REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
+_REMEDY = "a model goes into the _evaluate of a class, as in help(pymoo_psi.table)"
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 _CONNECTING = 10  # seconds for a scheduler to answer
 _PAUSE = 0.3  # seconds between two looks whether workers have joined
