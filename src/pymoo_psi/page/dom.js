@@ -5,7 +5,6 @@ const $ = (id) => document.getElementById(id)
 const without = ({...object}, name) => { delete object[name]; return object }
 const onClicks = (actions) => { for (const [id, action] of entriesOf(actions)) $(id).onclick = action }
 const show = (id, on) => { $(id).hidden = !on }
-const countText = (count) => apart(localized(String(count)))
 
 // Children are elements, texts, lists of them, and nothing where a condition does not hold.
 const childrenOf = (children) => children.flat().filter(Boolean)
@@ -74,7 +73,7 @@ const isWrong = (input) => input.ariaInvalid === "true"
 function showNumber(input, value, changed) {
   if (changed) input.ariaInvalid = false
   const isTyped = input === document.activeElement && typed(input.value).value === value
-  if (!isWrong(input) && !isTyped) input.value = value === null ? "" : countText(value)
+  if (!isWrong(input) && !isTyped) input.value = value === null ? "" : exact(value)
 }
 
 // Do what a key stands for, unless it is pressed with another one.

@@ -11,7 +11,7 @@ const sentence = (data, name, parts = {}) =>
 const capital = (text) => text.replace(/^(design|row|test) /, (ours) => ours[0].toUpperCase() + ours.slice(1))
 const listed = (names, word = "and") =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} ${word} ${names.at(-1)}` : names.join("")
-const counted = (n, one) => `${apart(String(n))} ${one}${n === 1 ? "" : "s"}`
+const counted = (n, one) => `${exact(n)} ${one}${n === 1 ? "" : "s"}`
 
 // What a design is under the limits.
 function placeText(data, {mask, pareto, place}, row) {

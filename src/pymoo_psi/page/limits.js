@@ -25,7 +25,7 @@ function limited(data, state) {
 }
 
 const limitText = ({name, unit}, end, value) =>
-  `${name} ${end ? "at most" : "at least"} ${apart(localized(String(value)))}${unit ? ` ${unit}` : ""}`
+  `${name} ${end ? "at most" : "at least"} ${exact(value)}${unit ? ` ${unit}` : ""}`
 
 // At which limits another design is proposed (selection's switching_values): as each that is set, or
 // that no objective has on its worse side, is tightened or loosened over the values that designs have.

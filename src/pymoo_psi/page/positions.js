@@ -29,7 +29,7 @@ function showPositions() {
 function words(one) {
   const row = rowOf(one.chosen)
   const numbers = (text, entries) => {
-    const parts = entriesOf(entries).map(([name, value]) => `${name} ${countText(value)}`)
+    const parts = entriesOf(entries).map(([name, value]) => `${name} ${exact(value)}`)
     return parts.length && `${text} ${parts.join(", ")}`
   }
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))

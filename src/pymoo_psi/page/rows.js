@@ -138,7 +138,7 @@ function rowOfTexts(column) {
   const note = make("p.note")
   const row = make("fieldset.row", make("legend", column.label),
     make("div.boxes", boxes.map((box) => make("label", box, box.value || "(missing)")),
-      !boxes.length && make("span.hint", `${countText(found.length)} different texts are too many to tick`)), note)
+      !boxes.length && make("span.hint", `${exact(found.length)} different texts are too many to tick`)), note)
   controls.set(column, {column, boxes, note, row})
   return row
 }
@@ -188,7 +188,7 @@ function showRow({column, row, fields, thumbs, note, boxes, cells, fill, log}) {
   const changed = controls.get(column).limit !== limit
   controls.get(column).limit = limit
   const out = left.rejected.get(column.name)
-  renew(note, out && `rejects ${countText(sum(out))} of ${countText(data.n)}`)
+  renew(note, out && `rejects ${exact(sum(out))} of ${exact(data.n)}`)
   row.classList.toggle("set", limit !== null)
   if (boxes) {
     for (const box of boxes) box.checked = !limit || limit.includes(box.value)

@@ -15,9 +15,11 @@ const valueAt = ({low, high, log}, share) =>
   log ? low * (high / low) ** share : low + (high - low) * share
 
 // Steps of 1, 2 or 5 times a power of ten; on a log axis over decades powers of ten.
-function ticks({low, high, log}, most) {
+const isOverDecades = ({low, high, log}) => log && high / low >= 100
+function ticks(scale, most) {
+  const {low, high} = scale
   if (!(high > low)) return [low]
-  if (log && high / low >= 100) {
+  if (isOverDecades(scale)) {
     const [first, last] = [ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9)]
     const every = ceil((last - first + 1) / most)
     return Array.from({length: floor((last - first) / every) + 1}, (_, k) => 10 ** (first + k * every))
@@ -32,8 +34,7 @@ function ticks({low, high, log}, most) {
   return Array.from({length: count + 1}, (_, k) => Number(((first + k) * step).toPrecision(12)))
 }
 
-const SUPERSCRIPT = {"-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].map((c, k) => [k, c]))}
-const raised = (power) => [...String(power)].map((c) => SUPERSCRIPT[c]).join("")
+const raised = (power) => [...String(power)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")
 
 // Ticks as texts, and the power of ten by which a name is followed: 1.2 with "×10⁶" reads better
 // in a narrow column than 1200000.
@@ -45,14 +46,15 @@ function tickTexts(scale, most, texts) {
     return {values, texts: values.map((k) => (texts[k].length > 18 ? `${texts[k].slice(0, 17)}…` : texts[k])), factor: ""}
   }
   const values = ticks(scale, most)
+  if (isOverDecades(scale)) return {values, texts: values.map((value) => `10${raised(round(log10(value)))}`), factor: ""}
   const size = max(abs(scale.low), abs(scale.high))
-  const decades = scale.log && scale.high / scale.low >= 100
-  const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * floor(log10(size) / 3) : 0
+  const power = size > 0 && (size >= 1e5 || size < 1e-2) ? 3 * floor(log10(size) / 3) : 0
   const digits = values.length > 1 ? 12 : 6 // all that a tick has; a single one is any number
-  const powers = decades && (scale.high >= 1e5 || scale.low < 1e-3)
-  const numbers = values.map((value) => String(Number((value / 10 ** power).toPrecision(digits))))
-  const decimals = max(...numbers.map((number) => number.includes("e") || decades ? 0 : (number.split(".")[1] ?? "").length))
-  const text = (value, k) => powers ? `10${raised(round(log10(value)))}`
-    : apart(localized(decimals ? Number(numbers[k]).toFixed(decimals) : numbers[k])).replaceAll("-", "−")
-  return {values, texts: values.map(text), factor: power ? `×10${raised(power)}` : ""}
+  const numbers = values.map((value) => Number((value / 10 ** power).toPrecision(digits)))
+  const behind = max(...numbers.map((number) => (String(number).split(".")[1] ?? "").length))
+  return {
+    values,
+    texts: numbers.map((number) => rounded(number, decimals(behind)).replaceAll("-", "−")),
+    factor: power ? `×10${raised(power)}` : "",
+  }
 }

@@ -187,7 +187,7 @@ function scatter(section, key, columns) {
       else if (!isInside(row)) beyond++
     }
     const words = [[beyond, "beyond the edge"], [missing, "without a value"]].filter(([count]) => count)
-    drawText(g, words.map(([count, word]) => `${countText(count)} ${word}`).join(", "), LEFT + w, TOP + h - 9, "right", INK.accent)
+    drawText(g, words.map(([count, word]) => `${exact(count)} ${word}`).join(", "), LEFT + w, TOP + h - 9, "right", INK.accent)
     drawn = {points: shownRows.length - missing, missing, beyond}
   }
 

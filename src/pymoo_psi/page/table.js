@@ -101,9 +101,9 @@ const table = (() => {
 })()
 
 function showOrder() {
-  renew("export", `${countText(order.length)} shown as CSV`)
+  renew("export", `${exact(order.length)} shown as CSV`)
   $("export").disabled = order.length === 0
-  renew("shown", `${countText(order.length)} ${$("search").value ? "found" : "shown"}`)
+  renew("shown", `${exact(order.length)} ${$("search").value ? "found" : "shown"}`)
 }
 
 function buildTable() {

@@ -54,7 +54,7 @@ function showVerdict() {
 function showCounts() {
   const set = entriesOf(state.limits).length
   renew("count", left.count === 0 ? "No design is left"
-    : set ? `${countText(left.count)} of ${countText(data.n)} within the limit${set > 1 ? "s" : ""}` : counted(data.n, "design"))
+    : set ? `${exact(left.count)} of ${exact(data.n)} within the limit${set > 1 ? "s" : ""}` : counted(data.n, "design"))
   $("count").classList.toggle("warning", left.count === 0)
   // Not disabled in earnest: a key that is held would go on with the button beside it.
   $("undo").ariaDisabled = at <= 0
