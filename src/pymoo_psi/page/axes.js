@@ -10,177 +10,162 @@ const INSET = 6 // of an axis, half a handle
 const axes = (() => {
   const plot = make("div.plot")
   $("rows-area").append(plot)
-  let [columns, places] = [[], []]
-  const former = new Map() // densities
-  const formerTicks = new Map()
+  let heights = [] // of the axes, top down
+  let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
+  let gaps = [] // neighbouring lanes, which lines join
+  const former = new Map() // the density
   const {size, clean, fit} = layers(plot, 3, () => draw(true))
+  const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
 
   // Where the axes are; asking for it makes the browser lay out the page.
   function measure() {
-    columns = columnsShown ??= shownColumns()
-    if (!columns.length) return
+    columnsShown = shownColumns()
+    if (!columnsShown.length) return
     // The axes below are as wide as those of objectives.
     $("further").style.setProperty("--columns", getComputedStyle($("objectives")).gridTemplateColumns)
     const area = $("rows-area").getBoundingClientRect()
-    const boxes = columns.map((column) => controls.get(column).axis.getBoundingClientRect())
-    places = boxes.map((box) => (box.top + box.bottom) / 2 - area.top)
+    const boxes = columnsShown.map((column) => controls.get(column).axis.getBoundingClientRect())
+    heights = boxes.map((box) => (box.top + box.bottom) / 2 - area.top)
     Object.assign(plot.style, {left: `${boxes[0].left - area.left}px`, width: `${boxes[0].width}px`, height: `${area.height}px`})
     fit()
   }
 
-  function placed(column) {
-    const share = shareOn(scaleOf(column))
-    const length = size.width - 2 * INSET
-    return isTurned(column) ? (value) => INSET + (1 - share(value)) * length : (value) => INSET + share(value) * length
+  function lay() {
+    lanes = columnsShown.map((column, j) => (
+      {column, y: heights[j], values: valuesOf(ranking, column), x: placing(scaleOf(column), ...endsOf(column))}))
+    // Rows that stand one above the other at a distance, on a narrow screen, have no lines.
+    gaps = lanes.slice(1).map((lane, j) => [lanes[j], lane]).filter(([upper, lower]) => lower.y - upper.y < 110)
   }
-  // Rows that stand one above the other at a distance, on a narrow screen, have no lines.
-  const isJoined = (j) => j + 1 < columns.length && places[j + 1] - places[j] < 110
 
   // Single lines, drawn by the browser.
   function lines(g, rows, style) {
-    const at = columns.map((column) => [valuesOf(ranking, column), placed(column)])
+    Object.assign(g, style)
     for (const row of rows) {
-      Object.assign(g, style)
       g.beginPath()
-      at.forEach(([values, xOf], j) => {
-        if (!isJoined(j)) return
-        const [next, nextOf] = at[j + 1]
-        if (values[row] !== values[row] || next[row] !== next[row]) return
-        g.moveTo(xOf(values[row]), places[j])
-        g.lineTo(nextOf(next[row]), places[j + 1])
-      })
+      for (const [upper, lower] of gaps) {
+        const [from, to] = [upper, lower].map(({values, x}) => x(values[row]))
+        if (from !== from || to !== to) continue
+        g.moveTo(from, upper.y)
+        g.lineTo(to, lower.y)
+      }
       g.stroke()
     }
     g.globalAlpha = 1
   }
 
-  function countLines(counts, rows, step) {
-    const line = round(size.width * devicePixelRatio) + 1
-    for (let j = 0; j + 1 < columns.length; j++) {
-      if (!isJoined(j)) continue
-      const [y0, y1] = [places[j], places[j + 1]].map((y) => round(y * devicePixelRatio))
-      const [[upper, from], [lower, to]] = [j, j + 1].map((k) => [valuesOf(ranking, columns[k]), placed(columns[k])])
-      for (let i = 0; i < rows.length; i++) {
-        const row = rows[i]
-        if (upper[row] !== upper[row] || lower[row] !== lower[row]) continue
-        // Half a pixel on, so that cutting the fraction off rounds.
-        let x = from(upper[row]) * devicePixelRatio + 0.5
-        const slope = (to(lower[row]) * devicePixelRatio + 0.5 - x) / (y1 - y0)
-        let at = x | 0
-        for (let y = y0; y < y1; y++) {
-          x += slope
-          const next = x | 0
-          counts[y * line + (at < next ? at : next)] += step
-          counts[y * line + (at < next ? next : at) + 1] -= step
-          at = next
-        }
+  function countLine(counts, line, row, step) {
+    for (let k = 0; k < gaps.length; k++) {
+      const [upper, lower] = gaps[k]
+      const [y0, y1] = [round(upper.y * devicePixelRatio), round(lower.y * devicePixelRatio)]
+      // Half a pixel on, so that cutting the fraction off rounds.
+      let x = upper.x(upper.values[row]) * devicePixelRatio + 0.5
+      const slope = (lower.x(lower.values[row]) * devicePixelRatio + 0.5 - x) / (y1 - y0)
+      if (slope !== slope) continue
+      let at = x | 0
+      for (let y = y0; y < y1; y++) {
+        x += slope
+        const next = x | 0
+        counts[y * line + (at < next ? at : next)] += step
+        counts[y * line + (at < next ? next : at) + 1] -= step
+        at = next
       }
     }
   }
 
   // Every design is a tick on every axis.
-  function countTicks(counts, rows, step) {
-    const line = round(size.width * devicePixelRatio) + 1
-    const [half, thick] = [4 * devicePixelRatio, max(1, round(1.4 * devicePixelRatio))]
-    columns.forEach((column, j) => {
-      const [values, xOf] = [valuesOf(ranking, column), placed(column)]
-      const [y0, y1] = [-half, half].map((d) => round(places[j] * devicePixelRatio + d))
-      for (let k = 0; k < rows.length; k++) {
-        const x = round(xOf(values[rows[k]]) * devicePixelRatio)
-        if (x !== x) continue
-        for (let y = y0; y < y1; y++) {
-          counts[y * line + x] += step
-          counts[y * line + x + thick] -= step
-        }
-      }
-    })
+  function countTick(counts, line, row, step) {
+    for (const {values, x, y} of lanes) {
+      const [top, bottom] = [round((y - 4) * devicePixelRatio), round((y + 4) * devicePixelRatio)]
+      countBox(counts, line, round(x(values[row]) * devicePixelRatio), top, max(1, round(1.4 * devicePixelRatio)), bottom - top, step)
+    }
   }
 
   function drawAxes() {
     const g = clean(0)
-    formerTicks.clear()
-    drawDensity(g, [[INK.context, data.designs]], data.total, [data.n > MOST_TICKS ? 0.3 : 0.9, 500], countTicks, formerTicks)
+    drawDensity(g, [[INK.context, data.designs]], data.total, [data.n > MOST_TICKS ? 0.3 : 0.9, 500], countTick, new Map())
     g.setLineDash([3, 3])
-    for (const y of places) drawLine(g, INK.context, INSET, y, size.width - INSET, y)
+    for (const {y} of lanes) drawLine(g, INK.context, INSET, y, size.width - INSET, y)
     g.setLineDash([])
   }
 
   function drawLeft() {
     const g = clean(1)
-    const rows = shownRows
-    if (rows.length > MOST_LINES) drawDensity(g, byColour(hues, rows), data.total, [0.2, 120], countLines, former)
-    else for (const [colour, some] of byColour(hues, rows)) lines(g, some, {strokeStyle: colour, globalAlpha: rows.length > 40 ? 0.5 : 0.75, lineWidth: 1})
-    columns.forEach((column, j) => drawAxis(g, column, places[j], rows))
+    const isFew = shownRows.length <= MOST_LINES
+    const groups = byColour(hues, shownRows)
+    if (!isFew) drawDensity(g, groups, data.total, [0.2, 120], countLine, former)
+    else for (const [colour, some] of groups) lines(g, some, {strokeStyle: colour, globalAlpha: shownRows.length > 40 ? 0.5 : 0.75, lineWidth: 1})
+    for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
     for (const {row, look} of marks) {
       if (look === "inspected") g.setLineDash([9, 3])
       if (look === "pinned" || look === "prototype") g.setLineDash([3, 3])
       lines(g, [row], {strokeStyle: LOOKS[look].colour, lineWidth: row === verdict?.row ? 2.6 : 1.6})
       g.setLineDash([])
     }
-    columns.forEach((column, j) => drawMarks(g, column, places[j]))
+    for (const lane of lanes) {
+      drawEnds(g, lane)
+      drawMarks(g, lane)
+    }
   }
 
-  // What is rejected, the range of the per cent, and the ticks of what is left where these are few.
-  function drawAxis(g, column, y, rows) {
-    const [xOf, values] = [placed(column), valuesOf(ranking, column)]
-    const limit = limitOf(column) ?? [null, null]
-    limit.forEach((end, k) => {
+  // The worst and the best value of the per cent, from left to right; null without any.
+  function rangeOf(column) {
+    const j = data.objectives.indexOf(column)
+    return j < 0 || !ranking.count ? null : [ranking.nadir[j], ranking.ideal[j]]
+  }
+
+  // What is rejected, the range of the per cent, and ticks of designs.
+  function drawRange(g, {column, values, x, y}, rows) {
+    numericLimit(column).forEach((end, k) => {
       if (end === null) return
-      const [x, edge] = [xOf(end), isTurned(column) === Boolean(k) ? 0 : size.width]
-      drawHatch(g, min(x, edge), y - 18, abs(x - edge), 36)
-      drawLine(g, INK.text, x, y - 19, x, y + 19, 3)
+      const [place, edge] = [x(end), isTurned(column) === Boolean(k) ? 0 : size.width]
+      drawHatch(g, min(place, edge), y - 18, abs(place - edge), 36)
+      drawLine(g, INK.text, place, y - 19, place, y + 19, 3)
     })
-    if (isObjective(column) && ranking.count) {
-      const j = data.objectives.indexOf(column)
-      const ends = [ranking.ideal[j], ranking.nadir[j]].map(xOf)
-      drawLine(g, INK.muted, ends[0], y, ends[1], y, 2)
-    }
-    if (rows.length <= MOST_LINES) for (const row of rows) {
-      const x = xOf(values[row])
-      drawLine(g, LOOKS.other.colour, x, y - 5, x, y + 5, 1.5)
+    const range = rangeOf(column)?.map(x)
+    if (range) drawLine(g, INK.muted, range[1], y, range[0], y, 2)
+    for (const row of rows) {
+      const place = x(values[row])
+      drawLine(g, LOOKS.other.colour, place, y - 5, place, y + 5, 1.5)
     }
   }
 
-  // The marks on an axis, and below it the ends of the per cent, where they cover no mark.
-  function drawMarks(g, column, y) {
-    const [xOf, values] = [placed(column), valuesOf(ranking, column)]
-    const scale = scaleOf(column)
-    const ends = isObjective(column) && ranking.count
-      ? [ranking.nadir, ranking.ideal].map((point) => point[data.objectives.indexOf(column)])
-      : isTurned(column) ? [scale.high, scale.low] : [scale.low, scale.high]
+  // The ends of the per cent below an axis, and how many designs lie beyond its ends.
+  function drawEnds(g, {column, values, x, y}) {
+    const {low, high} = scaleOf(column)
+    const ends = rangeOf(column) ?? (isTurned(column) ? [high, low] : [low, high])
     const [a, b] = ends.map((end) => valueText(column, end))
-    const [from, to] = ends.map(xOf)
-    const [first, second] = [g.measureText(a).width, g.measureText(b).width]
-    const room = max(0, min(from, to - second - first - 8))
-    drawText(g, a, min(room, size.width - first - second - 8), y + 18, "left")
-    if (a !== b) drawText(g, b, max(min(room, size.width - first - second - 8) + first + 8, min(to - second, size.width - second)), y + 18, "left")
-    let [below, above] = [0, 0]
-    for (const row of shownRows) {
-      if (values[row] < scale.low) below++
-      else if (values[row] > scale.high) above++
-    }
-    const [left, right] = isTurned(column) ? [above, below] : [below, above]
-    if (left) drawText(g, `◂ ${left}`, 0, y - 14, "left", INK.accent)
-    if (right) drawText(g, `${right} ▸`, size.width, y - 14, "right", INK.accent)
+    const [first, second] = [a, b].map((text) => g.measureText(text).width)
+    const [from, to] = ends.map(x)
+    const both = first + 8 + second
+    const start = min(max(0, min(from, to - both)), size.width - both)
+    drawText(g, a, start, y + 18, "left")
+    if (a !== b) drawText(g, b, max(start + both - second, min(to, size.width) - second), y + 18, "left")
+    const beyond = [picked(shownRows, (row) => values[row] < low), picked(shownRows, (row) => values[row] > high)]
+    const [left, right] = isTurned(column) ? beyond.reverse() : beyond
+    if (left.length) drawText(g, `◂ ${left.length}`, 0, y - 14, "left", INK.accent)
+    if (right.length) drawText(g, `${right.length} ▸`, size.width, y - 14, "right", INK.accent)
+  }
+
+  function drawMarks(g, {column, values, x, y}) {
     const error = errorOf(column)
     for (const {row, look} of marks) {
       const value = values[row]
       if (value !== value) continue
-      if (error) {
-        const [low, high] = [-1, 1].map((sign) => xOf(value + sign * error.values[row]))
-        drawLine(g, LOOKS[look].colour, low, y, high, y, 4)
-      }
-      drawShape(g, LOOKS[look], xOf(value), y)
+      const [low, high] = [-1, 1].map((sign) => x(value + sign * error?.values[row]))
+      if (error) drawLine(g, LOOKS[look].colour, low, y, high, y, 4)
+      drawShape(g, LOOKS[look], x(value), y)
     }
   }
 
   function draw(all) {
-    if (all || !columnsShown) {
+    const isNew = all || !columnsShown
+    if (isNew) {
       measure()
       former.clear()
-      if (size.width && columns.length) drawAxes()
     }
-    if (!size.width || !columns.length) return void (clean(0), clean(1))
+    if (!size.width || !columnsShown.length) return void (clean(0), clean(1))
+    lay()
+    if (isNew) drawAxes()
     drawLeft()
     mark(hoveredRow)
   }
@@ -191,32 +176,32 @@ const axes = (() => {
   }
 
   // The row whose line or tick passes nearest to a point, within a few pixels.
-  function rowAt(x, y) {
-    const at = columns.map((column) => [valuesOf(ranking, column), placed(column)])
-    const j = max(0, places.findLastIndex((place) => place <= y))
-    if (abs(places[j] - y) < 9 || !isJoined(j)) return nearestRow(7, (row) => abs(at[j][1](at[j][0][row]) - x))
-    const share = (y - places[j]) / (places[j + 1] - places[j])
+  function rowAt(u, v) {
+    const gap = gaps.find(([upper, lower]) => v > upper.y + 9 && v < lower.y)
+    const lane = lanes.findLast(({y}) => y <= v + 9) ?? lanes[0]
+    const [upper, lower] = gap ?? [lane, lane]
+    const share = gap ? (v - upper.y) / (lower.y - upper.y) : 0
     return nearestRow(7, (row) => {
-      const [a, b] = [at[j], at[j + 1]].map(([values, xOf]) => xOf(values[row]))
-      return abs(a + (b - a) * share - x)
+      const [from, to] = [upper, lower].map(({values, x}) => x(values[row]))
+      return abs(from + (to - from) * share - u)
     })
   }
 
   // A drag along an axis sets its limits; a click inspects.
   function listen(column) {
     const {axis} = controls.get(column)
-    const place = (x, y) => [x, y + places[columns.indexOf(column)] - axis.clientHeight / 2]
     const shareAt = (x) => {
-      const share = min(1, max(0, (x - INSET) / (size.width - 2 * INSET)))
-      return isTurned(column) ? 1 - share : share
+      const [from, to] = endsOf(column)
+      return min(1, max(0, (x - from) / (to - from)))
     }
-    listenTo(axis, (x, y) => rowAt(...place(x, y)), (x, _, u) => [[column, between(column, scaleOf(column), shareAt(x), shareAt(u))]])
+    listenTo(axis, (x, y) => rowAt(x, y + heights[columnsShown.indexOf(column)] - axis.clientHeight / 2),
+      (x, _, u) => [[column, between(column, scaleOf(column), shareAt(x), shareAt(u))]])
   }
   for (const {column, axis} of controls.values()) if (axis) listen(column)
   new ResizeObserver(() => {
     columnsShown = null
     if (verdict !== undefined) draw(true)
   }).observe($("rows-area"))
-  return {draw, mark, get inView() { return size.inView }, get drawn() { return shownRows.length },
-    spot: (row, name) => { const column = data.by.get(name); return [placed(column)(column.values[row]), places[columns.indexOf(column)]] }}
+  return {draw, mark, get drawn() { return shownRows.length },
+    spot: (row, name) => { const {values, x, y} = lanes.find(({column}) => column.name === name); return [x(values[row]), y] }}
 })()

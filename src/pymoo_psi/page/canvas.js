@@ -6,7 +6,7 @@ const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 function layers(parent, count, redraw) {
   const canvases = Array.from({length: count}, () => make("canvas", {ariaHidden: true}))
   parent.append(...canvases)
-  const size = {width: 0, height: 0, inView: true}
+  const size = {width: 0, height: 0}
   const fit = () => {
     const [width, height] = [parent.clientWidth, parent.clientHeight]
     if (width === size.width && height === size.height) return
@@ -27,7 +27,6 @@ function layers(parent, count, redraw) {
     return g
   }
   new ResizeObserver(fit).observe(parent)
-  new IntersectionObserver(([entry]) => { size.inView = entry.isIntersecting }).observe(parent)
   fit()
   return {size, clean, fit}
 }
@@ -81,8 +80,8 @@ function byColour(hues, rows) {
 // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
 // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
 // long. Former counts on the same axes, by colour, are mended by the rows that come and go.
-//   count(counts, rows, step) adds a step where a mark begins in a line of pixels, from the left, and
-//   takes it away behind its end; a line has one number more than pixels
+//   count(counts, line, row, step) adds a step where a mark begins in a line of pixels, from the left,
+//   and takes it away behind its end; line is the numbers of a line, one more than pixels
 const DARKEST = 1000 // marks at a pixel
 function drawDensity(g, groups, total, [least, alpha], count, former) {
   const {width, height} = g.canvas
@@ -96,8 +95,8 @@ function drawDensity(g, groups, total, [least, alpha], count, former) {
     const go = last ? picked(last.rows, (row) => !drawn[row]) : []
     const isNew = !last || come.length + go.length >= rows.length
     const counts = isNew ? new Int32Array((width + 1) * height) : last.counts
-    count(counts, isNew ? rows : come, 1)
-    if (!isNew) count(counts, go, -1)
+    for (const row of isNew ? rows : come) count(counts, width + 1, row, 1)
+    if (!isNew) for (const row of go) count(counts, width + 1, row, -1)
     const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
     const shades = new Uint32Array(DARKEST + 1)
     for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - min(0.5, alpha / many)) {
@@ -122,6 +121,15 @@ function drawDensity(g, groups, total, [least, alpha], count, former) {
       g.drawImage(canvas, 0, 0)
       g.restore()
     }
+  }
+}
+
+// A box of a mark.
+function countBox(counts, line, left, top, width, height, step) {
+  const first = top * line + left
+  for (let at = first; at < first + height * line; at += line) {
+    counts[at] += step
+    counts[at + width] -= step
   }
 }
 

@@ -7,7 +7,6 @@ let hues = null // row -> look by a category; null for those of the places
 let isShaded = false // whether hues show what was computed when the page was made
 let hoveredRow = -1
 const plots = [] // the scatter plots
-const later = new Map() // charts out of view, and whether they are drawn with their axes
 
 function markDesigns() {
   marks = [...data.prototypes].map((row) => ({row, look: "prototype"}))
@@ -23,21 +22,10 @@ function markDesigns() {
 let formerEnds = ""
 function showCharts(everything) {
   const ends = limitable.map((column) => Object.values(scaleOf(column)).join()).join()
-  const all = everything || ends !== formerEnds
+  for (const chart of [axes, ...plots]) chart.draw(everything || ends !== formerEnds)
   formerEnds = ends
-  for (const chart of [axes, ...plots]) {
-    const whole = all || later.get(chart) === true
-    later.delete(chart)
-    if (chart.inView) chart.draw(whole)
-    else later.set(chart, whole)
-  }
   const looks = new Set(marks.map(({look}) => look))
   renew("key", ["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).flatMap((look) => [icon(LOOKS[look]), `${look} `]))
-}
-
-function showLater() {
-  for (const [chart, all] of later) chart.draw(all)
-  later.clear()
 }
 
 // A design under the pointer is marked in all charts and in the table.

@@ -51,7 +51,7 @@ function checked(data, anything) {
     dominated: entryOf(anything, "dominated") === true,
     // The rows of objectives: their order, those that are hidden, those with the other scale.
     rows: byName(["order", "hidden", "turned"].map((key) => [key, items(key, isName, rows)])),
-    plot: items("plot", isName).slice(0, 2),
+    plot: fitting("plot", (names) => Array.isArray(names) && names.every(isName), []), // across and up of both
     pins: items("pins", isDesign).slice(0, MOST_PINS),
     answers: items("answers", isAnswer),
     chosen: fitting("chosen", isDesign, null),

@@ -11,6 +11,12 @@ function shareOn({low, high, log}, out = 0.02) {
   }
 }
 
+// Values to places between two ends.
+function placing(scale, start, end, out) {
+  const share = shareOn(scale, out)
+  return (value) => start + share(value) * (end - start)
+}
+
 const valueAt = ({low, high, log}, share) =>
   log ? low * (high / low) ** share : low + (high - low) * share
 

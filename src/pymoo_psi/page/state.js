@@ -179,6 +179,8 @@ function setLimits(pairs, done) {
 }
 const setLimit = (column, limit, done) => setLimits([[column, limit]], done)
 
+const numericLimit = (column) => (column.texts ? null : limitOf(column)) ?? [null, null]
+
 // A hand gives what can be read: the digits that the column is written with, so that the limit in
 // force is the number in its field.
 const readable = ({log, notation: {decimals, powers}}, value) => Number(log ? value.toPrecision(4)
