@@ -59,7 +59,6 @@ def test_tests_of_several_runs_have_the_names_of_the_terminal(said, in_folder):
     assert f"{chosen} chosen" in said("report", "s.db", "--decision", "d.json")
 
 
-
 def test_a_page_has_what_its_table_knows():
     schema = Schema.of(
         1, ["mass", "gain"], 1, outputs=["heat"], maximize=["gain"], units={"mass": "kg"}
