@@ -4,6 +4,7 @@
 const $ = (id) => document.getElementById(id)
 const without = ({...object}, name) => { delete object[name]; return object }
 const onClicks = (actions) => { for (const [id, action] of entriesOf(actions)) $(id).onclick = action }
+const copyOf = (id) => $(id).content.firstElementChild.cloneNode(true) // of a template
 const show = (id, on) => { $(id).hidden = !on }
 
 // Children are elements, texts, lists of them, and nothing where a condition does not hold.
@@ -59,19 +60,20 @@ function say(sentences) {
 }
 
 // A field for a number; `accept` returns what is wrong with it, or "". What is wrong stays to be mended.
-function numberField(name, placeholder, accept) {
-  const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", ariaLabel: name, placeholder})
+function numberField(input, name, accept) {
+  input.ariaLabel = name
   input.onchange = () => {
     const {value, wrong} = typed(input.value)
     const why = wrong ?? accept(value)
     if (why || isWrong(input)) say(why ? [`${name}: ${why}`] : [])
     input.ariaInvalid = why !== ""
   }
-  return input
 }
 const isWrong = (input) => input.ariaInvalid === "true"
-function showNumber(input, value, changed) {
-  if (changed) input.ariaInvalid = false
+const numbersShown = new Map() // of fields
+function showNumber(input, value) {
+  if (numbersShown.get(input) !== value) input.ariaInvalid = false
+  numbersShown.set(input, value)
   const isTyped = input === document.activeElement && typed(input.value).value === value
   if (!isWrong(input) && !isTyped) input.value = value === null ? "" : exact(value)
 }

@@ -4,7 +4,6 @@
 
 const STEPS = 1000 // of a slider, finer than a pixel
 const FOLDED = 8 // rows that are shown unless more are asked for
-const FURTHER = [["variable", "variables"], ["output", "further outputs"]]
 const controls = new Map()
 let isUnfolded = false
 
@@ -22,7 +21,7 @@ function objectivesInOrder() {
 
 // The columns whose axes are shown, in the order of their rows.
 function shownColumns() {
-  return [...controls.values()].filter(({row, fields}) => fields && row.checkVisibility())
+  return [...controls.values()].filter(({row, axis}) => axis && row.checkVisibility())
     .sort((a, b) => a.row.offsetTop - b.row.offsetTop).map(({column}) => column)
 }
 
@@ -35,9 +34,9 @@ function moveRow(column, to, done = true) {
   change({rows: {...state.rows, order: names}}, done)
 }
 
-function grip(column) {
+// A row is moved by its grip, dragged or by keys.
+function listenToGrip(element, column) {
   const place = () => objectivesInOrder().indexOf(column)
-  const element = make("button.grip", {ariaLabel: `Move ${column.name}`, title: "Drag, or use the arrow keys"})
   const step = (by) => () => {
     moveRow(column, place() + by)
     update()
@@ -53,105 +52,103 @@ function grip(column) {
       up: (_, v, moved) => { if (moved) moveRow(column, to(v)) },
     }
   })
-  return element
 }
 
-// Two fields; that of the better side of an objective appears where it is used.
-function limitFields(column) {
-  return [0, 1].map((k) => {
-    const text = k ? "at most" : "at least"
-    const input = numberField(`${column.label}, ${text}`, "–", (value) => {
-      const next = [...(limitOf(column) ?? [null, null])]
-      next[k] = value
-      if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower limit is above the upper one."
-      setLimit(column, next, true)
-      return ""
-    })
-    input.setAttribute("aria-describedby", `note-${column.field}`)
-    return {input, label: make("label.field", make("span", text), input)}
+// A field is for one end of a limit.
+function listenToField(input, column, k) {
+  numberField(input, `${column.label}, ${k ? "at most" : "at least"}`, (value) => {
+    const next = [...limitOf(column) ?? [null, null]]
+    next[k] = value
+    if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower limit is above the upper one."
+    setLimit(column, next, true)
+    return ""
   })
 }
 
-// The handles of an axis. One at the end of its axis limits nothing; the one in hand stops at the other.
-function limitThumbs(column) {
-  return [0, 1].map((k) => {
-    const input = make("input", {type: "range", min: 0, max: STEPS, step: 1, ariaLabel: `${column.label}, ${k ? "upper" : "lower"} limit`})
-    if (isTurned(column)) input.dir = "rtl"
-    if (isObjective(column) && k !== worseEnd(column)) input.className = "better" // only keys take it from the end
-    const moved = (done) => {
-      const other = limitOf(column)?.[1 - k] ?? null
-      const at = Number(input.value)
-      let value = at === (k ? STEPS : 0) ? null : readable(column, valueAt(scaleOf(column), at / STEPS))
-      if (value !== null && other !== null && (k ? value < other : value > other)) value = other
-      setLimit(column, k ? [other, value] : [value, other], done)
-    }
-    input.oninput = () => moved(false)
-    input.onchange = () => moved(true)
-    input.onpointerup = () => dragging && moved(true) // back where it was, without a change
-    return input
-  })
+// A handle at the end of its axis limits nothing; the one in hand stops at the other.
+function listenToThumb(input, column, k) {
+  input.ariaLabel = `${column.label}, ${k ? "upper" : "lower"} limit`
+  if (isTurned(column)) input.dir = "rtl"
+  if (isObjective(column) && k !== worseEnd(column)) input.className = "better" // only keys take it from the end
+  const moved = (done) => {
+    const limit = [...limitOf(column) ?? [null, null]]
+    const at = Number(input.value)
+    limit[k] = at === k * STEPS ? null : readable(column, valueAt(scaleOf(column), at / STEPS))
+    if (limit[0] !== null && limit[1] !== null && limit[0] > limit[1]) limit[k] = limit[1 - k]
+    setLimit(column, limit, done)
+  }
+  input.oninput = () => moved(false)
+  input.onchange = () => moved(true)
+  input.onpointerup = () => dragging && moved(true) // back where it was, without a change
 }
 
 function rowOfColumn(column) {
-  if (column.texts) return rowOfTexts(column)
   const {label, name, field, maximize, unit} = column
   const {low, high} = scaleOf(column)
   if (!(high > low) && !isObjective(column)) {
     return make("p.constant", broken(label), `: ${column.values.some(isNumber) ? `${valueText(column, low)} for all designs` : "no values"}`)
   }
-  const control = {column, fields: limitFields(column), thumbs: limitThumbs(column), note: make("p.note", {id: `note-${field}`})}
-  controls.set(column, control)
+  const row = copyOf("row")
+  const all = (selector) => [...row.querySelectorAll(selector)]
+  const [title, ofUnit] = all(".name b, .name span")
+  const [inputs, thumbs, cells] = [".field input", ".axis input", ".value, .best, .share"].map(all)
+  const [grip, log, hide] = all("button")
+  const [sense, note, axis, fill] = all(".sense, .note, .axis, .bar i")
+  title.append(...broken(unit ? label.slice(0, label.length - unit.length - 3) : label))
+  ofUnit.append(unit && ` [${unit}]`)
+  note.id = `note-${field}`
+  inputs.forEach((input, k) => {
+    listenToField(input, column, k)
+    input.setAttribute("aria-describedby", note.id)
+  })
+  thumbs.forEach((input, k) => listenToThumb(input, column, k))
   const worse = worseEnd(column)
-  const fields = worse ? [...control.fields].reverse() : control.fields
-  if (isObjective(column)) fields[1].label.classList.add("other")
-  control.log = low > 0 && high >= 100 * low && button("", () => {
+  if (worse) note.before(inputs[0].parentElement)
+  if (isObjective(column)) {
+    sense.prepend(maximize ? "more is better" : "less is better")
+    inputs[1 - worse].parentElement.classList.add("other")
+    grip.ariaLabel = `Move ${name}`
+    listenToGrip(grip, column)
+    hide.ariaLabel = `Hide ${name}`
+    hide.onclick = () => changeRows({hidden: [...state.rows.hidden, name]})
+  }
+  if (!isObjective(column) || data.objectives.length === 1) for (const button of [grip, hide]) button.remove()
+  log.onclick = () => {
     const {turned} = state.rows
     changeRows({turned: turned.includes(name) ? turned.filter((one) => one !== name) : [...turned, name]})
-  }, {title: "Axis"})
-  control.axis = make("div.axis", {role: "cell"}, control.thumbs)
-  control.cells = ["value", "best", "share"].map((kind) => make(`div.${kind}`, {role: "cell"}))
-  control.fill = make("i")
-  const isMany = data.objectives.length > 1
-  const text = unit ? label.slice(0, label.length - unit.length - 3) : label
-  control.row = make("div.row", {role: "row"},
-    make("div.tools", {role: "cell"}, isObjective(column) && isMany && grip(column)),
-    make("div.name", {role: "rowheader"}, make("b", broken(text)), unit && ` [${unit}]`,
-      make("div.sense", isObjective(column) && (maximize ? "more is better" : "less is better"), control.log)),
-    make("div.limit", {role: "cell"}, fields.map(({label}) => label), control.note),
-    control.axis, control.cells,
-    make("div.bar", {role: "cell"}, control.fill),
-    make("div.tools", {role: "cell"}, isObjective(column) && isMany && button("×", () => changeRows({hidden: [...state.rows.hidden, name]}),
-      {ariaLabel: `Hide ${name}`, title: "Hide; it counts as before"})))
-  return control.row
+  }
+  if (!(low > 0 && high >= 100 * low)) log.remove()
+  controls.set(column, {column, row, inputs, thumbs, cells, log, axis, note, fill})
+  return row
 }
 
 const MOST_BOXES = 200 // names of designs have no boxes: thousands slow every step
 function rowOfTexts(column) {
   const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
-  const found = column.texts.filter((_, k) => known.has(k))
-  const ticked = () => {
+  const texts = column.texts.filter((_, k) => known.has(k))
+  const onchange = () => {
     const allowed = boxes.filter((box) => box.checked).map((box) => box.value)
     const others = without(state.limits, column.name)
-    change({limits: allowed.length === found.length ? others : {...others, [column.name]: allowed}})
+    change({limits: allowed.length === texts.length ? others : {...others, [column.name]: allowed}})
   }
-  const boxes = found.length > MOST_BOXES ? [] : found.map((text) => make("input", {type: "checkbox", value: text, onchange: ticked}))
+  const boxes = texts.length > MOST_BOXES ? [] : texts.map((value) => make("input", {type: "checkbox", value, onchange}))
   const note = make("p.note")
   const row = make("fieldset.row", make("legend", column.label),
     make("div.boxes", boxes.map((box) => make("label", box, box.value || "(missing)")),
-      !boxes.length && make("span.hint", `${exact(found.length)} different texts are too many to tick`)), note)
+      !boxes.length && make("span.hint", `${exact(texts.length)} different texts are too many to tick`)), note)
   controls.set(column, {column, boxes, note, row})
   return row
 }
 
 function buildRows() {
   $("objectives").append(...data.objectives.map(rowOfColumn))
-  for (const [role, text] of FURTHER) {
-    const columns = limitable.filter((column) => column.role === role)
-    if (!columns.length) continue
-    const table = columns.map(rowOfColumn)
-    const group = make("details", {ontoggle: () => { columnsShown = null; soon() }}, make("summary", `Limits on ${text} `, make("b.hint")),
-      make("div", {role: "table", ariaLabel: `Limits on ${text}`}, table.filter(({role}) => role === "row")), table.filter(({role}) => role !== "row"))
-    $("further").append(group)
+  for (const group of $("further").children) {
+    const columns = limitable.filter(({role}) => role === group.dataset.role)
+    group.hidden = !columns.length
+    group.ontoggle = () => { columnsShown = null; soon() }
+    const rows = columns.map((column) => column.texts ? rowOfTexts(column) : rowOfColumn(column))
+    group.lastElementChild.append(...rows.filter(({role}) => role === "row"))
+    group.append(...rows.filter(({role}) => role !== "row"))
   }
   $("fold").onclick = () => {
     isUnfolded = !isUnfolded
@@ -161,21 +158,21 @@ function buildRows() {
 
 function showRows() {
   const columns = objectivesInOrder()
-  const shown = isUnfolded ? columns : columns.slice(0, FOLDED)
   const table = $("objectives")
-  const rows = [table.firstElementChild, ...shown.map((column) => controls.get(column).row)]
-  if (rows.length !== table.children.length || rows.some((row, k) => row !== table.children[k])) {
-    table.replaceChildren(...rows)
+  const rows = columns.slice(0, isUnfolded ? Infinity : FOLDED).map((column) => controls.get(column).row)
+  const [heading, ...present] = table.children
+  if (rows.length !== present.length || rows.some((row, k) => row !== present[k])) {
+    table.replaceChildren(heading, ...rows)
     columnsShown = null
   }
   const folded = columns.slice(FOLDED)
-  const limited = folded.filter((column) => limitOf(column)).length
+  const limited = folded.filter(limitOf).length
   show("fold", folded.length)
   renew("fold", isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`)
   renew("hidden", state.rows.hidden.map((name) => button(`Show ${name}`, () => changeRows({hidden: state.rows.hidden.filter((one) => one !== name)}))))
   renew("value-head", verdict ? roleOf(verdict.row) : "none")
-  for (const control of controls.values()) if (control.boxes || control.row.isConnected) showRow(control)
-  for (const group of $("further").querySelectorAll("details")) {
+  for (const control of controls.values()) if (control.row.isConnected) showRow(control)
+  for (const group of $("further").children) {
     const set = group.querySelectorAll(".set").length
     renew(group.querySelector("summary b"), set && `${set} set`)
   }
@@ -183,10 +180,8 @@ function showRows() {
 
 const roleOf = (row) => inspected === row ? "inspected" : row === chosenRow() ? "chosen" : "proposed"
 
-function showRow({column, row, fields, thumbs, note, boxes, cells, fill, log}) {
+function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   const limit = limitOf(column)
-  const changed = controls.get(column).limit !== limit
-  controls.get(column).limit = limit
   const out = left.rejected.get(column.name)
   renew(note, out && `rejects ${exact(sum(out))} of ${exact(data.n)}`)
   row.classList.toggle("set", limit !== null)
@@ -196,30 +191,28 @@ function showRow({column, row, fields, thumbs, note, boxes, cells, fill, log}) {
   }
   const scale = scaleOf(column)
   const share = shareOn(scale)
-  fields.forEach(({input, label}, k) => {
-    const value = limit?.[k] ?? null
+  inputs.forEach((input, k) => {
+    const [value, thumb] = [limit?.[k] ?? null, thumbs[k]]
+    const isSet = value !== null
     input.title = `${k ? "Greatest" : "Least"} value: ${valueText(column, k ? scale.high : scale.low)}`
-    showNumber(input, value, changed)
-    label.classList.toggle("on", value !== null)
-    const at = value === null ? k * STEPS : min(STEPS, max(0, round(share(value) * STEPS)))
-    if (Number(thumbs[k].value) !== at) thumbs[k].value = at
-    thumbs[k].classList.toggle("on", value !== null)
-    thumbs[k].ariaValueText = value === null ? "no limit" : valueText(column, value)
+    showNumber(input, value)
+    input.parentElement.classList.toggle("on", isSet)
+    const at = isSet ? min(STEPS, max(0, round(share(value) * STEPS))) : k * STEPS
+    if (Number(thumb.value) !== at) thumb.value = at
+    thumb.classList.toggle("on", isSet)
+    thumb.ariaValueText = isSet ? valueText(column, value) : "no limit"
   })
   // Where both ends meet, the lower one is the one that can still move.
   thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
-  if (log) renew(log, scale.log ? "log" : "linear", make("span.unseen", ` axis of ${column.name}`))
+  renew(log, scale.log ? "log" : "linear", make("span.unseen", ` axis of ${column.name}`))
   const one = verdict?.objectives[data.objectives.indexOf(column)]
-  const texts = ["", "", ""]
-  if (verdict) texts[0] = cellText(column, verdict.row)
-  if (one) {
-    const error = errorOf(column)
-    if (error) texts[0] += ` ± ${valueText(column, error.values[verdict.row])}`
-    texts[1] = valueText(column, one.best)
-    texts[2] = one.share < 0 ? "–" : shareText(one.share)
-    row.classList.toggle("weak", verdict.weakest.includes(column.name))
-  }
-  texts.forEach((text, k) => renew(cells[k], text))
+  const error = errorOf(column)
+  let value = verdict && cellText(column, verdict.row)
+  if (verdict && error) value += ` ± ${valueText(column, error.values[verdict.row])}`
+  renew(cells[0], value)
+  renew(cells[1], one && valueText(column, one.best))
+  renew(cells[2], one && (one.share < 0 ? "–" : shareText(one.share)))
+  row.classList.toggle("weak", Boolean(one && verdict.weakest.includes(column.name)))
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }
 
