@@ -106,7 +106,7 @@ def payload(
         "remarks": table.remarks,
         "cautions": cautions,
         "sentences": SENTENCES,
-        "directions": _directions(len(schema.objectives) - 1),
+        "points": _points(len(schema.objectives) - 1),
         "label": schema.label or TEST,
         "labels": labels,
         "names": names,
@@ -125,13 +125,12 @@ def payload(
     }
 
 
-def _directions(n_dim: int) -> list[list[int]]:
-    """Return the direction numbers of the first 1024 LPτ points, times 1024, by dimension."""
+def _points(n_dim: int) -> list[str]:
+    """Return the first 1024 points of the LPτ sequence, times 1024, by dimension."""
     if not 1 <= n_dim <= 51:  # the page asks no questions about more objectives
         return []
     points = lp_tau(1024, n_dim) * 1024
-    numbers: list[list[int]] = points[2 ** np.arange(10)].T.astype(int).tolist()
-    return numbers
+    return [_base64(column.astype(np.uint16)) for column in points.T]
 
 
 def _shades(table: TestTable) -> list[Values]:

@@ -27,6 +27,7 @@ function decode(payload) {
     objectives: columns.filter(isObjective),
     by: new Map(), // a Map, as any name is one of its keys, also __proto__
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
+    points: payload.points.map((text) => new Uint16Array(bytesOf(text))), // of the LPτ sequence, times 1024, by dimension
     more: [], // what `grow` has added
   }
   useMark(payload.decimal ?? ".")

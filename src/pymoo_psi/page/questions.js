@@ -37,20 +37,19 @@ class Preferences {
     this.m = this.terms.length
     this.norms = NORMS.flatMap(([p, count]) => Array(count).fill(p))
     this.prior = Float64Array.from(NORMS.flatMap(([, count, share]) => Array(count).fill(share / count)))
-    this.weights = Float64Array.from(NORMS.flatMap(([, count]) => this.simplex(data.directions, count)))
+    this.weights = Float64Array.from(NORMS.flatMap(([, count]) => this.simplex(data.points, count)))
     this.n = this.norms.length
     this.findCandidates()
   }
 
   // Weights that lie evenly on the simplex, of the first points of the LPτ sequence.
-  simplex(directions, count) {
+  simplex(points, count) {
     const weights = []
     for (let i = 0; i < count; i++) {
       let left = 1
-      for (let j = 0; j < this.m - 1; j++) {
-        let point = 0
-        for (let k = 0; i >> k; k++) if ((i >> k) & 1) point ^= directions[j][k]
-        const share = left * (1 - ((point / 1024 + 0.5 / count) % 1) ** (1 / (this.m - 1 - j)))
+      for (let rest = this.m - 1; rest > 0; rest--) {
+        const point = points[this.m - 1 - rest][i] / 1024 + 0.5 / count
+        const share = left * (1 - (point % 1) ** (1 / rest))
         weights.push(max(0, share))
         left -= share
       }
@@ -59,47 +58,44 @@ class Preferences {
     return weights
   }
 
-  // The distances of some designs of the front by a weight.
+  // The distances of some designs of the front by a weight. Loops over columns, as there are many.
   distances(w, places) {
-    const {m, terms, norms} = this
-    const weight = this.weights.subarray(w * m, w * m + m)
-    return Float64Array.from(places, (place) => {
-      const parts = weight.map((share, j) => share * terms[j][place])
-      return norms[w] === 2 ? hypot(...parts) : norms[w] === 1 ? sum(parts) : max(...parts)
+    const norm = this.norms[w]
+    const result = new Float64Array(places.length)
+    this.terms.forEach((column, j) => {
+      const share = this.weights[w * this.m + j]
+      for (let k = 0; k < places.length; k++) {
+        const part = share * column[places[k]]
+        if (norm === 1) result[k] += part
+        else if (norm === 2) result[k] += part * part
+        else if (part > result[k]) result[k] = part
+      }
     })
+    return norm === 2 ? result.map(sqrt) : result
   }
 
   // The nearest design by a weight. By the greatest term, the sum of all tells designs apart for which
-  // that is the same. Loops over columns, as there are many designs.
-  nearest(w, distances) {
-    const isGreatest = this.norms[w] === Infinity
-    distances.fill(0)
-    this.terms.forEach((column, j) => {
-      const share = this.weights[w * this.m + j]
-      if (this.norms[w] === 2) for (let i = 0; i < column.length; i++) distances[i] += (share * column[i]) ** 2
-      else if (!isGreatest) for (let i = 0; i < column.length; i++) distances[i] += share * column[i]
-      else for (let i = 0; i < column.length; i++) if (share * column[i] > distances[i]) distances[i] = share * column[i]
-    })
-    if (isGreatest) this.terms.forEach((column, j) => {
+  // that is the same.
+  nearest(w, places) {
+    const distances = this.distances(w, places)
+    if (this.norms[w] === Infinity) this.terms.forEach((column, j) => {
       const share = 1e-9 * this.weights[w * this.m + j]
       for (let i = 0; i < column.length; i++) distances[i] += share * column[i]
     })
-    let nearest = 0
-    for (let i = 1; i < distances.length; i++) if (distances[i] < distances[nearest]) nearest = i
-    return nearest
+    return distances.indexOf(endOf(distances, 1))
   }
 
   findCandidates() {
     const n = this.front.length
     const firsts = new Map() // of equal designs
-    const first = upTo(n).map((i) => {
+    const all = upTo(n)
+    const first = all.map((i) => {
       const key = this.terms.map((column) => column[i]).join()
       if (!firsts.has(key)) firsts.set(key, i)
       return firsts.get(key)
     })
     const counts = new Float64Array(n)
-    const distances = new Float64Array(n)
-    for (let w = 0; w < this.n; w++) counts[first[this.nearest(w, distances)]] += this.prior[w]
+    for (let w = 0; w < this.n; w++) counts[first[this.nearest(w, all)]] += this.prior[w]
     this.candidates = bySizes(counts).slice(0, PROPOSED).filter((i) => counts[i] > 0).sort((a, b) => a - b)
     const few = min(n, OF_MEDIAN)
     const some = upTo(few).map((i) => floor(i * n / few))

@@ -29,7 +29,7 @@ function showVerdict() {
     renew("verdict-actions",
       chosen >= 0 && !isInspected ? button("Clear choice", () => choose(chosen)) : button("Choose", () => choose(row), {className: "small main", title: "C", ariaLabel: `Choose: ${called(row)}`}),
       pinButton(row),
-      ranking.front.length > 1 && data.directions.length && button("Help me choose", openQuestions),
+      ranking.front.length > 1 && data.points.length && button("Help me choose", openQuestions),
       instead && button("Compare with the proposal", () => pin(proposed), {ariaPressed: isPinned(proposed)}),
       isInspected && button("Back", () => inspect(-1), {title: "Esc"}))
     const parts = data.columns.filter(({role}) => role === "variable")
