@@ -11,59 +11,67 @@ function checked(data, anything) {
     lost.add(key)
     return otherwise
   }
-  const kept = (key, fits) => (item) => fits(item) || (lost.add(key), false)
-  const entries = (key, fits, object) => byName(entriesOf(fitting(key, isObject, {}, object)).filter(
-    kept(key, ([name, value]) => data.by.get(name)?.name === name && fits(data.by.get(name), value))))
-  const items = (key, fits, object) => [...new Set(fitting(key, Array.isArray, [], object).filter(kept(key, fits)))]
-  const isDesign = (name) => isText(name) && data.rowOf.has(name)
-  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
-    pair.every((end) => end === null || isNumber(end)) && !(pair.every(isNumber) && pair[0] > pair[1])
-  const isName = (name) => data.by.has(name)
-  const isAnswer = (answer) => Array.isArray(answer) && answer.length === 3 && answer.every(isText) && RELATIONS.includes(answer[1])
-  const rows = entryOf(anything, "rows") ?? {}
+  // A list of different items, and values by the names of columns, without those that do not fit.
+  const items = (key, fits, object) => [...new Set(fitting(key, Array.isArray, [], object))]
+    .filter((item) => fits(item) || (lost.add(key), false))
+  const entries = (key, read, object) => {
+    const values = byName()
+    for (const [name, entry] of entriesOf(fitting(key, isObject, {}, object))) {
+      const column = data.by.get(name)
+      const value = column && read(column, entry)
+      if (value === undefined) lost.add(key)
+      else values[name] = value
+    }
+    return values
+  }
   const isText = (value) => typeof value === "string"
+  const isList = (list, fits, least, most) => Array.isArray(list) && list.length >= least && list.length <= most && list.every(fits)
+  const isTexts = (list) => isList(list, isText, 0, Infinity)
+  const isName = (name) => data.by.has(name)
+  const isDesign = (name) => isText(name) && data.rowOf.has(name)
+  const isAnswer = (answer) => isList(answer, isText, 3, 3) && RELATIONS.includes(answer[1])
+  const isPair = (pair) => isList(pair, (end) => end === null || isNumber(end), 2, 2) && pair.some(isNumber) && !(pair.every(isNumber) && pair[0] > pair[1])
+  const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by) || (order.by === "column" && isName(order.name)))
+  const isDecided = (one) => isObject(one) && isDesign(one.chosen) && [[one.date], one.agree, one.dissent].every(isTexts)
+  // Texts that no design has any more allow none; if no text is known, the choice is foreign.
+  const limit = ({texts, role}, value) => {
+    if (!texts && isNumber(value)) return [null, value] // it is the greatest
+    if (!texts) return role !== "geometric" && isPair(value) ? value : undefined
+    if (!Array.isArray(value)) return undefined
+    const known = texts.filter((text) => value.includes(text))
+    if (known.length < value.length) lost.add("limits")
+    return known.length || !value.length ? known : undefined
+  }
   // What somebody holds at a date, checked as a state is.
   const position = (one) => {
-    const {state: {limits, chosen, reason, preference, answers}, remarks} = checked(data, {limits: one.limits, chosen: one.chosen,
-      reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}})
+    const {state: {limits, chosen, reason, preference, answers}, remarks} = checked(data, {...one, positions: [], preference: one})
     if (remarks.length) lost.add("positions")
     const [name, date] = [one.name, one.date].map((text) => (isText(text) ? text.slice(0, 60) : ""))
     return {name, date, chosen, limits, ...preference, reason, answers}
   }
-
-  // Texts that no design has any more allow none; if no text is known, the choice is foreign.
-  const isKnown = (texts, list) => Array.isArray(list) && (list.length === 0 || list.some((text) => texts.includes(text)))
-  const limits = entries("limits", ({texts, role}, limit) =>
-    texts ? isKnown(texts, limit) : role !== "geometric" && (isNumber(limit) || isPair(limit)))
-  for (const [name, limit] of entriesOf(limits)) {
-    const {texts} = data.by.get(name)
-    if (texts) limits[name] = texts.filter((text) => limit.includes(text))
-    if (isNumber(limit)) limits[name] = [null, limit] // it is the greatest
-    if (limits[name].length < limit.length) lost.add("limits")
-  }
-  const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by)
-    || (order.by === "column" && data.by.has(order.name)))
-  const order = fitting("order", isOrder, {by: "distance"})
-  const preference = entryOf(anything, "preference")
+  const numberIf = (fits) => (column, value) => isObjective(column) && isNumber(value) && fits(value) ? value : undefined
+  const {by, name, down} = fitting("order", isOrder, {by: "distance"})
+  const [rows, preference] = ["rows", "preference"].map((key) => entryOf(anything, key) ?? {})
+  const positions = items("positions", isObject).map(position).filter((one) => one.name)
   const state = {
-    limits,
+    limits: entries("limits", limit),
     fixed: entryOf(anything, "fixed") === true,
     dominated: entryOf(anything, "dominated") === true,
     // The rows of objectives: their order, those that are hidden, those with the other scale.
     rows: byName(["order", "hidden", "turned"].map((key) => [key, items(key, isName, rows)])),
-    plot: fitting("plot", (names) => Array.isArray(names) && names.every(isName), []), // across and up of both
+    plot: fitting("plot", (names) => isList(names, isName, 0, 4), []), // across and up of both
     pins: items("pins", isDesign).slice(0, MOST_PINS),
     answers: items("answers", isAnswer),
     chosen: fitting("chosen", isDesign, null),
-    order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
+    order: {by, name: by === "column" ? name : undefined, down: down === true},
     preference: {
-      weights: entries("weights", (column, weight) => isObjective(column) && isNumber(weight) && weight >= 0, preference),
-      aspiration: entries("aspiration", (column, value) => isObjective(column) && isNumber(value), preference),
+      weights: entries("weights", numberIf((weight) => weight >= 0), preference),
+      aspiration: entries("aspiration", numberIf(() => true), preference),
     },
     // In one order, each once, whatever files they come from and in whatever order.
-    positions: [...new Map(items("positions", isObject).map(position).filter(({name}) => name)
-      .map((one) => [[one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))].sort().map(([, one]) => one), // by their keys
-    decided: fitting("decided", (one) => isObject(one) && isDesign(one.chosen) && isText(one.date) && [one.agree, one.dissent].every((list) => Array.isArray(list) && list.every(isText)), null),
+    positions: [...new Map(positions.map((one) => [[one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
+      .sort().map(([, one]) => one), // by their keys
+    decided: fitting("decided", isDecided, null),
     reason: fitting("reason", isText, "").slice(0, 10000),
   }
   return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
@@ -111,15 +119,18 @@ function opened(data, text) {
   const content = parsed(text)
   const {objectives, maximize = [], normalize = true, units, ranges, page} = isObject(content) ? content : {} // Python leaves defaults out
   const own = data.opens_with
-  const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
+  const differs = (list, names) => !Array.isArray(list) || JSON.stringify([...list].sort()) !== JSON.stringify([...names].sort())
   const unlike = data.columns.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
-  const refused = !isObject(page) ? "it is not a decision saved by a page"
-    : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives or directions"
-    : unlike ? `its unit of ${unlike.name} differs`
-    : normalize !== data.normalize ? "it measures distances differently (normalize)"
-    : isFixed(ranges) && entriesOf(rangesOf(data, {fixed: true})).some(([name, ends]) =>
-      String(entryOf(ranges, name)) !== String(ends)) ? "it has other fixed ranges" : ""
-  return refused ? {state: null, remarks: [`The file cannot be opened: ${refused}.`]} : stateOf(data, content)
+  const reasons = [
+    [!isObject(page), "it is not a decision saved by a page"],
+    [differs(objectives, own.objectives) || differs(maximize, own.maximize), "it has other objectives or directions"],
+    [unlike, `its unit of ${unlike?.name} differs`],
+    [normalize !== data.normalize, "it measures distances differently (normalize)"],
+    [isFixed(ranges) && entriesOf(rangesOf(data, {fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
+      "it has other fixed ranges"],
+  ]
+  const reason = reasons.find(([isRefused]) => isRefused)
+  return reason ? {state: null, remarks: [`The file cannot be opened: ${reason[1]}.`]} : stateOf(data, content)
 }
 
 // The state of a formulation, and what a reader must know of it.
@@ -139,23 +150,21 @@ function stateOf(data, {limits, chosen, reason, ranges, positions, decided, page
 const latest = (positions) => [...new Map(positions.map((one) => [one.name, one])).values()]
 
 function separation(data, ranking, positions) {
-  const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen))
-  const row = ({chosen}) => data.rowOf.get(chosen)
+  const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen)).map((one) => ({...one, row: data.rowOf.get(one.chosen)}))
   const measure = ranking.count ? ranking : data.whole
-  const sentences = held.flatMap((one, k) => held.slice(0, k).flatMap((other) => one.chosen === other.chosen ? [] : [
-    against(data, measure, "apart", row(one), row(other), {name: one.name, holder: other.name})]))
+  const sentences = held.flatMap((one, k) => held.slice(0, k).filter(({row}) => row !== one.row).map((other) =>
+    against(data, measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
   if (!sentences.length || !ranking.count) return sentences
-  const regret = (i, {weights, chosen}) => {
+  const regret = (i, {weights, row}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
     const most = max(...given) || 1
-    return max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[data.rowOf.get(chosen)]) / measure.frame.lengths[j]))
+    return max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / measure.frame.lengths[j]))
   }
-  let [best, least] = [-1, [Infinity, Infinity]]
-  for (const i of ranking.front) {
-    const regrets = held.map((one) => regret(i, one))
-    const key = [max(...regrets), sum(regrets)].map((value) => round(value / TIE))
-    if (key[0] < least[0] || (key[0] === least[0] && key[1] < least[1])) [best, least] = [i, key]
-  }
-  const regrets = held.map((one) => `${one.name} ${percent(regret(best, one))}`)
-  return [...sentences, sentence(data, "least regret", {design: capital(data.names[best]), regrets: regrets.join(", ")})]
+  const all = [...ranking.front].map((row) => {
+    const regrets = held.map((one) => regret(row, one))
+    return {row, regrets, greatest: round(max(...regrets) / TIE), total: round(sum(regrets) / TIE)}
+  })
+  const {row, regrets} = all.reduce((a, b) => b.greatest < a.greatest || (b.greatest === a.greatest && b.total < a.total) ? b : a)
+  const texts = held.map(({name}, k) => `${name} ${percent(regrets[k])}`)
+  return [...sentences, sentence(data, "least regret", {design: capital(data.names[row]), regrets: texts.join(", ")})]
 }
