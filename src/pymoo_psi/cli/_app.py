@@ -199,7 +199,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     click.Option(
         ["--points", "--evaluations"],
         metavar="N|+N",
-        help="Points in all, or N more [4096; surrogate 256; FILE.toml 128].",
+        help="Points in all, or N more [default: 4096; surrogate 256; FILE.toml 128].",
         type=_points,
     ),
     _choice(
@@ -226,7 +226,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     _choice(
         "retry",
         "failed|incomplete",
-        "Test failed designs again, or those that lack a value.",
+        "Test designs again that failed, or whose outputs are incomplete.",
     ),
     _file("out", "FILE", "Write the Pareto set here (.csv, .xlsx)."),
     _flag("new", text="Write an example FILE.toml to edit."),

@@ -22,12 +22,12 @@ from pymoo_psi.problems import problem_name
 from pymoo_psi.table import entries_of
 
 # Explains the headings and the words of the tables.
-_HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (printed 1356 is 2571)
+_HEADINGS = """mu: friction; test_point: number of the LPτ point; 1356 in the paper is 2571
 f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
 paper_f1 to paper_f4: as the paper prints them
 rolling: rolls from the start (Eq. 2.20); the published tables follow from it
 full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written
-rank of efficiency: of the paper; 6 is place 1, and 5 no second place ('pymoo-psi guide method')"""
+rank of efficiency: of the paper; 6 is the optimum; lower ranks are no places (see guide method)"""
 _OF_COMPARISONS = """hypervolume: of all evaluated designs, a share of the box of the reference
 effect: the probability that a run of 'better' is better than one of 'worse'
 p_holm: exact rank-sum test (Mann-Whitney), corrected for all lines (Holm)

@@ -173,7 +173,7 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
     if differences:
         raise StudyMismatchError(
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
-            "Give the name of another file, or restore the model with which it was begun (its "
+            "Give the name of another file, or restore the model of the study (its "
             "template, its study_key, its names)"
         )
 
