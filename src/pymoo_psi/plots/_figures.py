@@ -29,21 +29,19 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.analysis import Histogram, histogram
 from pymoo_psi.pareto import rank_of_efficiency, with_units
-from pymoo_psi.plots._points import (
-    PARETO,
-    name_axis,
-    opened_table,
-    points_of_table,
-)
+from pymoo_psi.plots._points import PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
     INK,
+    SHAPES,
     Drawing,
     Style,
     curves,
-    legend_of,
     literal,
+    name_above,
+    name_axis,
+    name_groups,
     name_lines,
     name_points,
     new_figure,
@@ -78,12 +76,10 @@ _INDICATORS = {
     "epsilon": "additive epsilon (units of N − U)",
     "optimum_distance": "optimum distance (units of N − U)",
 }
-# The groups in a histogram, and how their stairs are drawn.
-_STAIRS: dict[str, Style] = {
-    "all": {"fill": True, "facecolor": "0.9"},
-    "within the limits": {"fill": True, "facecolor": "0.7"},
-    PARETO: {"edgecolor": ACCENT, "linewidth": 1.2},
-}
+# How the stairs of a histogram are drawn, and the boxes of their names.
+_ALL: Style = {"facecolor": "0.9"}
+_WITHIN: Style = {"facecolor": "0.7"}
+_OPTIMAL: Style = {"facecolor": "none", "edgecolor": ACCENT, "linewidth": 1.2}
 
 
 # Histograms, and objectives against variables
@@ -151,7 +147,13 @@ def plot_table(
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             ax.label_outer()
-        legend_of(figure, axes[:n])
+        names = {
+            f"{table.feasible().sum()} within the limits": _WITHIN,
+            f"{table.pareto().sum()} {PARETO}": _OPTIMAL,
+        }
+        if {*tops} & {*schema.variables}:
+            names = {f"all {len(table)}": _ALL, **names}
+        name_above(figure, names)
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
             sentences.append("Below, objectives against variables.")
@@ -170,17 +172,16 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     """Draw the share of each group in each interval."""
     if table.schema[bars.variable].kind is Kind.LOG:
         axes.set_xscale("log")
-    groups = {
-        "all": (bars.tested, len(table)),
-        "within the limits": (bars.feasible, table.feasible().sum()),
-        PARETO: (bars.pareto, table.pareto().sum()),
-    }
+    groups = [
+        (bars.tested, len(table), _ALL),
+        (bars.feasible, table.feasible().sum(), _WITHIN),
+        (bars.pareto, table.pareto().sum(), _OPTIMAL),
+    ]
     if bars.variable not in table.schema.variables:
         # The intervals of a dependent column span the feasible designs; others are outside.
-        del groups["all"]
-    for name, (counts, n) in groups.items():
-        label = f"{name} ({n})"
-        axes.stairs(100.0 * counts / max(n, 1), bars.edges, label=label, **_STAIRS[name])
+        del groups[0]
+    for counts, n, style in groups:
+        axes.stairs(100.0 * counts / max(n, 1), bars.edges, fill="edgecolor" not in style, **style)
 
 
 def _outside(histograms: Sequence[Histogram]) -> str:
@@ -241,7 +242,7 @@ def plot_objectives(
         for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second)
             places = np.column_stack([points.columns[name].places for name in (first, second)])
-            name_points(figure, ax, places, points.named)
+            name_points(figure, ax, places, points.names())
         figure.describe(title, points.counts(table))
     return figure
 
@@ -529,21 +530,29 @@ def plot_fronts(comparison: Comparison) -> Drawing:
     for run in comparison.runs:
         if run.task.n_evaluations == most:
             fronts.setdefault(run.task.algorithm, run.F)
+    styles = dict(zip(fronts, curves(), strict=False))
+    names = {}
+    markers = []
+    for name, style in styles.items():
+        text = f"{literal(name, 30)} ({len(fronts[name])})"
+        names[name] = {"text": text, "color": style["color"]}
+        markers.append(f"{text} {SHAPES[style['marker']]}")
     m = min(MATRIX + 1, comparison.runs[0].F.shape[1])
     pairs = list(combinations(range(m), 2))
-    with panels(len(pairs), _columns_of(len(pairs))) as (figure, axes):
+    with panels(len(pairs), _columns_of(len(pairs)), head=4.0) as (figure, axes):
         figure.is_divisible = True
-        for ax, (first, second) in zip(axes, pairs, strict=True):
-            for (name, F), style in zip(fronts.items(), curves(), strict=False):
-                style |= {"linestyle": "none", "markersize": 3.0, "markerfacecolor": "none"}
-                label = f"{literal(name, 30)} ({len(F)})"
-                ax.plot(F[:, first], F[:, second], label=label, **style)
-            name_axis(ax, "x", f"f{first + 1}")
-            name_axis(ax, "y", f"f{second + 1}")
-        legend_of(figure, axes)
+        places = []
+        for ax, pair in zip(axes, pairs, strict=True):
+            places.append({name: F[:, pair] for name, F in fronts.items()})
+            for name, style in styles.items():
+                outline = style | {"linestyle": "none", "markerfacecolor": "none"}
+                ax.plot(*fronts[name][:, pair].T, markersize=3.0, **outline)
+            name_axis(ax, "x", f"f{pair[0] + 1}")
+            name_axis(ax, "y", f"f{pair[1] + 1}")
+        name_groups(figure, axes, places, names)
         figure.describe(
             f"{comparison.problem}: fronts of the algorithms, objectives in pairs, minimised",
-            f"{most} evaluations, the first seed.",
+            f"{most} evaluations, the first seed: {', '.join(markers)}.",
         )
     return figure
 

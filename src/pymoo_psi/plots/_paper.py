@@ -16,11 +16,23 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from pymoo_psi._validation import Array, Mask, Received, counted, invalid
+from pymoo_psi._validation import Array, Received, counted, invalid
 from pymoo_psi.chute import ChuteParameters, ModelName, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
-from pymoo_psi.plots._points import Column, Points, ranked_groups
-from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure, panels, view
+from pymoo_psi.plots._points import Column, Points, groups_in_words
+from pymoo_psi.plots._style import (
+    ACCENT,
+    BESIDE,
+    INK,
+    Drawing,
+    Style,
+    curves,
+    name_groups,
+    name_lines,
+    new_figure,
+    panels,
+    view,
+)
 
 _MU = 0.4  # as in the paper's Figures 7 and 8; Figures 3 to 6 state none
 _SURFACES_MU = (0.2, 0.6)
@@ -56,6 +68,17 @@ _MODEL_NAMES = {
     "rolling": "rolling model (rolls from the start)",
 }
 
+
+_UNRANKED = "of rank 0"
+_OPTIMUM = "Salukvadze optimum"
+# Groups of points, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
+_RANKS: dict[str, tuple[int, Style]] = {
+    _UNRANKED: (0, {"marker": ".", "color": "0.68", "markersize": 4.5, "zorder": 2.0}),
+    "of rank 3": (3, {"marker": "^", "color": "#9ECAE1", "markersize": 5.0, "zorder": 4.0}),
+    "of rank 4": (4, {"marker": "s", "color": "#4292C6", "markersize": 3.4, "zorder": 3.0}),
+    "of rank 5": (5, {"marker": "D", "color": "#08519C", "markersize": 5.0, "zorder": 5.0}),
+    _OPTIMUM: (6, {"marker": "*", "color": ACCENT, "markersize": 11.0, "zorder": 6.0}),
+}
 
 # The panels of Figure 8: columns of salukvadze_functions.
 _FUNCTIONS = (
@@ -191,33 +214,40 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
     """
     pairs = list(combinations(names, 2))
     ranked = case.ranking.rank > 0
-    every = np.ones_like(ranked)
+    groups = {}
+    for name, (rank, style) in _RANKS.items():
+        groups[name] = (style, case.ranking.pareto & (case.ranking.rank == rank))
+    coordinates = np.hstack([case.designs.X, case.designs.F, case.ranking.criteria])
     n_columns = max(len(pairs), 2)
-    with panels(2 * len(pairs), n_columns, height=150.0 / n_columns) as (figure, axes):
-        upper = axes[: len(pairs)]
-        lower = axes[len(pairs) :]
-        _draw_pairs(upper, pairs, case, every)
-        _draw_pairs(lower, pairs, case, ranked)
-        legend_of(figure, axes)
+    with panels(2 * len(pairs), n_columns, head=10.0, height=150.0 / n_columns) as (figure, axes):
+        details = axes[len(pairs) :]
+        for part, shown in ((axes[: len(pairs)], ranked | True), (details, ranked)):
+            columns = {}
+            for name, values in zip(_LABELS, coordinates.T, strict=True):
+                columns[name] = Column(values, view(values[shown]))
+            for ax, (first, second) in zip(part, pairs, strict=False):
+                Points(columns, groups).draw(ax, first, second)
+                ax.set(xlabel=_LABELS[first], ylabel=_LABELS[second])
+        places = []
+        for pair in pairs:
+            planes = {}
+            for name, (_, mask) in groups.items():
+                planes[name] = np.column_stack([columns[axis].places[mask] for axis in pair])
+            places.append(planes)
+        texts: dict[str, Style] = {}
+        for name in reversed(_RANKS):  # the optimum first
+            texts[name] = {"text": name.removeprefix("of "), "color": INK}
+        texts[_OPTIMUM] = {"text": "optimum", "color": ACCENT, "fontweight": "bold"}
+        name_groups(figure, axes[:1], places[:1], {_UNRANKED: texts.pop(_UNRANKED)})
+        name_groups(figure, details, places, texts)
         points = counted(len(ranked), "point")
         figure.describe(
             f"Pareto-optimal points {space}; {_subject(case)}",
-            f"First all {points}, then a detail around the ranked points.",
+            f"First all {points}, then a detail around the ranked points: "
+            f"{groups_in_words(groups)}.",
             _UNITS,
         )
     return figure
-
-
-def _draw_pairs(axes: list[Axes], pairs: list[tuple[str, str]], case: Case, mask: Mask) -> None:
-    """Draw the points over pairs of coordinates, on axes that show at least those of a mask."""
-    coordinates = np.hstack([case.designs.X, case.designs.F, case.ranking.criteria])
-    columns = {}
-    for name, values in zip(_LABELS, coordinates.T, strict=True):
-        columns[name] = Column(values, view(values[mask]))
-    points = Points(columns, ranked_groups(case.ranking))
-    for ax, (first, second) in zip(axes, pairs, strict=True):
-        points.draw(ax, first, second)
-        ax.set(xlabel=_LABELS[first], ylabel=_LABELS[second])
 
 
 # Figure 7
@@ -237,9 +267,10 @@ def _motion_figure(case: Case) -> Drawing:
         "friction force": (("$f_{AX}$, along", "$f_{AY}$, across"), motion.friction),
         "normal reactions": (("$n_A$, plane", "$n_B$, guide-wall"), motion.normal),
     }
-    with panels(len(quantities), 2, head=5.0, height=50.0) as (figure, axes):
+    with panels(len(quantities), 2, head=5.0, height=42.0) as (figure, axes):
+        figure.is_divisible = True
         for ax, (name, (curve_names, values)) in zip(axes, quantities.items(), strict=True):
-            _draw_motion(ax, motion, values, curve_names)
+            _draw_motion(figure, ax, motion, values, curve_names)
             ax.set_ylabel(name)
         title = (
             rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model for "
@@ -260,7 +291,9 @@ def _motion_figure(case: Case) -> Drawing:
     return figure
 
 
-def _draw_motion(ax: Axes, motion: Trajectory, values: Array, names: tuple[str, ...]) -> None:
+def _draw_motion(
+    figure: Drawing, ax: Axes, motion: Trajectory, values: Array, names: tuple[str, ...]
+) -> None:
     """Draw the ``(n, k)`` values of k curves over the way, with the slip phase shaded.
 
     Each curve is interrupted at the transition to rolling, where the forces jump.
@@ -270,13 +303,13 @@ def _draw_motion(ax: Axes, motion: Trajectory, values: Array, names: tuple[str, 
     values = np.insert(values, n_slipping, np.nan, axis=0)
     for name, curve, style in zip(names, values.T, curves(), strict=False):
         ax.plot(eta, curve, label=name, **style | {"marker": ""})
+    name_lines(figure, ax)
     slip_end = np.nan_to_num(motion.slip_end, nan=1.0)
     ax.axvspan(0, slip_end, color="0.92", zorder=0, linewidth=0)
     if slip_end < 1.0:
         ax.axvline(slip_end, **_TRANSITION)
     ax.margins(y=0.12)
     ax.set(xlim=(0, 1), xlabel=r"$\eta$, share of the way")
-    ax.legend(fontsize=7)
 
 
 # Figure 8
@@ -289,12 +322,16 @@ def _functions_figure(case: Case, n: int) -> Drawing:
     """
     functions = salukvadze_functions(case.mu, case.model, n)
     speed = ChuteParameters(mu=case.mu).c
-    with panels(len(_FUNCTIONS), 2, head=16.0, height=70.0) as (figure, axes):
+    with panels(len(_FUNCTIONS), 2, head=10.0, height=70.0) as (figure, axes):
+        figure.is_divisible = True
         styles = curves()
         for ax, labels in zip(axes, _FUNCTIONS, strict=True):
             _draw_functions(ax, functions, labels, styles)
-            ax.axvline(speed, label=f"$c$ = {speed:g}", **_TRANSITION)
-        legend_of(figure, axes)
+            name_lines(figure, ax)
+            ax.axvline(speed, **_TRANSITION)
+            ax.annotate(
+                f"$c$ = {speed:g}", (speed, 1), (3, -8), ("data", "axes fraction"), **BESIDE
+            )
         figure.describe(
             f"Salukvadze optima of {counted(n, 'test point')} against the initial speed, in steps "
             f"from one test point to another; {_subject(case)}",

@@ -8,26 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Array, Mask, Names, Rows, counted
+from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.analysis import written_limits
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import EfficiencyRanking, nondominated
-from pymoo_psi.plots._style import ACCENT, INK, Style, literal, set_log, spans_decades, view
+from pymoo_psi.pareto import nondominated
+from pymoo_psi.plots._style import (
+    ACCENT,
+    INK,
+    SHAPES,
+    Style,
+    literal,
+    name_axis,
+    set_log,
+    spans_decades,
+    view,
+)
 from pymoo_psi.table import Kind, Limit, TestTable, error_column, has_errors, value_ranks
 
 Ends = tuple[float, float]
+Groups = Mapping[str, tuple[Style, Mask]]
+"""Groups of designs by name: how their markers are drawn, and ``(n,)`` which designs these are."""
 
-GREY = "0.68"  # a share of white, in matplotlib's notation
-BLUE = "#4292C6"
 PARETO = "dominated by no other"
-_LETTERS = 90  # letters of axis labels over the width of a figure
-_MOST_OPTIONS = 12  # options that have a tick each
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 _NAMED = 8  # designs that are named where there is room
@@ -35,7 +43,12 @@ _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _BETTER = {1: "less is better", -1: "more is better", 0: ""}
-_SHAPES = {".": "dots", "x": "crosses", "o": "circles"}
+# How groups are drawn. Those of a higher zorder are on top.
+_INFEASIBLE: Style = {"marker": "x", "color": "0.7", "markersize": 2.6, "zorder": 2.1}
+_DOMINATED: Style = {"marker": ".", "color": "0.62", "markersize": 4.5, "zorder": 3.0}
+# Outlines of many would be a black area.
+_CROWD: Style = {"marker": "o", "color": "0.45", "markersize": 3.6, "zorder": 3.5}
+_PARETO = _CROWD | {"color": INK, "markerfacecolor": "white"}
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "*",
@@ -45,57 +58,6 @@ _MARKED: Style = {  # the chosen or proposed design
     "markeredgewidth": 0.5,
     "zorder": 7.0,
     "label": "_marked",
-}
-
-
-class Marker(NamedTuple):
-    """How a group of designs is drawn.
-
-    Attributes:
-        shape: The shape, in matplotlib's notation.
-        colour: Its colour.
-        size: Diameter in points.
-        level: Groups of a higher level are drawn on top.
-        face: Its colour inside, if it is an outline.
-    """
-
-    shape: str
-    colour: str
-    size: float
-    level: float
-    face: str | None = None
-
-    def style(self, name: str, n: int) -> Style:
-        """Return the arguments of ``plot`` for ``n`` designs; more of them are drawn smaller."""
-        shrink = np.clip((_MANY / n) ** 0.3, 0.3, 1.0)
-        return {
-            "linestyle": "none",
-            "marker": self.shape,
-            "color": self.colour,
-            "markersize": self.size * shrink,
-            "markerfacecolor": self.face or self.colour,
-            "markeredgewidth": 0.8 * shrink,
-            "zorder": self.level,
-            "label": f"{name} ({n})",
-            "rasterized": n > _RASTERIZED,
-        }
-
-
-Groups = Mapping[str, tuple[Marker, Mask]]
-"""Groups of designs by name: how they are drawn, and ``(n,)`` which designs these are."""
-
-_DOMINATED = Marker(".", "0.62", 4.5, 3.0)
-_OPTIMUM = Marker("*", ACCENT, 11.0, 6.0)
-_REST = Marker(".", GREY, 4.5, 2.0)
-_INFEASIBLE = Marker("x", "0.7", 2.6, 2.1)
-_PARETO = Marker("o", INK, 3.6, 3.5, "white")
-_CROWD = Marker("o", "0.45", 3.6, 3.5)  # outlines of many would be a black area
-# By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
-_RANKS = {
-    0: _REST,
-    3: Marker("^", "#9ECAE1", 5.0, 4.0),
-    4: Marker("s", BLUE, 3.4, 3.0),
-    5: Marker("D", "#08519C", 5.0, 5.0),
 }
 
 
@@ -117,7 +79,7 @@ class Column:
     places: Array
     ends: Ends
     label: str = ""
-    options: tuple[Any, ...] = ()
+    options: Sequence[Any] = ()
     log: bool = False
     limits: Ends = _OPEN
     sign: int = 0
@@ -144,45 +106,6 @@ class Column:
         name_axis(axes, letter, self.label, self.options, _BETTER[self.sign])
 
 
-def name_axis(
-    axes: Axes, letter: str, label: str, options: Sequence[object] = (), better: str = ""
-) -> None:
-    """Write name and ticks of the axis "x" or "y", as much text as fits beside others.
-
-    Args:
-        axes: The axes.
-        letter: Which axis.
-        label: Its name.
-        options: Texts at 0, 1, …; empty for an axis of numbers.
-        better: Which of its values are better, behind the name or below it.
-    """
-    axis: Any = getattr(axes, f"{letter}axis")
-    grid: Any = axes.get_gridspec()
-    room = _LETTERS // grid.ncols
-    n_ticks = 4
-    if room < 25:
-        n_ticks = 3
-    if letter == "y":
-        room = 22
-    text = literal(label, room)
-    if better:
-        apart = " "
-        if letter == "y" or len(f"{text}, {better}") > room:
-            apart = "\n"
-        text = f"{text},{apart}{better}"
-    axis.set_label_text(text)
-    if options:
-        step = -(-len(options) // _MOST_OPTIONS)  # rounded up
-        names = [literal(option, 14) for option in options[::step]]
-        rotation = 0
-        if letter == "x" and len("  ".join(names)) > room:
-            rotation = 90
-        axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
-        axis.grid(visible=False)
-    elif axis.get_scale() == "linear":
-        axis.get_major_locator().set_params(nbins=n_ticks)
-
-
 @dataclass(frozen=True, eq=False)
 class Points:
     """Designs in planes of two of their columns.
@@ -202,17 +125,39 @@ class Points:
         x = self.columns[first]
         y = self.columns[second]
         visible = x.visible & y.visible
-        for name, (marker, mask) in self.groups.items():
-            if mask.any():
+        for name, (style, mask) in self.groups.items():
+            n = mask.sum()
+            if n:
                 rows = mask & visible
-                axes.plot(x.places[rows], y.places[rows], **marker.style(name, mask.sum()))
+                shrink = np.clip((_MANY / n) ** 0.3, 0.3, 1.0)
+                looks: Style = {
+                    **style,
+                    "markersize": style["markersize"] * shrink,
+                    "markeredgewidth": 0.8 * shrink,
+                    "linestyle": "none",
+                    "rasterized": n > _RASTERIZED,
+                }
+                axes.plot(x.places[rows], y.places[rows], label=f"{name} ({n})", **looks)
         if PARETO in self.groups and x.sign * y.sign != 0:
-            _, optimal = self.groups[PARETO]
-            _draw_front(axes, x, y, np.flatnonzero(visible & optimal))
+            rows = visible & self.groups[PARETO][1]
+            u, v = x.places[rows], y.places[rows]
+            front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
+            front = front[np.argsort(u[front], kind="stable")]
+            axes.plot(u[front], v[front], color="0.55", linewidth=0.8, zorder=2.5, label="_front")
+            if x.errors is not None and y.errors is not None:
+                bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
+                axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
         for row in list(self.named)[:1]:
             axes.plot(x.places[row], y.places[row], **_MARKED)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
+
+    def names(self) -> dict[int, Style]:
+        """Return the names by row as they are written, the first one in the accent."""
+        names = {row: {"text": literal(name, 24), "color": INK} for row, name in self.named.items()}
+        for style in list(names.values())[:1]:
+            style |= {"color": ACCENT, "fontweight": "bold"}
+        return names
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -222,12 +167,9 @@ class Points:
             text += f", {has_failed.sum()} {table.schema.words['failed']}"
         if not self.columns:
             return f"{text}."
-        groups = []
-        for name, (marker, mask) in self.groups.items():
-            if mask.any():
-                groups.append(f"{mask.sum()} {name} ({_SHAPES[marker.shape]})")
+        groups = groups_in_words(self.groups)
         if groups:
-            text += f": {', '.join(groups)}"
+            text += f": {groups}"
         is_visible = [column.visible for column in self.columns.values()]
         n_far = np.sum(~has_failed & ~np.all(is_visible, axis=0))
         if n_far:
@@ -240,16 +182,13 @@ class Points:
         return f"{text}."
 
 
-def _draw_front(axes: Axes, x: Column, y: Column, rows: Rows) -> None:
-    """Draw the front of two objectives as a line, and error bars if errors are known."""
-    rows = rows[np.argsort(x.places[rows], kind="stable")]
-    u = x.places[rows]
-    v = y.places[rows]
-    front = nondominated(np.column_stack([x.sign * u, y.sign * v]))
-    axes.plot(u[front], v[front], color="0.55", linewidth=0.8, zorder=2.5, label="_front")
-    if x.errors is not None and y.errors is not None:
-        bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
-        axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
+def groups_in_words(groups: Groups) -> str:
+    """Return how many designs are in each group, and what their markers are."""
+    texts = []
+    for name, (style, mask) in groups.items():
+        if mask.any():
+            texts.append(f"{mask.sum()} {name} ({SHAPES[style['marker']]})")
+    return ", ".join(texts)
 
 
 def opened_table(source: Any) -> TestTable:
@@ -257,9 +196,6 @@ def opened_table(source: Any) -> TestTable:
     if isinstance(source, TestTable):  # which may be empty
         return source
     return read_table(source)
-
-
-# Test tables
 
 
 def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) -> Points:
@@ -276,90 +212,66 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         best = ranking.by_place[: ranking.pareto.sum()]
         rows += ranking.rows[best[:_NAMED]].tolist()
     columns = {name: _column(table, name, marked) for name in names}
-    return Points(columns, _groups(table), {row: table.names[row] for row in rows})
-
-
-def _groups(table: TestTable) -> dict[str, tuple[Marker, Mask]]:
-    """Return the tests that are not failed in groups by name."""
     feasible = table.feasible()
     pareto = table.pareto()
     optimal = _PARETO
     if pareto.sum() > _MANY:
         optimal = _CROWD
-    return {
+    groups = {
         "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
         "dominated": (_DOMINATED, feasible & ~pareto),
         PARETO: (optimal, pareto),
     }
+    return Points(columns, groups, {row: table.names[row] for row in rows})
 
 
 def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
     """Return a column of tests, whose axis shows the marked row, if there is one."""
-    schema = table.schema
-    column = schema[name]
-    label = column.heading
-    values = table.column(name)
+    column = table.schema[name]
     limit = table.limits.get(name, Limit())
-    limits = (limit.low, limit.high)
-    if name not in schema.variables:
-        is_log, ends = _axis_of_dependent(values, table.feasible(), values[list(marked)])
-        sign = 0
-        errors = None
-        if name in schema.objectives:
-            label = with_unit(name, column.unit)
-            sign = -1 if column.maximize else 1
-            if has_errors(table):
-                errors = table.column(error_column(name))
-        return Column(values, ends, label, log=is_log, limits=limits, sign=sign, errors=errors)
-    if column.kind in (Kind.BINARY, Kind.CHOICE):
+    values = table.column(name)
+    is_variable = name in table.schema.variables
+    if is_variable and column.kind in (Kind.BINARY, Kind.CHOICE):
         options, ranks = value_ranks(values)
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        return Column(ranks + aside, (-0.5, len(options) - 0.5), label, tuple(options))
-    places = values.astype(np.float64)
-    ends = _ends_of_variable(table, name, places)
-    return Column(places, ends, label, log=column.kind is Kind.LOG, limits=limits)
+        return Column(ranks + aside, (-0.5, len(options) - 0.5), column.heading, options)
+    values = values.astype(np.float64)
+    sign = 0
+    errors = None
+    if is_variable:
+        inner = values
+        further = np.array([column.lower, column.upper], dtype=float)  # NaN if there are none
+        is_log = column.kind is Kind.LOG
+    else:
+        inner = values[table.feasible()]
+        further = values[list(marked)]
+        is_log = spans_decades(inner)
+    if is_log:
+        low, high = np.exp(view(np.log(inner), *np.log(further))).tolist()
+    elif is_variable:
+        low, high = view(inner, *further)
+        if column.kind is Kind.INTEGER:
+            low, high = np.floor(low) + 0.5, np.ceil(high) - 0.5
+    else:
+        low, high = _ends_of_dependent(values, inner, further)
+    if name in table.schema.objectives:
+        sign = -1 if column.maximize else 1
+        if has_errors(table):
+            errors = table.column(error_column(name))
+    label = column.heading if sign == 0 else with_unit(name, column.unit)
+    limits = (limit.low, limit.high)
+    return Column(values, (low, high), label, (), is_log, limits, sign, errors)
 
 
-def _ends_of_variable(table: TestTable, name: str, places: Array) -> Ends:
-    """Return the ends of an axis that shows the bounds of a variable, and whole steps of it."""
-    column = table.schema[name]
-    bounds = np.array([column.lower, column.upper], dtype=float)  # NaN if there are none
-    if column.kind is Kind.LOG:
-        return _log_view(places, bounds)
-    low, high = view(places, *bounds)
-    if column.kind is Kind.INTEGER:
-        return np.floor(low) + 0.5, np.ceil(high) - 0.5
-    return low, high
-
-
-def _axis_of_dependent(values: Array, feasible: Mask, marked: Array) -> tuple[bool, Ends]:
-    """Return whether the axis of an output is logarithmic, and its ends.
+def _ends_of_dependent(values: Array, inner: Array, marked: Array) -> Ends:
+    """Return the ends of an axis of an output.
 
     An axis that shows every infeasible design would show nothing else: designs farther from the
     feasible ones than their range are outside, but the marked ones are inside.
     """
-    inner = values[feasible]
-    if spans_decades(inner):
-        return True, _log_view(inner, marked)
     if len(np.unique(inner)) <= 1:
         inner = values
     low, high = view(inner, *marked)
     reach = high - low
     near = values[(values >= low - reach) & (values <= high + reach)]
-    return False, view(near, *marked)
-
-
-def _log_view(values: Array, further: Array) -> Ends:
-    low, high = np.exp(view(np.log(values), *np.log(further))).tolist()
-    return low, high
-
-
-# Rankings
-
-
-def ranked_groups(ranking: EfficiencyRanking) -> Groups:
-    """Return the Pareto-optimal designs in groups by rank, and the Salukvadze optimum."""
-    groups = {}
-    for rank, marker in _RANKS.items():
-        groups[f"rank {rank}"] = (marker, (ranking.place > 1) & (ranking.rank == rank))
-    return groups | {"Salukvadze optimum": (_OPTIMUM, ranking.place == 1)}
+    return view(near, *marked)

@@ -50,7 +50,7 @@ _NAME = 28.0  # points of the width of axes for each name in them
 _REACHES = (5.0, 12.0, 20.0, 30.0, 42.0)  # points from a point to its name
 _SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
 _MARK = 4.0  # half the size of a marker
-_CROSSED = 30.0  # a name on a point is as bad as one so many points farther away
+_CROWDED = 30.0  # a name on a point is as bad as one so many points farther away
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
 # Names from the second reach on have a line to their point.
@@ -62,6 +62,24 @@ _WITH_LEADER: Style = {
     "path_effects": [withStroke(linewidth=1.8, foreground="white")],
 }
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+# Shapes in words, for captions.
+SHAPES = {
+    ".": "dots",
+    "x": "crosses",
+    "o": "circles",
+    "s": "squares",
+    "^": "triangles",
+    "D": "diamonds",
+    "v": "triangles that point down",
+    "P": "plus signs",
+    "X": "bold crosses",
+    "<": "triangles that point to the left",
+    "*": "a star",
+}
+_MM_OF_LETTER = 2.0  # width of a letter in labels of axes
+_NAMES_OF_PANEL = 2  # groups that are named in one of several axes
+_LETTERS_OF_Y = 22  # of the label of a vertical axis
+_MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _NARROW = 120.0  # narrower figures have half as many panels side by side
 _WIDTH = 180.0  # width of a figure in mm, over both columns of a journal
@@ -102,11 +120,13 @@ class Drawing(Figure):
     Attributes:
         caption: Description of the figure in plain text.
         placed: Functions that place names when the figure is drawn, each with its arguments.
+        axis_names: The arguments of :func:`name_axis`, whose texts follow from the width.
         is_divisible: Whether its panels can be arranged in fewer columns.
     """
 
     caption = ""
     placed: tuple[tuple[Any, ...], ...] = ()
+    axis_names: tuple[tuple[Any, ...], ...] = ()
     is_divisible = False
 
     def draw(self, renderer: RendererBase) -> None:
@@ -160,7 +180,7 @@ def panels(
     n: int,
     n_columns: int,
     *,
-    head: float = 28.0,
+    head: float = 14.0,
     height: float | None = None,
     **shared: Any,
 ) -> Iterator[tuple[Drawing, list[Any]]]:
@@ -169,12 +189,12 @@ def panels(
     Args:
         n: Number of axes.
         n_columns: Number of axes in a row.
-        head: Height in mm for legend and captions of axes.
-        height: Height of a row in mm, see :func:`row_height` by default.
+        head: Height in mm for what is above and below all axes.
+        height: Height of a row in mm; by default fewer axes in a row are higher.
         **shared: ``sharex`` and ``sharey`` of :meth:`matplotlib.figure.Figure.subplots`.
     """
     if height is None:
-        height = row_height(n_columns)
+        height = {1: 60.0, 2: 46.0, 3: 40.0}.get(n_columns, 33.0)
     n_rows = -(-n // n_columns)  # rounded up
     with new_figure(head + n_rows * height) as figure:
         axes = figure.subplots(n_rows, n_columns, squeeze=False, **shared).ravel().tolist()
@@ -183,10 +203,57 @@ def panels(
         yield figure, axes[:n]
 
 
-def row_height(n_columns: int) -> float:
-    """Return the height in mm of axes in rows of ``n_columns``: fewer are higher."""
-    heights = {1: 60.0, 2: 46.0, 3: 40.0}
-    return heights.get(n_columns, 33.0)
+def name_axis(
+    axes: Axes, letter: str, label: str, options: Sequence[object] = (), better: str = ""
+) -> None:
+    """Write name and ticks of the axis "x" or "y", as much text as fits beside others.
+
+    Args:
+        axes: The axes.
+        letter: Which axis.
+        label: Its name.
+        options: Texts at 0, 1, …; empty for an axis of numbers.
+        better: Which of its values are better, behind the name or below it.
+    """
+    names = (axes, letter, label, options, better)
+    figure: Any = axes.figure
+    figure.axis_names += (names,)
+    _write_axis(*names)
+
+
+def _write_axis(
+    axes: Axes, letter: str, label: str, options: Sequence[object], better: str
+) -> None:
+    """Write name and ticks of an axis for the width of its figure, see :func:`name_axis`."""
+    axis: Any = getattr(axes, f"{letter}axis")
+    figure: Any = axes.figure
+    grid: Any = axes.get_gridspec()
+    room = int(figure.get_figwidth() * 25.4 / _MM_OF_LETTER) // grid.ncols
+    n_ticks = 4
+    if room < 25:
+        n_ticks = 3
+    if letter == "y":
+        room = _LETTERS_OF_Y
+    elif room < 10:
+        n_ticks = 1
+    text = literal(label, room)
+    if better:
+        apart = " "
+        if letter == "y" or len(f"{text}, {better}") > room:
+            apart = "\n"
+        text = f"{text},{apart}{better}"
+    if label:
+        axis.set_label_text(text)
+    if options:
+        step = -(-len(options) // _MOST_OPTIONS)  # rounded up
+        names = [literal(option, 14) for option in options[::step]]
+        rotation = 0
+        if letter == "x" and len("  ".join(names)) > room:
+            rotation = 90
+        axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
+        axis.grid(visible=False)
+    elif axis.get_scale() == "linear":
+        axis.get_major_locator().set_params(nbins=n_ticks)
 
 
 def curves() -> Iterator[Style]:
@@ -196,14 +263,17 @@ def curves() -> Iterator[Style]:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def legend_of(figure: Figure, axes: Iterable[Axes]) -> None:
-    """Add one legend below the axes, in which each label occurs once."""
-    entries: dict[Any, Any] = {}
-    for ax in axes:
-        artists, labels = ax.get_legend_handles_labels()
-        entries.update(zip(labels, artists, strict=True))
-    place: Any = "outside lower center"
-    figure.legend(list(entries.values()), list(entries), loc=place, ncols=2)
+def name_above(figure: Drawing, styles: Mapping[str, Style]) -> None:
+    """Write names in a line above all axes, each in a box that looks like what it names."""
+    name: Any = None
+    for text, box in styles.items():
+        style: Style = {"fontsize": 7, "bbox": {"pad": 2, "edgecolor": "none", **box}}
+        if name is None:
+            name = figure.suptitle(text, x=0.01, ha="left", **style)
+        else:
+            style |= BESIDE | {"va": "center", "xycoords": name}
+            name = figure.axes[0].annotate(text, (1, 0.5), (7, 0), **style)
+            name.set_in_layout(False)
 
 
 def name_lines(figure: Drawing, axes: Axes) -> None:
@@ -227,23 +297,54 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
         name.xyann = (5, level - end)
 
 
-def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, str]) -> None:
-    """Write names beside points, each where there is room; the first one has the accent.
+def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, Style]) -> None:
+    """Write names beside points, each where there is room.
 
     Args:
         figure: The figure.
         axes: Its axes.
         places: ``(n, 2)`` all points, which names avoid.
-        names: Names by the row of their point, the most important first.
+        names: Names as arguments of ``annotate`` by the row of their point, the most important
+            first.
     """
     texts = []
-    style = BESIDE | {"color": ACCENT, "fontweight": "bold"}
-    for row, name in names.items():
-        text = axes.annotate(literal(name, 24), places[row], (0, 0), **_WITH_LEADER, **style)
-        text.set_in_layout(False)
-        texts.append(text)
-        style = BESIDE | {"color": INK}
+    for row, style in names.items():
+        name = axes.annotate(xy=places[row], xytext=(0, 0), **_WITH_LEADER, **BESIDE, **style)
+        name.set_in_layout(False)
+        texts.append(name)
     figure.placed += ((_place, axes, places, texts),)
+
+
+def name_groups(
+    figure: Drawing,
+    axes: Sequence[Axes],
+    places: Sequence[Mapping[str, Array]],
+    names: Mapping[str, Style],
+) -> None:
+    """Write the names of groups of points, each beside the point that is farthest from others.
+
+    Args:
+        figure: The figure.
+        axes: Its axes, each for a part of the names, as there is not room for all in small ones.
+        places: ``(n, 2)`` points of each group, for each axes.
+        names: Names of groups as arguments of ``annotate``; a group without points has none.
+    """
+    from scipy.spatial import KDTree
+
+    n_names = max(_NAMES_OF_PANEL, -(-len(names) // len(axes)))
+    if len(axes) == 1:
+        n_names = len(names)
+    for k, (ax, points) in enumerate(zip(axes, places, strict=True)):
+        every = np.vstack([*points.values()])
+        groups = np.repeat([*points], list(map(len, points.values())))
+        rows: dict[int, Style] = {}
+        for group in list(names)[k * n_names : (k + 1) * n_names]:
+            own = np.flatnonzero(groups == group)
+            if len(own):
+                unit = np.maximum(np.ptp(every, axis=0), np.finfo(float).tiny)
+                gaps, _ = KDTree(every[groups != group] / unit).query(every[own] / unit)
+                rows[int(own[gaps.argmax()])] = names[group]
+        name_points(figure, ax, every, rows)
 
 
 def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
@@ -254,27 +355,26 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     taken: list[Bbox] = []
     for k, name in enumerate(names):
         name.set_visible(True)  # an invisible one has no size
-        arrow: Any = name.arrow_patch
         text = Text.get_window_extent(name).padded(1)
         size = np.array(text.size)
         dot = axes.transData.transform(name.xy)
-        least = np.inf
+        free: dict[float, tuple[Bbox, float]] = {}
         for reach, side in product(_REACHES, _SIDES):
             away = size + reach * point
             box = text.anchored(side, Bbox([dot - away, dot + away]))
             leader = Line([dot, box.p0 + size / 2])
-            is_free = k < most and axes.bbox.count_contains(box.corners()) == 4
+            is_free = axes.bbox.count_contains(box.corners()) == 4
             for other in taken:
                 is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
-            cost = _CROSSED * box.count_contains(dots) + reach
-            if is_free and cost < least:
-                least = cost
-                best = box
-                name.xyann = tuple((box.p0 - dot) / point)
-                arrow.set_visible(reach > _REACHES[0])
-        name.set_visible(least < np.inf)
-        if least < np.inf:
-            taken += [best, Bbox([dot, dot]).padded(_MARK * point)]
+            if is_free:
+                free.setdefault(_CROWDED * box.count_contains(dots) + reach, (box, reach))
+        name.set_visible(k < most and len(free) > 0)
+        if name.get_visible():
+            box, reach = free[min(free)]
+            name.xyann = tuple((box.p0 - dot) / point)
+            arrow: Any = name.arrow_patch
+            arrow.set_visible(reach > _REACHES[0])
+            taken += [box, Bbox([dot, dot]).padded(_MARK * point)]
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -401,18 +501,24 @@ def _resized(figure: Figure, width: float) -> Figure:
     """
     figure = copy.deepcopy(figure)
     size = figure.get_size_inches()
-    if width < _NARROW and size[0] * 25.4 >= _NARROW:
-        if getattr(figure, "is_divisible", False):
-            n = len(figure.axes)
-            before: Any = figure.axes[0].get_gridspec()
-            n_columns = max(before.ncols // 2, 1)
-            grid: Any = figure.add_gridspec(-(-n // n_columns), n_columns)
-            for ax, place in zip(figure.axes, grid, strict=False):
-                ax.set_subplotspec(place)
-            size[1] *= grid.nrows / before.nrows
+    is_narrow = width < _NARROW <= size[0] * 25.4
+    if is_narrow and getattr(figure, "is_divisible", False):
+        n = len(figure.axes)
+        before: Any = figure.axes[0].get_gridspec()
+        n_columns = max(before.ncols // 2, 1)
+        grid: Any = figure.add_gridspec(-(-n // n_columns), n_columns)
+        for ax, place in zip(figure.axes, grid, strict=False):
+            ax.set_subplotspec(place)
+        size[1] *= grid.nrows / before.nrows
+    figure.set_size_inches(width / 25.4, size[1])
+    if is_narrow:
         for ax in figure.axes:
             ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
-    figure.set_size_inches(width / 25.4, size[1])
+        for axes, letter, label, *names in getattr(figure, "axis_names", ()):
+            axis = getattr(axes, f"{letter}axis")
+            if not axis.get_label_text():  # that of the axes below or beside it is for both
+                label = ""
+            _write_axis(axes, letter, label, *names)
     return figure
 
 
