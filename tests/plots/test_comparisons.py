@@ -67,7 +67,12 @@ def test_where_nothing_was_found_the_page_says_so():
 
 
 def test_fronts_are_those_of_the_first_runs(bnh):
-    (ax,) = plot_fronts(bnh).axes
+    figure = plot_fronts(bnh)
+    (ax,) = figure.axes
+    assert not figure.legends  # each has its name beside one of its points
+    for name, words in {"psi": "circles", "psi-scrambled": "squares", "nsga3": "triangles"}.items():
+        (text,) = [text for text in texts(figure) if text.startswith(f"{name} (")]
+        assert f"{text} {words}" in figure.caption
     most = max(bnh.evaluations)
     for line, name in zip(ax.lines, bnh.algorithms, strict=True):
         runs = [run for run in bnh.runs if (run.task.algorithm, run.task.n_evaluations) == (name, most)]  # fmt: skip

@@ -31,7 +31,7 @@ def test_a_page_is_whole_and_names_the_model(figures, number):
     figure = figures[number]
     assert round(figure.get_figwidth() * 25.4) == 180
     assert "rolling model" in figure.caption
-    assert_whole(figure, draw=number > 6)
+    assert_whole(figure, draw=number > 2)
 
 
 def test_points_are_drawn_by_rank_the_optimum_on_top(case, figures):

@@ -103,6 +103,10 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
         "f2,\nless is better",
     ]
     assert figure.caption.startswith("OSY. ")
+    above = {*texts(figure)} | {text.get_text() for text in figure.texts}
+    n_optimal = osy.under(limits={"f1": -50}).pareto().sum()
+    assert {"all 1024", f"{n_optimal} dominated by no other"} <= above
+    assert not figure.legends
     assert figure.axes[-1].get_title(loc="left") == "(r)"
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1
