@@ -14,14 +14,13 @@ import json
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pymoo_psi._validation import (
-    Mask,
     Numbers,
     Received,
     Values,
@@ -56,77 +55,6 @@ SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
-@dataclass
-class _Progress:
-    """The points of a run from the first one on whose test was not taken.
-
-    Attributes:
-        points: The points, by number.
-        n_awaited: How many of them, the first ones, are awaited.
-        last_started: The points up to this number are started: they are submitted to the executor,
-            or they have a test.
-        ready: The tests of started points, as they came.
-    """
-
-    points: Points = field(default_factory=Points.none)
-    n_awaited: int = 0
-    last_started: int = 0
-    ready: list[Block] = field(default_factory=list)
-
-    @property
-    def n_started(self) -> int:
-        """How many points are started."""
-        return int(np.searchsorted(self.points.numbers, self.last_started, "right"))
-
-    @property
-    def last_awaited(self) -> int:
-        """The number of the last point that is awaited, as far as the source has returned it."""
-        return int(self.points.numbers[: self.n_awaited].max(initial=0))
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether the tests of all awaited points are ready."""
-        n_ready = sum(len(block.numbers) for block in self.ready)
-        return n_ready >= self.n_awaited and bool(self._are_ready()[: self.n_awaited].all())
-
-    def _are_ready(self) -> Mask:
-        """``(n,)`` for which of n points the tests are ready."""
-        numbers = [block.numbers for block in self.ready]
-        return np.isin(self.points.numbers, np.concatenate([[], *numbers]))
-
-    def start(self, count: int) -> Points:
-        """Start the first points that are not started; return them."""
-        first = self.n_started
-        points = self.points.at(slice(first, first + count))
-        self.last_started = points.numbers.max(initial=self.last_started)
-        return points
-
-    def take(self, last: int) -> list[Block]:
-        """Take the ready tests of the points up to a number."""
-        blocks = []
-        later = []
-        for block in self.ready:
-            is_due = block.numbers <= last
-            if is_due.all():  # a filter may have left out some of its tests
-                blocks.append(block)
-            elif is_due.any():
-                blocks.append(block.rows(is_due))
-            if not is_due.all():
-                later.append(block.rows(~is_due))
-        self.ready = later
-        for block in blocks:
-            self.drop(block.numbers)
-        return blocks
-
-    def drop(self, numbers: Numbers) -> None:
-        """Drop points."""
-        self.points = self.points.at(~np.isin(self.points.numbers, numbers))
-
-    def drop_untested(self) -> None:
-        """Drop the points whose tests are not ready."""
-        self.points = self.points.at(self._are_ready())
-
-
 class Run:
     """The testing of the points of a source.
 
@@ -154,17 +82,25 @@ class Run:
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        self._progress = _Progress()
+        self._points = Points.none()  # those whose tests were not taken, by number
         self._is_testing = False  # between two calls, points may be under way
         self._lock: ExitStack | None = None  # of the study, which begins as late as it can
         self._last_commit = 0.0  # its time, or that of the beginning
         self._computed = 0.0  # seconds of all workers since then
         self._steered = "continue"  # the last request of people: to continue, pause or stop
+        self._reset()
+
+    def _reset(self) -> None:
+        """Begin again with the first point."""
+        self._n_awaited = 0  # how many of the points, the first ones, are awaited
+        # The points up to this number are submitted to the executor, or have a test.
+        self._last_started = 0
+        self._ready: list[Block] = []  # tests that are stored and not taken
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
-        progress = _Progress(self._progress.points)
-        return self.__dict__ | {"_is_testing": False, "_lock": None, "_progress": progress}
+        progress = {"_n_awaited": 0, "_last_started": 0, "_ready": []}
+        return self.__dict__ | progress | {"_is_testing": False, "_lock": None}
 
     def __del__(self) -> None:
         """Keep what is evaluated if nobody has closed the run."""
@@ -173,7 +109,7 @@ class Run:
     @property
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
-        n_left = len(self._progress.points)
+        n_left = len(self._points)
         if self._steered != "stop":
             n_left += self.source.n_left
         return n_left
@@ -188,10 +124,10 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._progress.n_awaited = LAST
+        self._n_awaited = LAST
         try:
             while self._advance():
-                yield from self._progress.take(LAST)
+                yield from self._take(LAST)
         finally:
             self.close()
 
@@ -202,17 +138,16 @@ class Run:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         least = count or 1
-        progress = self._progress
-        progress.n_awaited = 0
-        while len(progress.points) < least:
+        self._n_awaited = 0
+        while len(self._points) < least:
             self._follow_requests()
             if self._steered == "stop":
                 break
             if self._steered == "pause":
                 self._advance()
-            elif self._ask(least - len(progress.points)) == 0 and not self.source.wait():
+            elif self._ask(least - len(self._points)) == 0 and not self.source.wait():
                 break
-        return progress.points.at(slice(0, count))
+        return self._points.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
         """Test the next points; tests are stored within a second or two.
@@ -224,32 +159,30 @@ class Run:
             All their tests, by number, unless the run was stopped.
         """
         points = self.next_points(count)
-        progress = self._progress
-        progress.n_awaited = len(points)
+        self._n_awaited = len(points)
         with stored_at_termination(self.store):
             try:
-                is_left = True
-                while is_left and not progress.is_complete:
-                    is_left = self._advance()
+                while self._n_ready < self._n_awaited and self._advance():
+                    pass
                 if self.executor.queue.n_pending == 0:
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        blocks = progress.take(points.numbers.max(initial=0))
-        tests = by_number([block.tests for block in blocks] or [self.store.empty])
+        blocks = self._take(points.numbers.max(initial=0))
+        tests = by_number([self.store.empty, *(block.tests for block in blocks)])
         return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
-        self._progress.drop(tests.numbers)
+        self._drop(tests.numbers)
         self.source.tell(tests)
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
         self._end_testing()
-        self._progress = _Progress(self._progress.points)
+        self._reset()
 
     def _end_testing(self) -> None:
         if not self._is_testing:
@@ -262,6 +195,36 @@ class Run:
                 self._lock.close()
             self._lock = None
             self._is_testing = False
+
+    @property
+    def _last_awaited(self) -> int:
+        """The number of the last point that is awaited, as far as the source has returned it."""
+        return int(self._points.numbers[: self._n_awaited].max(initial=0))
+
+    @property
+    def _n_ready(self) -> int:
+        """How many tests of awaited points are ready."""
+        last = self._last_awaited
+        return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._ready)
+
+    def _take(self, last: int) -> list[Block]:
+        """Take the ready tests of the points up to a number."""
+        blocks = []
+        later = []
+        for block in self._ready:
+            is_due = block.numbers <= last
+            if is_due.all():  # a filter may have left out some of its tests
+                blocks.append(block)
+            else:
+                blocks.append(block.rows(is_due))
+                later.append(block.rows(~is_due))
+        self._ready = later
+        for block in blocks:
+            self._drop(block.numbers)
+        return blocks
+
+    def _drop(self, numbers: Numbers) -> None:
+        self._points = self._points.at(~np.isin(self._points.numbers, numbers))
 
     # What people ask for
 
@@ -311,35 +274,29 @@ class Run:
     def _ask(self, count: int) -> int:
         """Ask the source for ``count`` points; return how many it has returned."""
         points = self.source.ask(count)
-        self._progress.points = self._progress.points.joined(points)
+        self._points = self._points.joined(points)
         return len(points)
 
     def _advance(self) -> bool:
-        """Store tests or start points, as soon as there are some; return whether any were left."""
-        if not self._is_testing:
-            self._is_testing = True
-            self._last_commit = time.monotonic()
-            self._computed = 0.0
-            if self._repeats is not None:
-                self._repeats.restart()
-        while True:
-            self._follow_requests()
-            if self._is_commit_due():
-                self._keep_evaluated()
-                return True
-            points = self._next_to_start()
-            if len(points):
-                self._start(points)
-                return True
-            if self.executor.queue.n_pending:
-                self._computed += self.executor.wait()
-            elif self._steered == "pause":
-                time.sleep(_PAUSE_SECONDS)
-            else:
-                break
-        if self._steered == "stop":
-            self._progress.drop_untested()
-        return False
+        """Follow requests; then store tests, start points, or wait; return whether any was left."""
+        self._follow_requests()
+        if self._is_commit_due():
+            self._keep_evaluated()
+            return True
+        points = self._next_to_start()
+        if len(points):
+            self._start(points)
+        elif self.executor.queue.n_pending:
+            self._computed += self.executor.wait()
+        elif self._steered == "pause":
+            time.sleep(_PAUSE_SECONDS)
+        else:
+            if self._steered == "stop":  # the other points will not be tested
+                numbers = [block.numbers for block in self._ready]
+                is_ready = np.isin(self._points.numbers, np.concatenate([[], *numbers]))
+                self._points = self._points.at(is_ready)
+            return False
+        return True
 
     def _is_commit_due(self) -> bool:
         """Whether to store the evaluated tests now."""
@@ -350,28 +307,33 @@ class Run:
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
-        last_awaited = self._progress.last_awaited
-        is_complete = queue.n_pending == 0 or queue.first_pending > last_awaited
-        are_many = executor.n_evaluated >= _MANY
-        return is_late or are_many or is_complete or self.source.eager
+        is_complete = queue.n_pending == 0 or queue.first_pending > self._last_awaited
+        return is_late or is_complete or executor.n_evaluated >= _MANY or self.source.eager
 
     def _next_to_start(self) -> Points:
         """Return the points to start next; ask the source if it has not returned them yet."""
         if self._steered != "continue":
             return Points.none()
-        progress = self._progress
-        n_new = progress.n_awaited - progress.n_started
+        first = int(np.searchsorted(self._points.numbers, self._last_started, "right"))
+        count = self._n_awaited - first
         if self.executor.queue.n_pending:  # nothing ahead of points whose tests are all stored
-            n_new += self.executor.n_ahead
-        n_new = min(n_new, self.executor.n_accepted)
-        if n_new <= 0:
+            count += self.executor.n_ahead
+        count = min(count, self.executor.n_accepted)
+        if count <= 0:
             return Points.none()
-        if progress.n_started == len(progress.points) and self.source.n_left > 0:
-            self._ask(n_new)
-        return progress.start(n_new)
+        if first == len(self._points) and self.source.n_left > 0:
+            self._ask(count)
+        points = self._points.at(slice(first, first + count))
+        self._last_started = points.numbers.max(initial=self._last_started)
+        return points
 
     def _start(self, points: Points) -> None:
         """Recall the stored tests of points; submit the others, unless they need no evaluation."""
+        if not self._is_testing:
+            self._is_testing = True
+            self._last_commit = time.monotonic()
+            if self._repeats is not None:
+                self._repeats.restart()
         stored = self._recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
@@ -415,15 +377,14 @@ class Run:
     def _report(self, block: Block) -> None:
         """Report stored tests to the source; they are ready, and those of their repetitions."""
         self.source.tell(block.tests)
-        self._progress.ready.append(block)
+        self._ready.append(block)
         if self._repeats is not None:
             self._answer_repeats(self._repeats.learn(block.tests))
 
     def _answer_repeats(self, answers: dict[int, Values]) -> None:
         """Answer points by the values that their designs have."""
-        points = self._progress.points
-        rows = np.searchsorted(points.numbers, [*answers])
-        self._answer(points.at(rows), [*answers.values()])
+        rows = np.searchsorted(self._points.numbers, [*answers])
+        self._answer(self._points.at(rows), [*answers.values()])
 
     def _answer(self, points: Points, values: Sequence[Values]) -> None:
         """Store and report tests whose values are known without the model."""
@@ -591,9 +552,7 @@ def by_number(tables: Sequence[TestTable]) -> TestTable:
     """Return tables that have no test in common as one, by number."""
     # Blocks of workers come in any order; rows that are sorted then need no second copy.
     first, *others = sorted(tables, key=lambda table: table.numbers.max(initial=0))
-    table = first
-    if others:
-        table = first.extended(*others)
+    table = first.extended(*others)
     if (np.diff(table.numbers) < 0).any():
         table = table.take(np.argsort(table.numbers, kind="stable"))  # faster for a few runs
     return table
