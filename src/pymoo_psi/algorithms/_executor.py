@@ -42,8 +42,6 @@ _SMALLEST = 64
 _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
 # Pieces for each worker that may wait for it.
 _PIECES_AHEAD = 4
-# Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
-_PREDICTIVE = 4096
 
 
 class Block(NamedTuple):
@@ -87,23 +85,17 @@ class PieceTask:
 
     def __call__(self, piece: Points) -> tuple[int, TestTable]:
         """Evaluate the points of a piece."""
-        return len(piece), self.needed(self._model.evaluated(piece))
+        return len(piece), tests_to_keep(self._model.evaluated(piece), self._model, self._keep)
 
-    def needed(self, tests: TestTable) -> TestTable:
-        """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
 
-        If more than half of a large block is kept, later blocks are not filtered: little of them
-        would be left out, and all tests are filtered together in the end.
-        """
-        if self._keep == "all":
-            return tests
-        table = self._model.under_so_far(tests)
-        if self._keep == "feasible":
-            return tests.take(table.feasible())
-        kept = tests.take(table.pareto())
-        if 2 * len(kept) > len(tests) > _PREDICTIVE:
-            self._keep = "all"
-        return kept
+def tests_to_keep(tests: TestTable, model: Model, keep: str) -> TestTable:
+    """Return the tests that are to be kept, as for :class:`PieceTask`."""
+    if keep == "all":
+        return tests
+    table = model.under_so_far(tests)
+    if keep == "feasible":
+        return tests.take(table.feasible())
+    return tests.take(table.pareto())
 
 
 class Executor:
@@ -149,23 +141,25 @@ class Executor:
         """Copies have the settings; what is being evaluated stays with the executor."""
         return Executor, self._arguments, {"may_end_early": self.may_end_early}
 
-    @property
-    def n_ahead(self) -> int:
-        """How many points to submit beyond those that are awaited, so that no worker waits."""
-        is_here = self._has_designs and type(self.queue.runner) is Runner
-        if self.may_end_early or is_here:
-            return _AHEAD_OF_WORKER * self.queue.runner.n_workers  # 0 in this process
-        return LAST  # one slow design holds up none of the others
+    def n_accepted(self, n_awaited: int) -> int:
+        """Return how many more points to submit now; 0 while enough of them wait.
 
-    @property
-    def n_accepted(self) -> int:
-        """How many more points to submit now; 0 while enough of them wait."""
+        Args:
+            n_awaited: How many further ones are awaited.
+        """
+        queue = self.queue
+        n_workers = queue.runner.n_workers
         enough = _WAITING
         if not self._has_designs:
-            enough = self.queue.largest * max(1, _PIECES_AHEAD * self.queue.runner.n_workers)
-        if self.queue.n_waiting >= enough:
+            enough = queue.largest * max(1, _PIECES_AHEAD * n_workers)
+        if queue.n_waiting >= enough:
             return 0
-        return enough
+        n_ahead = LAST  # one slow design holds up none of the others
+        if queue.n_pending == 0:  # nothing ahead of points whose tests are all stored
+            n_ahead = 0
+        elif self.may_end_early or (self._has_designs and type(queue.runner) is Runner):
+            n_ahead = _AHEAD_OF_WORKER * n_workers  # 0 in this process
+        return min(n_awaited + n_ahead, enough)
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate, numbered above all earlier ones."""

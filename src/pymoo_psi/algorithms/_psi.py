@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import PieceTask
+from pymoo_psi.algorithms._executor import tests_to_keep
 from pymoo_psi.algorithms._options import ByName, Keep, PointSequence, Retry, RunOptions
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
@@ -610,7 +610,7 @@ def investigate(
     run, table = repeated_tests(tested, problem, n_points, options)
     model = run.model
     if is_noisy:
-        table = PieceTask(model, keep).needed(averaged_repeats(table))
+        table = tests_to_keep(averaged_repeats(table), model, keep)
     table = model.under(run.store.numbered(table))
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
@@ -622,8 +622,6 @@ def investigate(
 
 def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
-    # Workers may have filtered their tests already; then it takes hardly any time.
-    task = PieceTask(run.model, keep)
     n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -632,7 +630,8 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for block in blocks:
-            tables.append(task.needed(block.tests))
+            # Workers may have filtered their tests already; then it takes hardly any time.
+            tables.append(tests_to_keep(block.tests, run.model, keep))
             n_tested += len(block.numbers)
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))

@@ -315,10 +315,7 @@ class Run:
         if self._steered != "continue":
             return Points.none()
         first = int(np.searchsorted(self._points.numbers, self._last_started, "right"))
-        count = self._n_awaited - first
-        if self.executor.queue.n_pending:  # nothing ahead of points whose tests are all stored
-            count += self.executor.n_ahead
-        count = min(count, self.executor.n_accepted)
+        count = self.executor.n_accepted(self._n_awaited - first)
         if count <= 0:
             return Points.none()
         if first == len(self._points) and self.source.n_left > 0:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Designs, Numbers, Received, finite_array, invalid
+from pymoo_psi._validation import AnyArray, Array, Designs, Numbers, Received, finite_array, invalid
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling
 from pymoo_psi.errors import PsiError
@@ -65,6 +65,15 @@ class Points:
         """Return how many points there are."""
         return len(self.numbers)
 
+    def _with(self, numbers: Numbers, change: Callable[[AnyArray, str], AnyArray]) -> Points:
+        """Return other points; ``change`` returns their arrays, by these and their names."""
+        arrays = {}
+        for name in ("coordinates", "rounds", "designs"):
+            array = getattr(self, name)
+            if array is not None:
+                arrays[name] = change(array, name)
+        return Points(numbers, self.n_dim, **arrays)
+
     @property
     def cube_points(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
@@ -82,10 +91,7 @@ class Points:
 
     def at(self, rows: Any) -> Points:
         """Return the points in some rows: indices, a mask or a slice."""
-        parts = []
-        for array in (self.coordinates, self.rounds, self.designs):
-            parts.append(None if array is None else array[rows])
-        return Points(self.numbers[rows], self.n_dim, *parts)
+        return self._with(self.numbers[rows], lambda array, _: array[rows])
 
     def joined(self, others: Points) -> Points:
         """Return these points, followed by others of the same source."""
@@ -94,14 +100,9 @@ class Points:
         if len(others) == 0:
             return self
         numbers = np.concatenate([self.numbers, others.numbers])
-        coordinates = None
-        if self.coordinates is not None or others.coordinates is not None:
-            coordinates = np.concatenate([self.cube_points, others.cube_points])
-        parts: list[Any] = [self.rounds, self.designs]
-        for j, part in enumerate((others.rounds, others.designs)):
-            if part is not None:
-                parts[j] = np.concatenate([parts[j], part])
-        return Points(numbers, self.n_dim, coordinates, *parts)
+        return self._with(
+            numbers, lambda array, name: np.concatenate([array, getattr(others, name)])
+        )
 
 
 class Source:
