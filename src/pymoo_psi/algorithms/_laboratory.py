@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -54,34 +53,8 @@ _TRIED = 200  # points that are tried for each new design
 _TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
 
 
-@dataclass(frozen=True)
-class _Assignment:
-    """A test that people are asked for.
-
-    Attributes:
-        test: The number of the test.
-        run: Its run.
-        proposal: What the study keeps of it.
-    """
-
-    test: int
-    run: int
-    proposal: Proposal
-
-    @property
-    def design(self) -> Values:
-        """The values of the variables by name; choices as texts."""
-        design: Values = self.proposal.content["design"]
-        return design
-
-    @property
-    def original(self) -> int:
-        """The number of the test that it repeats, or its own."""
-        return int(self.proposal.content.get("of", self.test))
-
-
 class _Laboratory:
-    """The tests and assignments of a study.
+    """The tests of a study, and those that people are asked for.
 
     Args:
         database: The study, open.
@@ -90,8 +63,8 @@ class _Laboratory:
         head: Its head.
         results: The columns that people measure: objectives and others that no expression computes.
         tests: All tests, by number.
-        assignments: The assignments, by the number of the test.
-        pending: Those without a result.
+        proposals: What was assigned, by the number of the test: its run, and what the study keeps.
+        pending: The numbers of those without a result.
     """
 
     def __init__(self, database: Database) -> None:
@@ -106,37 +79,47 @@ class _Laboratory:
         )
         self.results = [name for name in names if not expressions.get(name)]
         self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
-        self.assignments: dict[int, _Assignment] = {}
-        self.pending: dict[int, _Assignment] = {}
+        self.proposals: dict[int, tuple[int, Proposal]] = {}
+        self.pending: list[int] = []
         for run, test, proposal in database.assigned():
             if "design" not in proposal.content:
                 continue
-            assignment = _Assignment(test, run, proposal)
-            self.assignments[test] = assignment
-            if assignment.original == test and test not in self.tests.index:
-                self.pending[test] = assignment
+            self.proposals[test] = run, proposal
+            if self.original(test) == test and test not in self.tests.index:
+                self.pending.append(test)
 
-    def frame(self, assignments: Sequence[_Assignment]) -> pd.DataFrame:
-        """Return assignments as a table to be filled in."""
+    def design(self, test: int) -> Values:
+        """Return the assigned values of the variables by name; choices as texts."""
+        _, proposal = self.proposals[test]
+        design: Values = proposal.content["design"]
+        return design
+
+    def original(self, test: int) -> int:
+        """Return the number of the test that an assigned one repeats, or its own."""
+        _, proposal = self.proposals[test]
+        return int(proposal.content.get("of", test))
+
+    def assign(self, database: Database, run: int, proposal: Proposal) -> int:
+        """Ask people for a test, the next point of a run; return its number."""
+        test, proposal = database.assign(run, proposal)
+        self.proposals[test] = run, proposal
+        return test
+
+    def frame(self, tests: Sequence[int]) -> pd.DataFrame:
+        """Return assigned tests as a table to be filled in."""
         import pandas as pd
 
-        frame = pd.DataFrame([assignment.design for assignment in assignments])
-        frame.insert(0, TEST, [assignment.test for assignment in assignments])
+        frame = pd.DataFrame([self.design(test) for test in tests])
+        frame.insert(0, TEST, tests)
         frame[[*self.results, FAILURE]] = None
         return frame
 
     def designs(self, variables: Names) -> set[tuple[Any, ...]]:
         """Return the designs that are tested or assigned."""
         designs = {*self.tests[[*variables]].itertuples(index=False, name=None)}
-        for assignment in self.assignments.values():
-            designs.add(tuple(assignment.design.values()))
+        for test in self.proposals:
+            designs.add(tuple(self.design(test).values()))
         return designs
-
-
-def _assign(database: Database, run: int, proposal: Proposal) -> _Assignment:
-    """Ask people for a test of a run, as its next test point."""
-    test, proposal = database.assign(run, proposal)
-    return _Assignment(test, run, proposal)
 
 
 # Asking
@@ -180,7 +163,7 @@ def ask_tests(
         with store.study.reading() as database:
             laboratory = _Laboratory(database)
         if n_tests == 0:
-            return laboratory.frame([*laboratory.pending.values()])
+            return laboratory.frame(laboratory.pending)
         n_proposed = 0
         if with_surrogates:
             n_known = len(laboratory.tests) + len(laboratory.pending)
@@ -190,17 +173,17 @@ def ask_tests(
         for design in _points_of_sequence(model, options, known, n_tests - n_proposed):
             proposals.append(Proposal(0, 0, store.origin, {"design": design}))
         if n_proposed > 0:
-            rounds = [assignment.proposal.round for assignment in laboratory.assignments.values()]
+            rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
             last_round = max(rounds, default=0)
-            pending = [assignment.design for assignment in laboratory.pending.values()]
+            pending = [*map(laboratory.design, laboratory.pending)]
             pending += [proposal.content["design"] for proposal in proposals]
             X = _proposed_by_surrogates(model, options, store, pending, n_proposed, last_round)
             for design in _unknown_designs(model, X, known, n_proposed):
                 entries = {"design": design}
                 proposals.append(Proposal(0, last_round + 1, "surrogates", entries))
         with store.study.changes() as database:
-            assignments = [_assign(database, store.run, proposal) for proposal in proposals]
-        return laboratory.frame(assignments)
+            tests = [laboratory.assign(database, store.run, proposal) for proposal in proposals]
+        return laboratory.frame(tests)
 
 
 def _points_of_sequence(
@@ -290,9 +273,9 @@ def tell_tests(
         laboratory = _Laboratory(database)
         for test in cancel:
             known_name("cancel", str(test), [*map(str, laboratory.pending)])
-            assignment = laboratory.pending.pop(test)
-            del laboratory.assignments[test]
-            database.cancel(assignment.run, test, assignment.proposal.test_point)
+            run, proposal = laboratory.proposals.pop(test)
+            laboratory.pending.remove(test)
+            database.cancel(run, test, proposal.test_point)
         if source is not None:
             units = laboratory.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
@@ -306,20 +289,7 @@ def tell_tests(
     return [*sentences, f"Pending tests: {left}."]
 
 
-@dataclass(frozen=True)
-class _Result:
-    """The result of a test in a row of a file.
-
-    Attributes:
-        assignment: The assignment that it belongs to.
-        values: The variables, the results and ``reason``, by name. The results of a failed test are
-            NaN, the reason of another one is "".
-        place: Where the row is, for messages.
-    """
-
-    assignment: _Assignment
-    values: Values
-    place: str
+_PLACE = "place in the file"  # of the row of a result, for messages
 
 
 def _text(value: Any) -> str:
@@ -331,8 +301,12 @@ def _text(value: Any) -> str:
 
 def _results_in(
     cells: Any, columns: Entries, laboratory: _Laboratory, remarks: list[str]
-) -> Iterator[_Result]:
-    """Yield the rows with all results or the reason of a failure; remark on those with some."""
+) -> Iterator[Values]:
+    """Yield the rows with all results or the reason of a failure; remark on those with some.
+
+    A row has ``test``, the variables, the results and ``reason`` by name, and its place. The
+    results of a failed test are NaN, the reason of another one is "".
+    """
     head = laboratory.head
     is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
     options = head["problem"]["choices"].values()
@@ -365,19 +339,18 @@ def _results_in(
         if n_measured and reason:
             rule = "either results or the reason of a failure"
             raise invalid(place, rule, Received(reason), "leave one of them blank")
-        assignment = laboratory.assignments.get(test)
-        is_blank_row = n_measured == 0 and not reason
-        if not is_blank_row and (assignment is None or assignment.original != test):
+        is_assigned = test in laboratory.proposals and laboratory.original(test) == test
+        if (n_measured or reason) and not is_assigned:
             rule = "that of a test that was asked for and is not cancelled"
             raise invalid(f"{place}, {TEST}", rule, test)
-        if assignment is None or (n_measured < len(laboratory.results) and not reason):
+        if n_measured < len(laboratory.results) and not reason:
             lacking.append(test)
             continue
-        for name, value in assignment.design.items():
+        for name, value in laboratory.design(test).items():
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
         unknown = dict.fromkeys(laboratory.results, np.nan)
-        yield _Result(assignment, unknown | values | {"reason": reason}, place)
+        yield {TEST: test, _PLACE: place} | unknown | values | {"reason": reason}
     pending = [str(test) for test in lacking if test in laboratory.pending]
     if pending:
         remarks.append(
@@ -413,8 +386,8 @@ def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> An
 
 
 def _new_results(
-    database: Database, laboratory: _Laboratory, results: Sequence[_Result], remarks: list[str]
-) -> list[_Result]:
+    database: Database, laboratory: _Laboratory, results: Sequence[Values], remarks: list[str]
+) -> list[Values]:
     """Return the results that the study does not have, after it has discarded those they correct.
 
     A row is known if a stored test of its design has the same results; each counts once. Other rows
@@ -425,69 +398,68 @@ def _new_results(
     """
     names = [*laboratory.head["variables"], *laboratory.results, "reason"]
     stored: dict[int, dict[int, list[str]]] = defaultdict(dict)  # by the original and own number
-    for test, assignment in laboratory.assignments.items():
+    for test in laboratory.proposals:
         if test in laboratory.tests.index:
             texts = list(map(_text, laboratory.tests.loc[test, names]))
-            stored[assignment.original][test] = texts
-    new: list[_Result] = []
-    rows: dict[int, list[int]] = defaultdict(list)  # those of new results, by the original
+            stored[laboratory.original(test)][test] = texts
+    new = []
+    new_of: dict[int, list[Values]] = defaultdict(list)  # the same, by the original
     for result in results:
-        test = result.assignment.test
-        texts = [_text(result.values[name]) for name in names]
-        known = [other for other in stored[test] if stored[test][other] == texts]
+        others = stored[result[TEST]]
+        texts = [_text(result[name]) for name in names]
+        known = [other for other in others if others[other] == texts]
         if known:
-            del stored[test][known[0]]
+            del others[known[0]]
         else:
-            rows[test].append(len(new))
+            new_of[result[TEST]].append(result)
             new.append(result)
-    for test, rows_of_test in rows.items():
+    for test, rows in new_of.items():
         others = stored[test]
-        if len(others) > len(rows_of_test):
+        if len(others) > len(rows):
             rule = f"given with all other results of test {test}"
             received = Received(f"a file without those of tests {', '.join(map(str, others))}")
             remedy = "add a row for each of them; nothing was taken"
-            raise invalid(new[rows_of_test[0]].place, rule, received, remedy)
-        for row, other in zip(rows_of_test, others, strict=False):
+            raise invalid(rows[0][_PLACE], rule, received, remedy)
+        for result, other in zip(rows, others, strict=False):
             changes = []
             for name, former in zip(names, others[other], strict=True):
-                text = _text(new[row].values[name])
+                text = _text(result[name])
                 if text != former and "nan" not in (text, former):  # those of a failed test
                     changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
             remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
             database.correct(other, "corrected")
-            assignment = laboratory.assignments[other]
-            laboratory.pending[other] = assignment
-            new[row] = replace(new[row], assignment=assignment)
+            laboratory.pending.append(other)
+            result[TEST] = other
     return new
 
 
-def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result]) -> list[str]:
+def _keep(database: Database, laboratory: _Laboratory, results: Sequence[Values]) -> list[str]:
     """Write the tests of results; return sentences on designs that were changed."""
     import pandas as pd
 
-    tests = []
     sentences = []
     for result in results:
-        assignment = result.assignment
-        proposal = assignment.proposal
-        title = f"Test {assignment.test}"
-        if laboratory.pending.pop(assignment.test, None) is None:  # it has a result already
-            content = proposal.content | {"of": assignment.test}
-            assignment = _assign(database, assignment.run, proposal._replace(content=content))
-            title = f"Test {assignment.test}, a repeat of {assignment.original}"
-        for name, value in assignment.design.items():
-            if result.values[name] != value:
-                change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
+        test = result[TEST]
+        run, proposal = laboratory.proposals[test]
+        title = f"Test {test}"
+        if test in laboratory.pending:
+            laboratory.pending.remove(test)
+        else:  # it has a result already
+            content = proposal.content | {"of": test}
+            again = laboratory.assign(database, run, proposal._replace(content=content))
+            _, proposal = laboratory.proposals[again]
+            title = f"Test {again}, a repeat of {test}"
+        for name, value in laboratory.design(test).items():
+            if result[name] != value:
+                change = f"{name} = {_text(result[name])} instead of {_text(value)}"
                 sentences.append(f"{title}: {change}; what was tested counts.")
-        of_proposal = {"origin": proposal.origin, PROPOSAL_ROUND: proposal.round}
-        place = {"run": assignment.run, POINT: assignment.proposal.test_point}
-        tests.append(result.values | of_proposal | place)
-    frame = pd.DataFrame(tests)
+        result |= {"origin": proposal.origin, PROPOSAL_ROUND: proposal.round}
+        result |= {"run": run, POINT: proposal.test_point, "seconds": np.nan}
+    frame = pd.DataFrame(results).drop(columns=TEST)
     if not frame[PROPOSAL_ROUND].any():
         del frame[PROPOSAL_ROUND]
+    places = [*frame.pop(_PLACE)]
     columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-    columns["seconds"] = np.full(len(tests), np.nan)
-    places = [result.place for result in results]
     columns = with_computed(database.head, columns, places, sentences)
     runs = columns.pop("run")
     for run in np.unique(runs).tolist():
