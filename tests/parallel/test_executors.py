@@ -153,7 +153,7 @@ def test_a_task_given_up_is_sent_again_once(n_lost):
         ([ModuleNotFoundError("No module named 'beam'")], "cannot do the tasks .*'beam'"),
         ([None, None, BrokenExecutor("it broke")], "takes no more work .*it broke"),
         (
-            [(("pymoo-psi 0.1", "Python 3.9"), None)],
+            [(("pymoo-psi 0.1", "Python 3.9"), b"")],
             "has pymoo-psi 0.1 and Python 3.9, this process",
         ),
     ],

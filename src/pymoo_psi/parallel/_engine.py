@@ -5,8 +5,7 @@ cluster has, such as Dask, Ray, MPI or SLURM. It evaluates the designs of a job 
 own under the package's guard. So a design that hangs, or kills its process, costs that design, on
 every engine, and the engine's own worker goes on.
 
-An executor sees nothing but a function of this module, texts and bytes. Its worker gets the model's
-function when it answers that it lacks it.
+An executor sees nothing but a function of this module, texts and bytes.
 """
 
 from __future__ import annotations
@@ -17,10 +16,8 @@ import platform
 import secrets
 import sys
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor, Future
-from contextlib import suppress
 from functools import partial
 from threading import Semaphore, Thread
 from typing import Any
@@ -44,10 +41,6 @@ from pymoo_psi.parallel._runner import Queue, Runner, gone
 _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
 
 _ASKING = 0.2  # seconds between two looks at the number of workers
-# Bytes of a pickled function up to which each job brings it: this takes less time than a worker
-# that has to ask for it.
-_SMALL = 10_000
-_KEPT = 4  # functions that a worker keeps, one of each run that it works for
 
 
 class ProcessRunner(Runner):
@@ -243,24 +236,20 @@ class ExecutorRunner(Runner):
         return queue.submitted()
 
     def submit(self, job: Job) -> Any:
-        """Return the future of a job; workers that lack a large function need it with the job."""
-        function = None
-        if job.is_repeated or len(job.function) <= _SMALL:
-            function = job.function
+        """Return the future of a job."""
         name = secrets.token_hex(8)  # engines that know a task by its content repeat none
-        packed = cloudpickle.dumps(job._replace(function=b"", is_repeated=False))
         try:
-            return self.executor.submit(evaluate_packed, _VERSIONS, name, packed, function)
+            return self.executor.submit(evaluate_packed, _VERSIONS, name, cloudpickle.dumps(job))
         except PsiError:
             raise
         except Exception as error:
             raise gone(error) from error
 
-    def answer(self, future: Any) -> Answer | None:
-        """Return the answer of a future that is done, or ``None`` if its worker lacks the function.
+    def answer(self, future: Any) -> Answer:
+        """Return the answer of a future that is done.
 
         Raises:
-            WorkerError: It has other versions.
+            WorkerError: Its worker has other versions.
         """
         versions, packed = future.result()
         if versions != _VERSIONS:
@@ -268,8 +257,6 @@ class ExecutorRunner(Runner):
                 f"a worker has {' and '.join(versions)}, this process has "
                 f"{' and '.join(_VERSIONS)}; install the same versions on the workers"
             )
-        if packed is None:
-            return None
         answer: Answer = cloudpickle.loads(packed)
         return answer
 
@@ -299,42 +286,30 @@ def _answer(job: Job, future: Future[Answer]) -> None:
 
 # In the workers of an executor
 
-_FUNCTIONS: OrderedDict[str, bytes] = OrderedDict()  # pickled, by their run; the last ones
-
 
 def evaluate_packed(
-    versions: tuple[str, ...], name: str, packed: bytes, function: bytes | None
-) -> tuple[tuple[str, ...], bytes | None]:
+    versions: tuple[str, ...], name: str, packed: bytes
+) -> tuple[tuple[str, ...], bytes]:
     """Evaluate designs in a worker of an executor, under a guard.
 
     Args:
         versions: Those of the sender.
         name: That of the task, different for each.
-        packed: The pickled job, without its function.
-        function: The pickled function, unless the worker is likely to have it.
+        packed: The pickled job.
 
     Returns:
-        The worker's versions; and the pickled answer, or ``None`` if the worker lacks the function,
-        or has other versions.
+        The worker's versions; and the pickled answer, empty if the worker has other versions.
     """
     if versions != _VERSIONS:
-        return _VERSIONS, None
+        return _VERSIONS, b""
     job: Job = cloudpickle.loads(packed)
-    if function is not None:
-        _FUNCTIONS[job.run] = function
-        while len(_FUNCTIONS) > _KEPT:
-            with suppress(KeyError):  # other threads of the worker do the same
-                _FUNCTIONS.popitem(last=False)
-    pickled = _FUNCTIONS.get(job.run)
-    if pickled is None:
-        return _VERSIONS, None
     if sys.platform != "win32":
-        results, failure, accepted = evaluate(job._replace(function=pickled))
+        results, failure, accepted = evaluate(job)
         if failure is not None:
             failure = sendable(failure)
         answer = results, failure, accepted
     else:
-        answer = answer_by(pickled, job.designs)
+        answer = answer_by(job.function, job.designs)
     return _VERSIONS, cloudpickle.dumps(answer)
 
 

@@ -93,7 +93,6 @@ class Job(NamedTuple):
         environment: The environment of the run; ``None`` for that of whoever evaluates the job.
         free: A semaphore of the workers of this machine that are free for the run; ``None`` where
             others evaluate.
-        is_repeated: Whether it was sent before, to a worker that lacked the function.
     """
 
     run: str
@@ -104,7 +103,6 @@ class Job(NamedTuple):
     seconds: float = math.inf
     environment: Values | None = None
     free: Any = None
-    is_repeated: bool = False
 
 
 _IDLE: list[_Worker] = []  # the last ones at the end

@@ -110,8 +110,8 @@ class Runner:
         """
         raise NotImplementedError
 
-    def answer(self, future: Any) -> Answer | None:
-        """Return the answer of a future that is done; ``None`` if its worker lacks the function.
+    def answer(self, future: Any) -> Answer:
+        """Return the answer of a future that is done.
 
         Raises:
             Exception: What the worker raised, or the engine.
@@ -396,9 +396,6 @@ class Queue:
             raise
         except Exception as error:
             yield from self._given_up(job, error)
-            return
-        if answer is None:  # its worker lacks the function
-            self._send(job._replace(is_repeated=True))
             return
         yield from self.results_of(answer)
         for index, _ in reversed(job.designs):
