@@ -20,7 +20,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Queue, Runner, raise_original
-from pymoo_psi.problems import Seeded, function_of_designs, streams
+from pymoo_psi.problems import function_of_designs, streams
 from pymoo_psi.study import LAST
 from pymoo_psi.table import TestTable
 
@@ -32,8 +32,6 @@ _AHEAD_OF_WORKER = 8
 # Seconds that a piece takes, about: a commit of some milliseconds does not count beside them, and
 # not much more is lost when the process is killed.
 _SECONDS = 1.0
-# The same for a runner of another package: its workers wait for the slowest design of each piece.
-_SECONDS_OF_OTHERS = 10.0
 # Designs in the first piece: enough to measure the cost of one and to keep the workers of a runner
 # of another package busy, and few enough that a model of seconds a design loses minutes only.
 _SMALLEST = 64
@@ -125,7 +123,7 @@ class Executor:
             runner = model.problem.elementwise_runner
             if not isinstance(runner, Runner):  # pymoo's, which is a loop
                 runner = None
-            self.queue = Queue(function_of_designs(model.inner), runner)
+            self.queue = Queue(function_of_designs(model.inner, seeded=model.noisy), runner)
         else:
             self.queue = _queue_of_points(model, options, together)
         self.may_end_early = True
@@ -174,7 +172,7 @@ class Executor:
                 repeat = self._model.repeat
                 # from 0 to 2³¹ - 1
                 seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
-                designs = map(Seeded, designs, seeds)
+                designs = zip(designs, seeds, strict=True)
             self.queue.add(zip(numbers, designs, strict=True))
         else:
             self.queue.add([(numbers[0], points)])
@@ -225,7 +223,6 @@ def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue
         raise invalid("problem", rule, model.inner, remedy)
     smallest = _SMALLEST
     largest = _LARGEST
-    seconds = _SECONDS
     if together:
         smallest = LAST
         largest = LAST
@@ -233,8 +230,6 @@ def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue
         largest = _LARGEST_ELEMENTWISE
         if isinstance(model.problem.elementwise_runner, LoopedElementwiseEvaluation):
             smallest = 1
-        else:
-            seconds = _SECONDS_OF_OTHERS
     largest = options.block_size or largest
     return Queue(
         PieceTask(model, options.keep),
@@ -242,5 +237,5 @@ def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue
         in_pieces=True,
         smallest=min(smallest, largest),
         largest=largest,
-        seconds=seconds,
+        seconds=_SECONDS,
     )

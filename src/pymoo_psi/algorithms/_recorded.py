@@ -128,7 +128,8 @@ class Recorded(WithTable, WrappedProblem):
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)
         table = table_of_run(self._model, options, lambda: "an algorithm (Recorded)")
-        self._store = _DesignStore(table, options, self._model)
+        # Tests are found by their designs; only designs without one become points.
+        self._store = StudyStore(table, options, self._model, recalls=False)
         self._store.study.stays_open = True
         self._executor = Executor(self._model, options, together=True)
         self.returned: set[int] = set()
@@ -236,11 +237,3 @@ class Recorded(WithTable, WrappedProblem):
         if len(block.tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")
         return block.tests
-
-
-class _DesignStore(StudyStore):
-    """A store in which tests are found by their designs, whatever their points."""
-
-    def recall(self, points: Points) -> TestTable:
-        """Return no tests, as only designs without one become points."""
-        return self.empty

@@ -123,6 +123,7 @@ class StudyStore(Store):
             tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
         options: The options of the run.
         model: The model of the run.
+        recalls: Whether the points of a run may have tests already.
 
     Attributes:
         study: The study.
@@ -138,8 +139,11 @@ class StudyStore(Store):
         table: TestTable,
         options: RunOptions,
         model: Model,
+        *,
+        recalls: bool = True,
     ) -> None:
         super().__init__(table)
+        self._recalls = recalls
         self._model = model
         self._options = options
         # how many requests were read; None before the first look
@@ -167,6 +171,8 @@ class StudyStore(Store):
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
+        if not self._recalls:
+            return self.empty
         numbers = points.numbers
         if self._has_other_runs:  # they may have tested the same designs
             model = self._model
@@ -393,10 +399,6 @@ def renumbered(tests: TestTable, numbers: Numbers) -> TestTable:
     return replace(tests, numbers=numbers, failures=failures)
 
 
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
-
-
 @contextmanager
 def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     """Let SIGTERM end the process after the body has stored what has arrived.
@@ -406,21 +408,23 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     is_default = in_main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    is_terminated = False
 
     def interrupt(*_: Any) -> None:
-        raise _Terminated
+        nonlocal is_terminated
+        is_terminated = True
+        raise KeyboardInterrupt  # which no model takes for a failure of a design
 
     if is_default:
         signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
     except KeyboardInterrupt as error:
-        if is_default and isinstance(error, _Terminated):
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
-            os.kill(os.getpid(), signal.SIGTERM)
         if store is not None:
             error.args = error.args or (store.advice,)  # the last line of what Python prints
         raise
     finally:
         if is_default:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        if is_terminated:
+            os.kill(os.getpid(), signal.SIGTERM)

@@ -15,7 +15,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
@@ -103,12 +103,13 @@ def _is_one_by_one(problem: Any) -> bool:
     return bool(problem.elementwise) and type(problem).do is Problem.do
 
 
-def function_of_designs(problem: Any) -> Callable[[Any], Values]:
+def function_of_designs(problem: Any, *, seeded: bool) -> Callable[[Any], Values]:
     """Return the function that evaluates a design of a problem that :func:`streams`.
 
-    A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.
+    A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`. If they are
+    seeded, the function takes pairs of a design and a number, which the model gets as ``seed=``.
     """
-    return _CheckedFunction(problem, (), {})
+    return _CheckedFunction(problem, (), {}, seeded)
 
 
 def columns_of_values(problem: Any, rows: Sequence[Values]) -> Values:
@@ -129,17 +130,11 @@ def _sizes(problem: Any) -> dict[str, int]:
     return {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
 
 
-class Seeded(NamedTuple):
-    """A design of a noisy problem, whose model gets ``seed=``."""
-
-    design: Any
-    seed: int
-
-
 class _CheckedFunction:
     """The function that a runner calls: pymoo's, with checked values or the reason for none."""
 
-    def __init__(self, problem: Any, args: Any, kwargs: Any) -> None:
+    def __init__(self, problem: Any, args: Any, kwargs: Any, seeded: bool = False) -> None:
+        self.seeded = seeded
         self.wrappers = []
         while changes_designs_only(problem):
             self.wrappers.append(problem)
@@ -154,7 +149,7 @@ class _CheckedFunction:
     def __call__(self, x: Any) -> Values:
         """Return the values of one design, as arrays of their own."""
         function = self.function
-        if isinstance(x, Seeded):
+        if self.seeded:
             x, seed = x
             function = self.problem.elementwise_func(self.problem, (), {"seed": seed})
         try:
