@@ -45,7 +45,9 @@ function foreign(data) {
 }
 
 function switched(data, state, ranking) {
-  const rows = [...Logic.switches(data, state, ranking)].filter((one) => one !== null)
+  const search = Logic.switches(data, state, ranking)
+  let {value: rows, done} = search.next()
+  while (!done) ({value: rows, done} = search.next())
   return {rows, texts: rows.filter(({value}) => value !== null).map((one) => Logic.switchText(data, one))}
 }
 

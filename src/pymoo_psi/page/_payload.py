@@ -94,6 +94,7 @@ def payload(
     shades = []
     if live is None:  # all designs are there
         shades = _shades(table.under(limits=decision.formulation.limits))
+    columns = _columns(tables, optimal)
     return {
         "title": title,
         "file": file,
@@ -111,7 +112,8 @@ def payload(
         "labels": labels,
         "names": names,
         "n": len(table),
-        "columns": _columns(tables, optimal),
+        "columns": columns,
+        "plot": _plotted(columns),
         "optimal": _base64(optimal.view(np.uint8)),
         "shades": shades,
         "head": {
@@ -234,6 +236,22 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     for field, name in _GEOMETRIC.items():  # their values depend on the limits
         columns.append({"field": field, "name": name, **_COMPUTED_BY_PAGE})
     return columns
+
+
+def _plotted(columns: Sequence[Values]) -> list[str]:
+    """Return the names of the columns of both scatter plots, across and up."""
+    names_by_role: dict[str, list[str]] = {"objective": [], "variable": [], "output": []}
+    for column in columns:
+        if column["role"] != "geometric" and column["texts"] is None:
+            names_by_role[column["role"]].append(column["name"])
+    objectives = names_by_role["objective"]
+    variables = names_by_role["variable"]
+    second = [_GEOMETRIC["mu3"], _GEOMETRIC["mu2"]]
+    if variables:
+        second = [*variables, objectives[0]][:2]
+    elif len(objectives) > 2:
+        second = objectives[-2:]
+    return [*[*objectives, _GEOMETRIC["mu1"]][:2], *second]
 
 
 def number_formats(table: TestTable) -> dict[str, NumberFormat]:

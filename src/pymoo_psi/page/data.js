@@ -59,30 +59,20 @@ function addDesigns(data, more) {
     const {least, group} = grouped(maximize ? values.map((value) => -value) : values)
     return gathered(least, group)
   })
-  const dominator = new Int32Array(n).fill(-1)
-  // What was found stays so, unless new values change which ones are equal up to rounding.
-  const isSame = data.F?.every((column, j) => column.every((value, i) => value === F[j][i]))
-  const {boxes, optimal, last} = isSame || !more.length ? data : {optimal: []}
-  if (isSame) dominator.set(data.dominator)
   Object.assign(data, {
     F,
     total: names.length,
     designs: upTo(n),
     prototypes: upTo(names.length).subarray(n),
     rowOf: new Map(names.map((name, row) => [name, row])),
-    dominator, // a dominator of each design, the one found last, see `frontOf`
+    dominator: new Int32Array(n).fill(-1), // of each design, the one found last, see `frontOf`
+    boxes: null,
     more: [...data.more, ...more],
     alphabetic: null,
-    last, // the front before
+    last: null, // the front before
   })
-  if (more.length) {
-    // What was dominated stays so; what was optimal is compared with the new designs only.
-    const added = boxesOf(F, data.designs.subarray(optimal.length))
-    const halves = boxes?.halves ?? []
-    data.boxes = halves.length % 50 ? {low: [], rows: [], halves: [...halves, added]} : boxesOf(F, data.designs)
-    data.optimal = Uint8Array.from(data.designs, (i) => optimal[i] !== 0 &&
-      dominatorOf(optimal[i] ? added : data.boxes, F.map((column) => column[i]), all) < 0)
-  }
+  // What was dominated stays so.
+  if (more.length) data.optimal = Uint8Array.from(data.designs, (i) => data.optimal[i] !== 0 && dominatorAmong(data, i, all) < 0)
   data.whole = ranked(data, all)
   if (more.length) for (const column of data.columns) if (column.range && column.values) {
     for (const ends of [column.range, column.axis]) [1, -1].forEach((sign, k) => {

@@ -13,9 +13,8 @@ function frontOf(data, mask, rows) {
   for (let k = 0; k < rows.length; k++) {
     const i = rows[k]
     if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
-      data.boxes ??= boxesOf(data.F, data.designs)
       const stays = last?.front[i]
-      dominator[i] = stays && !more ? -1 : dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), stays ? added : mask)
+      dominator[i] = stays && !more ? -1 : dominatorAmong(data, i, stays ? added : mask)
     }
     front[i] = optimal[i] || dominator[i] < 0 ? 1 : 0
   }
@@ -28,10 +27,15 @@ function* prepare(data) {
   const all = new Uint8Array(data.n).fill(1)
   for (let i = 0; i < all.length; i++) {
     if (data.optimal[i] || data.dominator[i] >= 0) continue
-    data.boxes ??= boxesOf(data.F, data.designs)
-    data.dominator[i] = dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), all)
+    data.dominator[i] = dominatorAmong(data, i, all)
     yield
   }
+}
+
+// One of the rows among a mask that dominates a row; -1 if there is none.
+function dominatorAmong(data, i, among) {
+  data.boxes ??= boxesOf(data.F, data.designs)
+  return dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), among)
 }
 
 // The rows in a tree of boxes, each with its least values and two halves, of the lower and the higher
@@ -51,8 +55,7 @@ function boxesOf(F, rows, depth = 0) {
     halves: parts.map((half) => boxesOf(F, half, depth + 1))}
 }
 
-// One of the rows among a mask that dominates a point; -1 if there is none. It lies in boxes whose
-// least values are nowhere worse.
+// What dominates a point lies in boxes whose least values are nowhere worse.
 function dominatorOf({low, rows, points, halves}, point, among) {
   const m = point.length
   for (let j = 0; j < m; j++) if (low[j] > point[j]) return -1

@@ -78,19 +78,11 @@ function comparison(data, ranking, state, shown = -1) {
 
 // Some rows of the front that are nearest to a row, in units of the ranges, but for those taken.
 function nearestTo(data, {front, frame}, row, taken, count) {
-  const away = new Float64Array(front.length)
+  const away = new Float64Array(data.n)
   data.F.forEach((column, j) => {
-    const [own, length] = [column[row], frame.lengths[j]]
-    for (let k = 0; k < away.length; k++) away[k] += ((column[front[k]] - own) / length) ** 2
+    for (const i of front) away[i] += ((column[i] - column[row]) / frame.lengths[j]) ** 2
   })
-  for (let k = 0; k < away.length; k++) if (taken.has(front[k])) away[k] = Infinity
-  const found = []
-  for (let least = leastOf(away); found.length < count && least < Infinity; least = leastOf(away)) {
-    const at = away.indexOf(least)
-    found.push(front[at])
-    away[at] = Infinity
-  }
-  return found
+  return [...argsort(away, picked(front, (i) => !taken.has(i))).subarray(0, max(0, count))]
 }
 
 // What rows gain against one of them in each objective, and this in shares of its range.

@@ -29,58 +29,61 @@ const limitText = ({name, unit}, end, value) =>
 
 // At which limits another design is proposed (selection's switching_values): as each that is set, or
 // that no objective has on its worse side, is tightened or loosened over the values that designs have.
-// A generator, which pauses after each ranking. Each {name, end, looser, value, row, next, exact}:
+// A generator, which pauses after each ranking. Returns {name, end, looser, value, row, next, exact}s:
 // value is the limit up to which the proposal stays, or from which, looser, it does not; null if it
 // stays at any; row the design proposed then, -1 for none; next the limit there.
 const MOST_STEPS = 200
 function* switches(data, state, now) {
+  const found = []
+  for (const column of data.columns) {
+    if (column.texts || isGeometric(column)) continue
+    const pair = entryOf(state.limits, column.name) ?? [null, null]
+    for (const end of [0, 1]) for (const looser of [false, true]) {
+      const isWorse = isObjective(column) && end === (column.maximize ? 0 : 1)
+      if (pair[end] !== null || (isWorse && !looser)) found.push(yield* switchOf(data, state, now, column, pair, end, looser, isWorse))
+    }
+  }
+  return found
+}
+
+function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse) {
+  const sign = end ? 1 : -1
+  const without = {...state.limits, [name]: pair.map((limit, k) => (k === end ? null : limit))}
+  const free = looser ? limited(data, {limits: without}) : now
+  let rows = picked(data.designs, (i) => free.mask[i])
+  if (isWorse) rows = looser ? ranked(data, free.mask).front : now.front
+  const known = gathered(values, rows).map((value) => sign * value).sort()
+  let steps = [...new Set(known)].filter((value) => value === value && (!looser || value > sign * pair[end]))
+  if (!looser) steps = steps.reverse()
   const first = now.best[0] ?? -1
-  const bestOf = (mask) => {
+  const proposedAt = (step) => { // the row, or null for the same
+    const mask = new Uint8Array(data.total)
+    for (const i of rows) if (looser ? sign * values[i] <= steps[step] : sign * values[i] < steps[step]) mask[i] = 1
     const {last} = data
     const {best, place} = ranked(data, mask, now.fixed)
     data.last = last
-    return {row: best[0] ?? -1, differs: first < 0 ? best.length > 0 : place[first] !== 1}
+    const isSame = first < 0 ? !best.length : place[first] === 1
+    return isSame ? null : best[0] ?? -1
   }
-  for (const {name, role, maximize, values, texts} of data.columns) {
-    if (texts || role === "geometric") continue
-    const pair = entryOf(state.limits, name) ?? [null, null]
-    for (const [end, looser] of [[0, false], [0, true], [1, false], [1, true]]) {
-      const isWorse = role === "objective" && end === (maximize ? 0 : 1)
-      if (pair[end] === null && (looser || !isWorse)) continue
-      const free = looser ? limited(data, {...state, limits: {...state.limits, [name]: pair.map((limit, k) => (k === end ? null : limit))}}) : now
-      const rows = isWorse ? looser ? ranked(data, free.mask).front : now.front : picked(data.designs, (i) => free.mask[i])
-      const sign = end ? 1 : -1
-      const known = gathered(values, rows).map((value) => sign * value)
-      let steps = [...new Set(known.sort())].filter((value) => value === value && (!looser || value > sign * pair[end]))
-      if (!looser) steps = steps.reverse()
-      const at = (step) => {
-        const mask = new Uint8Array(data.total)
-        for (const i of rows) if (looser ? sign * values[i] <= steps[step] : sign * values[i] < steps[step]) mask[i] = 1
-        return bestOf(mask)
-      }
-      const exact = steps.length <= MOST_STEPS
-      const stride = exact ? 1 : ceil(steps.length / 64)
-      let [before, found] = [-1, {name, end, looser, value: null, row: -1, next: null, exact}]
-      for (let step = stride - 1; before < steps.length - 1; step += stride) {
-        step = min(step, steps.length - 1)
-        let then = at(step)
-        yield null
-        while (then.differs && step - before > 1) {
-          const middle = (step + before) >> 1
-          const there = at(middle)
-          yield null
-          if (there.differs) [step, then] = [middle, there]
-          else before = middle
-        }
-        before = step
-        if (!then.differs) continue
-        const next = looser ? steps[step] : steps[step + 1]
-        found = {...found, value: sign * steps[step] + 0, row: then.row, next: next === undefined ? null : sign * next + 0}
-        break
-      }
-      yield found
-    }
+  const exact = steps.length <= MOST_STEPS
+  const stride = exact ? 1 : ceil(steps.length / 64)
+  let [before, at, row] = [-1, -1, null]
+  while (row === null && before < steps.length - 1) {
+    at = min(before + stride, steps.length - 1)
+    row = proposedAt(at)
+    yield
+    if (row === null) before = at
   }
+  while (row !== null && at - before > 1) {
+    const middle = (at + before) >> 1
+    const there = proposedAt(middle)
+    yield
+    if (there === null) before = middle
+    else [at, row] = [middle, there]
+  }
+  if (row === null) return {name, end, looser, value: null, row: -1, next: null, exact}
+  const next = looser ? steps[at] : steps[at + 1]
+  return {name, end, looser, value: sign * steps[at] + 0, row, next: next === undefined ? null : sign * next + 0, exact}
 }
 
 // One of them in words.

@@ -66,17 +66,20 @@ const inSixDigits = (value, isUp) => isNumber(value)
   ? Number(new Intl.NumberFormat("en", {maximumSignificantDigits: 6, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}).format(value)) : value
 
 // A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
-// Points and commas are decimal marks, but where one that is not the page's may separate thousands, as
-// spaces do.
+// Points and commas are decimal marks, but where they, or spaces, separate thousands.
+const THOUSANDS = /^([+-]?[1-9]\d{0,2}([.,\s])\d{3}(?:\2\d{3})*)((?!\2)[.,]\d*)?$/
 function typed(text) {
-  const other = decimalMark === "." ? "," : "."
-  const plain = text.trim().replace(/[−–]/g, "-").replace(/(?<=^[+-]?\d[\d\s]*)\s(?=\d{3}(?!\d))/g, "")
-    .replace(/^[+-]?[1-9]\d{0,2}(([.,])\d{3})+(?!\2)[.,]\d*$/, (number, _, gap) => number.replaceAll(gap, ""))
+  let plain = text.trim().replace(/[−–]/g, "-")
+  const [, whole, gap, fraction = ""] = plain.match(THOUSANDS) ?? []
+  if (gap && (fraction || gap !== decimalMark)) {
+    const joined = whole.replaceAll(gap, "")
+    if (/[.,]/.test(gap) && !fraction && whole.split(gap).length === 2) {
+      return {wrong: `${whole.replace(gap, decimalMark)} or ${joined}? Enter one of them.`}
+    }
+    plain = joined + fraction
+  }
   if (plain === "") return {value: null}
   if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "Enter a number such as 1.5 or 2e3."}
-  if (new RegExp(`^[+-]?[1-9]\\d{0,2}\\${other}\\d{3}$`).test(plain)) {
-    return {wrong: `${plain.replace(other, decimalMark)} or ${plain.replace(other, "")}? Enter one of them.`}
-  }
   const value = Number(plain.replace(",", "."))
   return isNumber(value) ? {value} : {wrong: "Enter a number below 1e308."}
 }

@@ -62,11 +62,7 @@ const page = (() => {
   addressed()
   update(true)
   document.body.dataset.ready = "yes"
-  const preparing = prepare(data)
-  setTimeout(function goOn() {
-    for (const end = performance.now() + 10; performance.now() < end;) if (preparing.next().done) return
-    setTimeout(goOn)
-  })
+  inPieces(prepare(data))
 
   return {
     data, ready: performance.now(), update, grow, explain, tickTexts, looks: LOOKS,
@@ -75,7 +71,7 @@ const page = (() => {
     get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get inspected() { return inspected },
     get settled() { return !waiting && !pending },
-    get resting() { return page.settled && thinking === 0 }, plots, axes, scale: scaleOf,
+    get resting() { return page.settled && !search }, plots, axes, scale: scaleOf,
   }
 })()
 window.decisionPage = page

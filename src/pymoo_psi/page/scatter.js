@@ -4,15 +4,7 @@
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
 // The columns of both plots, across and up.
-function plotColumns() {
-  const {objectives} = data
-  const variables = limitable.filter((column) => column.role === "variable" && !column.texts)
-  const mus = data.columns.filter(isGeometric)
-  let second = [mus[2], mus[1]]
-  if (variables.length) second = [variables[0], variables[1] ?? objectives[0]]
-  else if (objectives.length > 2) second = objectives.slice(-2)
-  return [objectives[0], objectives[1] ?? mus[0], ...second].map((column, k) => data.by.get(state.plot[k]) ?? column)
-}
+const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
 
 function scatter(section, place) {
   const [TOP, RIGHT, BOTTOM] = [10, 12, 24]

@@ -107,6 +107,15 @@ function follow() {
   enter()
 }
 
+// Run a generator a little at a time, so that the page answers meanwhile.
+function inPieces(generator, finish) {
+  for (const end = performance.now() + 10; performance.now() < end;) {
+    const {value, done} = generator.next()
+    if (done) return finish?.(value)
+  }
+  setTimeout(inPieces, 0, generator, finish)
+}
+
 let entered // the text of the field in focus, as it was entered or taken last
 const enter = () => { entered = document.activeElement?.value }
 

@@ -79,25 +79,17 @@ function showSteps() {
 }
 
 // Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
-let thinking = 0
+let search = null
 function switchLater() {
-  clearTimeout(thinking)
-  $("relax").ariaBusy = true // what it says is of the limits before
-  const search = switches(data, state, ranking)
-  const found = []
-  const think = () => {
-    for (const end = performance.now() + 10; performance.now() < end;) {
-      const {value, done} = search.next()
-      if (done) thinking = 0
-      if (done) return showSwitches(found)
-      if (value) found.push(value)
-    }
-    thinking = setTimeout(think, 0)
-  }
-  thinking = setTimeout(think, 250)
+  search?.return() // that of the limits before
+  $("relax").ariaBusy = true
+  search = switches(data, state, ranking)
+  setTimeout(inPieces, 250, search, showSwitches)
 }
 
 function showSwitches(found) {
+  if (!found) return // another search has begun
+  search = null
   const changes = found.filter(({value}) => value !== null)
   show("relax", changes.length)
   $("relax").ariaBusy = false
