@@ -63,7 +63,7 @@ function checked(data, anything) {
     pins: items("pins", isDesign).slice(0, MOST_PINS),
     answers: items("answers", isAnswer),
     chosen: fitting("chosen", isDesign, null),
-    order: {by, name: by === "column" ? name : undefined, down: down === true},
+    order: {by, ...by === "column" ? {name} : {}, down: down === true},
     preference: {
       weights: entries("weights", numberIf((weight) => weight >= 0), preference),
       aspiration: entries("aspiration", numberIf(() => true), preference),
