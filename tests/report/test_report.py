@@ -239,6 +239,25 @@ def test_positions_say_what_the_proposal_costs(seed):
             assert (word == "higher") == (proposed[column] > own[column])
             is_worse = (word == "higher") != (column in LARGER)
             assert is_worse == (k < len(re.findall(CHANGE, worse)))
+    # What each design costs whom at worst, in shares of the ranges.
+    costs = {}
+    for design in oracle.front:
+        for name, held in holders.items():
+            for column in NAMES:
+                loss = frame.loc[design, column] - frame.loc[held, column]
+                loss /= oracle.worst[column] - oracle.best[column]
+                costs[design, name, column] = loss
+    greatest = [max(v for key, v in costs.items() if key[0] == design) for design in oracle.front]
+    (text,) = [line for line in lines(report, "Positions") if line.startswith("At worst ")]
+    found = re.fullmatch(
+        r"At worst (\w+) costs (\w+) ([\d.]+) % in (\w+); every other design left costs someone "
+        r"([\d.]+) % or more\.",
+        text.replace("\N{NO-BREAK SPACE}", " "),
+    )
+    least, following, *_ = sorted(greatest)
+    assert costs[found[1], found[2], found[4]] == pytest.approx(least)
+    assert is_written(found[3], 100 * least)
+    assert is_written(found[5], 100 * following)
 
 
 def test_a_chosen_design_stands_beside_the_proposed_one():
@@ -445,7 +464,7 @@ def test_the_sheet_has_the_decision_of_the_group(written):
     assert is_written(row.split(" | ")[-1], present)
     for text in (
         f"Decided on 2026-01-04 for {chosen} by Ben.",
-        *("Dissent: Ann.", "So be it.", "least greatest regret"),
+        *("Dissent: Ann.", "So be it.", "At worst test"),
     ):
         assert text in sheet
     assert sheet.count("<b>Ann</b>") == sheet.count("<b>Ben</b>") == 1

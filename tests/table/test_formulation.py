@@ -357,11 +357,11 @@ def test_what_the_table_does_not_have_is_refused(asked, message):
 def test_a_limit_that_rejects_nothing_is_a_remark():
     table = beam_tests({3})
     anew = table.under(Formulation(limits={"mass": 100, "width": (None, 2)}))
-    said = ("The limit width<=2 rejects no design.", "The limit mass<=100 rejects no design.")
+    said = ("Width at most 2: rejects none.", "Mass at most 100 kg: rejects none.")
     assert anew.remarks == said
     assert anew.under(normalize=False).remarks == said
     loosened = anew.under(limits={"gain": (-5, None)})
-    assert loosened.remarks == ("The limit gain>=-5 rejects no design.",)
+    assert loosened.remarks == ("Gain at least -5: rejects none.",)
     # What is not finite keeps no limit, so that this one rejects.
     assert not table.under(Formulation(limits={"heat": 1e300})).remarks
 

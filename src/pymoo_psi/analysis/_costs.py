@@ -17,14 +17,12 @@ import numpy as np
 
 from pymoo_psi._numbers import number
 from pymoo_psi._validation import counted, instance
-from pymoo_psi.pareto import listed
-from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, Limit, TestTable
+from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_LIMITS = 3  # that a sentence names
-_DIGITS = 15  # of limits, which are as they were typed
 _CONSTRAINT = re.compile(r"(.+?)\s*(<=|>=)\s*(.+)")  # the name of one that is a limit of a program
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
@@ -89,20 +87,8 @@ def limit_words(table: TestTable) -> list[str]:
             side = "at most" if parts[2] == "<=" else "at least"
             texts.append(f"{parts[1]} {side} {parts[3]} {units.get(parts[1], '')}".strip())
     for name, limit in table.limits.items():
-        texts.append(f"{name} {_allowed(limit)} {units.get(name, '')}".strip())
+        texts.append(limit.in_words(name, units.get(name, "")))
     return texts
-
-
-def _allowed(limit: Limit) -> str:
-    """Return what a limit allows, in words."""
-    if limit.texts is not None:
-        return f"= {listed(limit.texts or ['nothing'], 'or')}"
-    low, high = number(limit.low, _DIGITS), number(limit.high, _DIGITS)
-    if limit.low == -np.inf:
-        return f"at most {high}"
-    if limit.high == np.inf:
-        return f"at least {low}"
-    return f"from {low} to {high}"
 
 
 def within_limits(table: TestTable) -> str:

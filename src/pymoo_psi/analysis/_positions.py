@@ -94,7 +94,7 @@ def ranking_without_limits(table: TestTable) -> EfficiencyRanking:
 
 
 def separation_sentences(table: TestTable) -> list[str]:
-    """Return what separates the positions of a table's decision, and what all regret least."""
+    """Return what separates the positions of a table's decision, and what costs all the least."""
     latest = latest_positions(table.decision.positions)
     if not latest:
         return []
@@ -117,10 +117,10 @@ def separation_sentences(table: TestTable) -> list[str]:
 def _least_regret(
     table: TestTable, positions: Sequence[Entries], choices: Array, lengths: Array
 ) -> str:
-    """Return which design all regret least.
+    """Return which design costs somebody least at worst, and what every other one costs.
 
-    The regret of a design for a position is its greatest loss against the choice of the position,
-    in shares of the ranges, each multiplied by the weight of the objective over the greatest one.
+    What a design costs a position is its greatest loss against the choice of the position, in
+    shares of the ranges, each multiplied by the weight of the objective over the greatest one.
 
     Args:
         table: The tests.
@@ -138,11 +138,22 @@ def _least_regret(
     most = weights.max(axis=1, keepdims=True)
     weights /= np.where(most > 0, most, 1.0)
     losses = (values[len(positions) :, None] - values[: len(positions)]) / lengths * weights
-    regrets = losses.max(axis=2, initial=0.0) + 0.0  # no -0
-    keys = (regrets.sum(axis=1), regrets.max(axis=1))
-    best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
-    texts = []
-    for position, regret in zip(positions, regrets[best], strict=True):
-        texts.append(f"{position['name']} {percent(regret)}")
-    design = capital(ranking.name_of(int(front[best])))
-    return sentence("least regret", design=design, regrets=", ".join(texts))
+    regrets = losses.max(axis=2, initial=0.0)
+    greatest = regrets.max(axis=1)
+    keys = (regrets.sum(axis=1), greatest)
+    best, *others = np.lexsort(tuple(np.round(key / _TIE) for key in keys))
+    design = ranking.name_of(int(front[best]))
+    if greatest[best] < _TIE:
+        return sentence("no regret", design=capital(design))
+    who, objective = np.argwhere(losses[best] > greatest[best] - _TIE)[0]
+    rest = ""
+    if others:
+        rest = sentence("others regret", share=percent(greatest[others[0]]))
+    return sentence(
+        "least regret",
+        design=design,
+        name=positions[who]["name"],
+        share=percent(greatest[best]),
+        objective=table.schema.objectives[objective],
+        others=rest,
+    )

@@ -145,7 +145,7 @@ function stateOf(data, {limits, chosen, reason, ranges, positions, decided, page
   return {state, remarks}
 }
 
-// Positions: what each name holds last, what separates two of them, and what all regret least
+// Positions: what each name holds last, what separates two of them, and what costs all the least
 // (selection's separation_sentences).
 const latest = (positions) => [...new Map(positions.map((one) => [one.name, one])).values()]
 
@@ -155,16 +155,23 @@ function separation(data, ranking, positions) {
   const sentences = held.flatMap((one, k) => held.slice(0, k).filter(({row}) => row !== one.row).map((other) =>
     against(data, measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
   if (!sentences.length || !ranking.count) return sentences
-  const regret = (i, {weights, row}) => {
+  const lossesOf = (i, {weights, row}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
     const most = max(...given) || 1
-    return max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / measure.frame.lengths[j]))
+    return data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / measure.frame.lengths[j])
   }
-  const all = [...ranking.front].map((row) => {
-    const regrets = held.map((one) => regret(row, one))
-    return {row, regrets, greatest: round(max(...regrets) / TIE), total: round(sum(regrets) / TIE)}
+  const costs = [...ranking.front].map((row) => {
+    const losses = held.map((one) => lossesOf(row, one))
+    const regrets = losses.map((list) => max(0, ...list))
+    const greatest = max(...regrets)
+    return {row, losses, greatest, keys: [round(greatest / TIE), round(sum(regrets) / TIE)]}
   })
-  const {row, regrets} = all.reduce((a, b) => b.greatest < a.greatest || (b.greatest === a.greatest && b.total < a.total) ? b : a)
-  const texts = held.map(({name}, k) => `${name} ${percent(regrets[k])}`)
-  return [...sentences, sentence(data, "least regret", {design: capital(data.names[row]), regrets: texts.join(", ")})]
+  const [{row, losses, greatest}, next] = costs.sort((a, b) => a.keys[0] - b.keys[0] || a.keys[1] - b.keys[1])
+  const design = data.names[row]
+  if (greatest < TIE) return [...sentences, sentence(data, "no regret", {design: capital(design)})]
+  const isGreatest = (loss) => loss > greatest - TIE
+  const who = losses.findIndex((list) => list.some(isGreatest))
+  const others = next ? sentence(data, "others regret", {share: percent(next.greatest)}) : ""
+  return [...sentences, sentence(data, "least regret", {design, name: held[who].name, share: percent(greatest),
+    objective: data.objectives[losses[who].findIndex(isGreatest)].name, others})]
 }

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from pymoo_psi._numbers import number
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -29,8 +30,10 @@ from pymoo_psi._validation import (
     mapping,
     wrong_type,
 )
+from pymoo_psi.pareto import listed
 from pymoo_psi.table._schema import blank, column_names, real_column
 
+_AS_TYPED = 15  # digits
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _LIMIT = re.compile(
     rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
@@ -161,6 +164,26 @@ class Limit(NamedTuple):
         if self.low == -math.inf:
             return _entry(f"{name}<={_digits(self.high)}")
         return _entry(f"{_digits(self.low)}<={name}<={_digits(self.high)}")
+
+    def in_words(self, name: str, unit: str = "") -> str:
+        """Return it as sentences name it, with the unit of its column.
+
+        Example:
+            >>> Limit(high=30.0).in_words("mass", "kg"), Limit(0.25, 1.5).in_words("width")
+            ('mass at most 30 kg', 'width from 0.25 to 1.5')
+            >>> Limit(texts=("tin", "oak")).in_words("material")
+            'material = tin or oak'
+        """
+        low, high = number(self.low, _AS_TYPED), number(self.high, _AS_TYPED)
+        if self.texts is not None:
+            allowed = f"= {listed(self.texts or ['nothing'], 'or')}"
+        elif self.low == -math.inf:
+            allowed = f"at most {high}"
+        elif self.high == math.inf:
+            allowed = f"at least {low}"
+        else:
+            allowed = f"from {low} to {high}"
+        return f"{name} {allowed} {unit}".strip()
 
 
 def _end(column: str, value: Any, unbounded: float) -> float:

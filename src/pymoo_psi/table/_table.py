@@ -572,13 +572,14 @@ class TestTable(Shown):
         Example:
             >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
             >>> table.under(limits={"f1": 5}).remarks
-            ('The limit f1<=5 rejects no design.',)
+            ('F1 at most 5: rejects none.',)
         """
         tested = ~self.failed()
         remarks = [*self.facts]
         for name, limit in self.limits.items():
             if tested.any() and not limit.excess(name, self.column(name))[tested].any():
-                remarks.append(f"The limit {limit.written(name)} rejects no design.")
+                words = limit.in_words(name, self.schema.units.get(name, ""))
+                remarks.append(f"{words[0].upper()}{words[1:]}: rejects none.")
         return tuple(remarks)
 
     # Rows and columns
