@@ -13,7 +13,7 @@ from concurrent.futures import Future, wait
 from dataclasses import replace
 from functools import cached_property
 from threading import Thread
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -23,13 +23,12 @@ from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
-from pymoo_psi.algorithms._proposals import best_and_spread, propose
+from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
-    Covariance,
     Learned,
     OutputFit,
     bounded,
@@ -115,9 +114,10 @@ class SurrogatePSI(PointAlgorithm):
         first, ...: As for :class:`PSI`. Proposals follow the objectives, limits and ranges of a
             ``formulation``, or those of the problem under ``limits``. Computed columns are computed
             from surrogates. Proposals avoid designs that are close to failed ones, in lengths that
-            are learned from failed tests and others. While failures may be random, one round of
-            four does not avoid them. ``retry`` tests failed designs again, for example after a
-            repair of the model; it does not change earlier proposals.
+            are learned from failed tests and others. After eight tests without a failure, a round
+            avoids only designs that fail more probably than not. While failures may be random, such
+            a round, and one of four, avoids none. ``retry`` tests failed designs again, for example
+            after a repair of the model; it does not change earlier proposals.
         **kwargs: The options of pymoo's algorithms.
 
     Raises:
@@ -265,9 +265,7 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learne
     Y = bounded(tests.Y[rows])
     n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), _LEAST_LEARNED)
     learned = Learned(Z, Y, n_uniform, goal.n_obj)
-    if len(rows) > most:
-        best = best_and_spread(Y, learned, goal, most)
-        learned.left_out = tests.numbers[np.delete(rows, best)]
+    learned.left_out = tests.numbers[np.delete(rows, evenly_spread(len(rows), most))]
     learned.extend(tests.numbers[rows], Z)
     rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
     rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
@@ -275,22 +273,8 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learne
     if has_failed.any():
         fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
         if fit.error < _ERROR_OF_RANDOM_FAILURES:
-            learned.failures = Covariance(tests.Z[:0], fit.lengths)
+            learned.failures = fit
     return learned
-
-
-class _Round(NamedTuple):
-    """A round of proposals that is being made.
-
-    Attributes:
-        pending: The points that are being tested at its start.
-        n_tests: How many tests are known at its start.
-        points: The ``(n, d)`` points that it proposes, or an error.
-    """
-
-    pending: Points
-    n_tests: int
-    points: Future[Array]
 
 
 class SurrogateSource(Source):
@@ -336,8 +320,12 @@ class SurrogateSource(Source):
         others = store.others()
         self._others = others.take(model.space.has_options(others.X))
         self._tests = store.empty
-        self._round: _Round | None = None  # while it is being made
-        self._n_meanwhile = 0  # how many tests ended while the last round was made
+        # The points of the next round, while they are being made; what is stored with each of them,
+        # how many tests there were, and how many ended while the last round was made.
+        self._round: Future[Array] | None = None
+        self._content: dict[str, Any] = {}
+        self._n_at_start = 0
+        self._n_meanwhile = 0
         # What the last and the next round follow, and the number of the request for it.
         self._direction = (model.formulation, 0)
         self._next_direction = self._direction
@@ -389,7 +377,7 @@ class SurrogateSource(Source):
         """Wait for proposals that are in the making; return whether there were any."""
         if self._round is None:
             return False
-        wait([self._round.points])
+        wait([self._round])
         return True
 
     def _pending(self) -> Points:
@@ -403,9 +391,18 @@ class SurrogateSource(Source):
         points = self._stored_points(round_number)
         if len(points) == 0:
             self._round = self._round or self._started_round()
-            if not self._round.points.done():
+            finished = self._round
+            if not finished.done():
                 return Points.none()
-            self._keep(self._round, round_number, first)
+            self._round = None
+            self._n_meanwhile = len(self._tests) - self._n_at_start
+            proposals = []
+            for number, point in enumerate(finished.result().tolist(), first):
+                entries = {"point": point} | self._content
+                proposals.append(Proposal(number, round_number, "surrogates", entries))
+            # Another process may have stored the same round meanwhile, which then counts: all
+            # processes on one file test the same designs.
+            self._proposals.extend(self._store.propose(proposals))
             points = self._stored_points(round_number)
         self._ends.append(len(self._points) + len(points))
         numbers = first + np.arange(len(points))
@@ -424,32 +421,19 @@ class SurrogateSource(Source):
                 points.append(proposal.content["point"])
         return np.array(points)
 
-    def _keep(self, finished: _Round, round_number: int, first: int) -> None:
-        """Store a round that is made, numbered from ``first``.
-
-        Another process may have stored the same round meanwhile, which then counts: all processes
-        on one file test the same designs.
-        """
-        self._round = None
-        self._n_meanwhile = len(self._tests) - finished.n_tests
-        content: dict[str, Any] = {}
-        if len(finished.pending):  # all tests before the round were known but these
-            content["pending"] = finished.pending.numbers.tolist()
-        _, request = self._direction
-        if request:
-            content["request"] = request
-        proposals = []
-        for number, point in enumerate(finished.points.result().tolist(), first):
-            entries = {"point": point} | content
-            proposals.append(Proposal(number, round_number, "surrogates", entries))
-        self._proposals.extend(self._store.propose(proposals))
-
-    def _started_round(self) -> _Round:
+    def _started_round(self) -> Future[Array]:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
         if self._direction != self._next_direction:
             self._direction = self._next_direction
             self._n_fitted = 0
         pending = self._pending()
+        self._content = {}
+        if len(pending):  # all tests before the round were known but these
+            self._content["pending"] = pending.numbers.tolist()
+        _, request = self._direction
+        if request:
+            self._content["request"] = request
+        self._n_at_start = len(self._tests)
         table = self._table()
         size = self._size(int(table.feasible().sum()))
         is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
@@ -465,12 +449,11 @@ class SurrogateSource(Source):
             except BaseException as error:
                 points.set_exception(error)
 
-        started = _Round(pending, len(self._tests), points)
         if self._is_asynchronous:
             Thread(target=make, daemon=True).start()
         else:
             make()
-        return started
+        return points
 
     def _size(self, n_eligible: int) -> int:
         """Return the size of the next round; ``n_eligible`` tests are eligible."""
