@@ -22,8 +22,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import compress
 from typing import Any, NamedTuple, TypeAlias
 
@@ -32,8 +33,6 @@ import numpy as np
 from pymoo_psi._validation import Array, Entries, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
-# The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
-_Readings: TypeAlias = dict[str, Array | list[float | None]]
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
 
@@ -55,11 +54,9 @@ _NUMBER = re.compile(
     re.IGNORECASE,
 )
 _EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
-# Signs of plain numbers with a decimal point, one on each line, and one whose point can be nothing
-# else: behind a point that divides thousands there are three digits.
-_PLAIN = re.compile(r"[0-9.e+\-\n]*", re.IGNORECASE)
-_DECIMAL_POINT = re.compile(r"^(?![+-]?[1-9][0-9]{0,2}\.[0-9]{3}$).*\.", re.MULTILINE)
 _LONGEST = 100  # the most characters in which a number is searched
+# Signs of plain numbers with a decimal point, one on each line.
+_PLAIN = re.compile(rf"(?:[0-9.e+\-]{{1,{_LONGEST}}}(?:\n|\Z))*", re.IGNORECASE)
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
@@ -94,18 +91,13 @@ class Cells:
 
     Attributes:
         columns: The cells by name, as many in each column.
-        lines: The numbers of the lines on which the rows end; empty if the source has no lines.
         rows: The numbers of the rows, from 1 unless rows before them were left out.
+        lines: The numbers of the lines on which the rows end; empty if the source has no lines.
     """
 
     columns: dict[str, list[Any]]
-    lines: list[int] = field(default_factory=list)
-    rows: list[int] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Number the rows."""
-        if not self.rows:
-            self.rows.extend(range(1, max(map(len, self.columns.values()), default=0) + 1))
+    rows: Sequence[int]
+    lines: Sequence[int] = ()
 
     @classmethod
     def of(cls, columns: Entries) -> Cells:
@@ -116,15 +108,16 @@ class Cells:
         """
         names = [*columns]
         cells = {str(name): np.asarray(columns[name], dtype=object).tolist() for name in names}
-        if len(cells) < len(names) or len({*map(len, cells.values())}) > 1:
+        n_rows, *others = {*map(len, cells.values())} or {0}
+        if len(cells) < len(names) or others:
             raise UnfitError("its columns differ in length, or two have one name")
-        return cls(cells)
+        return cls(cells, range(1, n_rows + 1))
 
     def kept(self, is_kept: Collection[Any]) -> Cells:
         """Return the rows that a mask selects."""
         columns = {name: list(compress(cells, is_kept)) for name, cells in self.columns.items()}
-        lines = list(compress(self.lines, is_kept))
-        return Cells(columns, lines, list(compress(self.rows, is_kept)))
+        rows = list(compress(self.rows, is_kept))
+        return Cells(columns, rows, list(compress(self.lines, is_kept)))
 
     def where(self, i: int) -> str:
         """Return the place of the i-th row, for messages."""
@@ -235,7 +228,7 @@ def _cells_below(rows: RowsByLine, names: Names) -> Cells:
             )
         if name:
             columns[name] = [row[j] for row in others]
-    return Cells(columns, lines)
+    return Cells(columns, range(1, len(others) + 1), lines)
 
 
 def named_cells(rows: RowsByLine) -> Cells:
@@ -260,15 +253,15 @@ def named_cells(rows: RowsByLine) -> Cells:
         names.append(re.sub(r"\s*[\r\n]\s*", " ", name.strip()))
     if names[0] == "":
         names[0] = "index"  # data frames write the numbers of rows without a name
+    first, *_ = rows
     _, *others = rows.values()
     is_nameless = [name == "" for name in names]  # as by a comma at the end of every line
-    if not all(is_blank(cell) for row in others for cell in compress(row, is_nameless)):
-        n_empty = counted(names.count(""), "name")
-        are = "is" if names.count("") == 1 else "are"
-        raise UnfitError(
-            f"{n_empty} {are} empty in its first line, which must name the columns",
-            f"if it is a title, skip it by skip_rows=[{next(iter(rows))}]; else complete it",
-        )
+    for row in others:
+        if not all(map(is_blank, compress(row, is_nameless))):
+            raise UnfitError(
+                "a name is empty in its first line, which must name the columns",
+                f"if it is a title, skip it by skip_rows=[{first}]; else complete it",
+            )
     return _cells_below(rows, names)
 
 
@@ -351,60 +344,68 @@ def read_columns(
     """
     if decimal not in (None, ".", ","):
         raise invalid("decimal", "'.' or ','", decimal)
-    readings: dict[str, _Readings] = {}
+    marks = decimal or ".,"
+    readings: dict[str, dict[str, Array]] = {}
     certain: set[str] = set()
-    percents = set()
-    for name in cells.columns:
-        plain = list(map(_plain, cells.columns[name]))
-        readings[name] = _readings_at_once(plain, decimal or ".,")
+    columns = {}
+    for name, column in cells.columns.items():
+        columns[name] = TextColumn(name, column)
+        plain = list(map(_plain, column))
+        readings[name] = _readings(plain, marks)
         if not readings[name]:
             if all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
                 plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
-                percents.add(name)
-            for mark in decimal or ".,":
-                readings[name][mark] = [_number(cell, mark) for cell in plain]
-        marks = _possible_marks(readings[name])
-        if len(marks) == 1 and name not in labels:
-            certain |= {*marks}
-    columns = {}
-    for name, by_mark in readings.items():
-        column = _column(cells, name, by_mark, certain, separator)
-        if name in percents and column.numbers is not None and "%" not in name:
-            column = column._replace(unit="%")
-        columns[name] = column
+                readings[name] = _readings(plain, marks)
+            if not readings[name]:
+                problem = _problem_of_texts(cells, name, plain, marks)
+                columns[name] = columns[name]._replace(problem=problem)
+            elif "%" not in name:
+                columns[name] = columns[name]._replace(unit="%")
+        if len(readings[name]) == 1 and name not in labels:
+            certain |= {*readings[name]}
+    for name, numbers_by_mark in readings.items():
+        if numbers_by_mark:
+            columns[name] = _read(columns[name], numbers_by_mark, cells, certain, separator)
     return columns
 
 
-def _readings_at_once(cells: list[Any], marks: str) -> _Readings:
-    """Return the numbers in a column without a doubt; nothing if it has other cells or may have.
+def _readings(cells: list[Any], marks: str) -> dict[str, Array]:
+    """Return the numbers in a column by each of the decimal marks with which it can be read."""
+    readings = {}
+    for mark in marks:
+        numbers = _numbers(cells, mark)
+        if numbers is not None:
+            readings[mark] = numbers
+    return readings
 
-    NumPy parses it, in a tenth of the time in which cells are read one by one.
+
+def _numbers(cells: list[Any], mark: str) -> Array | None:
+    """Return the numbers in a column, NaN where a cell is blank; None if one holds anything else.
+
+    NumPy parses plain numbers in a tenth of the time in which cells are read one by one.
 
     Args:
         cells: The cells, without spaces around them.
-        marks: The decimal marks that it may have.
+        mark: The decimal mark.
     """
     types = {*map(type, cells)}
     if types == {float}:
-        return dict.fromkeys(marks, np.array(cells))
-    if types != {str} or max(map(len, cells)) > _LONGEST:
-        return {}
-    for mark in marks:
+        return np.array(cells)
+    if types == {str}:
         text = "\n".join(cells)
         if mark == ",":
             text = text.translate(_SWAPPED)
-        has_mark = "." in text
-        if _PLAIN.fullmatch(text) and (not has_mark or _DECIMAL_POINT.search(text)):
-            try:
-                numbers = np.array(text.split("\n"), dtype=np.float64)
-            except ValueError:  # such as the exponents of Fortran, or a blank cell
-                return {}
-            if len(numbers) > len(cells):  # a cell of several lines
-                return {}
-            if has_mark:
-                return {mark: numbers}
-            return dict.fromkeys(marks, numbers)
-    return {}
+        lines = text.split("\n")
+        if len(lines) == len(cells) and _PLAIN.fullmatch(text):
+            with suppress(ValueError):  # such as the exponents of Fortran
+                return np.array(lines, dtype=np.float64)
+    numbers = []
+    for cell in cells:
+        number = _number(cell, mark)
+        if number is None:
+            return None
+        numbers.append(number)
+    return np.array(numbers)
 
 
 def _number(cell: Any, mark: str) -> float | None:
@@ -422,26 +423,30 @@ def _number(cell: Any, mark: str) -> float | None:
     return None
 
 
-def _possible_marks(readings: _Readings) -> list[str]:
-    """Return the decimal marks with which all cells of a column are numbers or blank."""
-    return [mark for mark, numbers in readings.items() if None not in numbers]
-
-
-def _column(
-    cells: Cells, name: str, readings: _Readings, certain: set[str], separator: str
+def _read(
+    column: TextColumn,
+    readings: dict[str, Array],
+    cells: Cells,
+    certain: set[str],
+    separator: str,
 ) -> TextColumn:
-    """Return a column by its readings and the decimal marks of the certain columns."""
-    column = TextColumn(name, cells.columns[name])
-    marks = _possible_marks(readings)
-    if not marks:
-        return column._replace(problem=_problem_of_texts(cells, name, readings))
-    numbers = np.array(readings[marks[0]], dtype=np.float64)
-    is_known = ~np.isnan(numbers)
-    if not is_known.any():
+    """Return a column with the one of its readings, by decimal marks, that is right.
+
+    Args:
+        column: The column.
+        readings: One or both.
+        cells: All cells.
+        certain: The decimal marks of the columns that only one can read.
+        separator: The mark between the cells of a text.
+    """
+    mark, *_ = readings
+    numbers = readings[mark]
+    if np.isnan(numbers).all():
         return column
-    rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]]))
+    *_, last = readings.values()
+    rows = np.flatnonzero(~np.isnan(numbers) & (numbers != last))
     if len(rows) == 0:
-        return column._replace(numbers=numbers, decimal=marks[0])
+        return column._replace(numbers=numbers, decimal=mark)
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
     row = rows[0]
@@ -451,15 +456,18 @@ def _column(
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
     is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
     if certain == {decimal} or (is_printed and not certain):
-        return column._replace(numbers=np.array(readings[decimal]), decimal=decimal)
+        return column._replace(numbers=readings[decimal], decimal=decimal)
     either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
     remedy = f"state the decimal mark by decimal='{other}' or decimal='{decimal}'"
-    return column._replace(problem=f"{cells.place(name, row)}, either {either}; {remedy}")
+    return column._replace(problem=f"{cells.place(column.name, row)}, either {either}; {remedy}")
 
 
-def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
+def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> str:
     """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
-    numbers = min(map(list, readings.values()), key=lambda numbers: numbers.count(None))
+    readings = []
+    for mark in marks:
+        readings.append([_number(cell, mark) for cell in plain])
+    numbers = min(readings, key=lambda numbers: numbers.count(None))
     has_numbers = not np.isnan(np.array(numbers, dtype=np.float64)).all()  # None is NaN there
     texts = {}
     for row, number in enumerate(numbers):

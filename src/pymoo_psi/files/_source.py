@@ -228,7 +228,7 @@ def _content(
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
     names = [f"f{j + 1}" for j in range(F.shape[1])]
-    return Cells(dict(zip(names, F.T.tolist(), strict=True))), {"objectives": names}
+    return Cells.of(dict(zip(names, F.T, strict=True))), {"objectives": names}
 
 
 def _named(cells: Cells, head: Head, units: Entries) -> tuple[Cells, Head]:
