@@ -1,11 +1,11 @@
-"""Shares of the weights against closed forms and numerical integration, central weights, errors."""
+"""Shares of the weights against closed forms and numerical integration."""
 
 import numpy as np
 import pytest
 
 from pymoo_psi import CompromiseProgramming, acceptability, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import Acceptability, weights_sentence
+from pymoo_psi.pareto import weights_sentence
 from tests.helpers.refusals import refused
 
 # Two and three objectives whose range over the Pareto set is 0 to 1, and one in other units.
@@ -34,11 +34,9 @@ def integrated(F, p, factor=None, n=300):
 @pytest.mark.parametrize("p", [1, 2, 32, np.inf])
 @pytest.mark.parametrize("factor", [None, 2.0, 1.2])
 def test_shares_are_those_of_numerical_integration(F, p, factor):
-    result = Acceptability.of(F, p=p, factor=factor)
     n = 300 if F.shape[1] == 3 else 20_000
-    difference = np.abs(result.shares - integrated(F, p, factor, n)[:, :3])
-    assert difference.max() < 0.005
-    assert (difference < 4 * result.errors + 0.003).all()
+    shares = acceptability(F, p=p, factor=factor)
+    assert np.abs(shares - integrated(F, p, factor, n)[:, :3]).max() < 0.005
 
 
 def test_designs_of_a_weighted_sum_have_intervals_of_weights():
@@ -46,23 +44,13 @@ def test_designs_of_a_weighted_sum_have_intervals_of_weights():
     d = np.diff(TWO, axis=0)
     ties = -d[:, 1] / (d[:, 0] - d[:, 1])  # of the first objective; all five are on the hull
     ends = np.concatenate([[1.0], ties, [0.0]])
-    result = Acceptability.of(TWO, p=1)
-    assert np.abs(result.shares[:, 0] + np.diff(ends)).max() < 1e-3
-    assert np.abs(result.central[:, 0] - (ends[1:] + ends[:-1]) / 2).max() < 1e-3
+    assert np.abs(acceptability(TWO, p=1)[:, 0] + np.diff(ends)).max() < 1e-3
 
 
 def test_equal_weights_are_the_limit_of_a_small_factor():
     for p in (1, 2, np.inf):
         shares = acceptability(THREE, p=p, factor=1.0001)
         assert np.flatnonzero(shares[:, 0] == 1).tolist() == CompromiseProgramming(p).do(THREE)
-
-
-def test_central_weights_make_the_design_the_best():
-    result = Acceptability.of(THREE, p=1)  # for which the weights of a design are convex
-    won = np.flatnonzero(result.shares[:, 0])
-    assert len(won) > 3
-    for design in won:
-        assert CompromiseProgramming(1, weights=result.central[design]).do(THREE) == [design]
 
 
 def test_equal_designs_share_places_and_dominated_have_none():
@@ -76,9 +64,7 @@ def test_equal_designs_share_places_and_dominated_have_none():
 @pytest.mark.parametrize("constant", [3.0, 0.0, -1e9])
 def test_an_objective_equal_for_all_has_no_weight(constant):
     F = np.insert(THREE, 1, constant, axis=1)
-    result, without = Acceptability.of(F, factor=2), Acceptability.of(THREE, factor=2)
-    assert np.array_equal(result.shares, without.shares)
-    assert np.array_equal(np.delete(result.central, 1, axis=1), without.central, equal_nan=True)
+    assert np.array_equal(acceptability(F, factor=2), acceptability(THREE, factor=2))
     fixed = rank_of_efficiency(F, ideal=F.min(axis=0) - 1, nadir=F.max(axis=0) + 1)
     of_three = rank_of_efficiency(THREE, ideal=THREE.min(axis=0) - 1, nadir=THREE.max(axis=0) + 1)
     assert np.array_equal(acceptability(fixed), acceptability(of_three))
@@ -101,9 +87,8 @@ def test_many_designs_have_fewer_weights(n, n_weights):
 
 
 def test_a_single_optimum_is_best_for_all_weights():
-    result = Acceptability.of([[3.0, 3.0], [1.0, 2.0], [1.0, 2.0]])
-    assert result.shares.tolist() == [[0, 0, 0], [1, 0, 0], [1, 0, 0]]
-    assert not result.errors.any()
+    shares = acceptability([[3.0, 3.0], [1.0, 2.0], [1.0, 2.0]])
+    assert shares.tolist() == [[0, 0, 0], [1, 0, 0], [1, 0, 0]]
 
 
 @pytest.mark.parametrize("wrong", [{"factor": 1}, {"p": 0.5}, {"p": 33}, {"places": 0}])

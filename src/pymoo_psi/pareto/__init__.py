@@ -37,8 +37,8 @@ For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,
 and the templates of all sentences (:data:`SENTENCES`).
 
-Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`acceptability` and
-:class:`Acceptability`; :func:`cautions` and :class:`Caution`; :func:`explain` and
+Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`acceptability`;
+:func:`cautions` and :class:`Caution`; :func:`explain` and
 :class:`Explanation`; :func:`compare_designs` and :class:`DesignComparison`;
 :class:`Preferences`; :func:`representatives` and :class:`Representatives`; :func:`nondominated`;
 :func:`hypervolume`.

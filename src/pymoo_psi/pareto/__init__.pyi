@@ -1,6 +1,5 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._acceptability import Acceptability as Acceptability
 from ._acceptability import acceptability as acceptability
 from ._cautions import Caution as Caution
 from ._cautions import cautions as cautions

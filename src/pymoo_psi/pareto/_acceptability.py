@@ -1,15 +1,14 @@
 """Acceptability: for how many weights of the objectives a design is the best, or near it.
 
 A weighted distance to the ideal point needs weights, which are seldom known. The rank
-acceptability of a design is the share of the possible weights for which it has a certain place;
-its central weights are the mean of those for which it is the best (SMAA-2; Lahdelma and Salminen,
-Operations Research 49, 2001). The weights are LPτ points, mapped to the simplex.
+acceptability of a design is the share of the possible weights for which it has a certain place
+(SMAA-2; Lahdelma and Salminen, Operations Research 49, 2001). The weights are LPτ points, mapped
+to the simplex.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -21,88 +20,14 @@ from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_effic
 from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
-_BLOCKS = 8  # parts of the sample of weights, whose differences give the error
-_PER_BLOCK = 1024  # weights in a block, a power of 2, so that each block is evenly distributed
+_N_WEIGHTS = 8192  # a power of 2, so that they are evenly distributed
 _MANY = 10_000  # designs above which there are fewer weights: for p = inf, all are compared
+_N_WEIGHTS_OF_MANY = 2048
 _AT_ONCE = 1 << 18  # distances that are computed at once, so that they fit in a cache
 _ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
 _SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _FACTOR = 2.0  # the factor between weights in the sentence
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Acceptability:
-    """How a ranking depends on the weights of the objectives.
-
-    Attributes:
-        shares: ``(n, k)`` share of the weights for which a design has place 1 … k. Equal designs
-            share a place; dominated ones have none.
-        errors: ``(n, k)`` standard errors of the shares, from the differences between eight parts
-            of the weights.
-        central: ``(n, m)`` the mean of the weights for which a design is the best, of sum 1; NaN
-            where there are none, 0 for an objective in which all Pareto-optimal designs are equal.
-
-    Example:
-        >>> result = Acceptability.of([[0.0, 1.0], [0.25, 0.25], [1.0, 0.0]], p=1)
-        >>> result.shares[:, 0].round(2), result.central.round(2).tolist()
-        (array([0.25, 0.5 , 0.25]), [[0.88, 0.12], [0.5, 0.5], [0.12, 0.88]])
-    """
-
-    shares: Array
-    errors: Array
-    central: Array
-
-    @classmethod
-    def of(
-        cls,
-        F: Any,
-        *,
-        factor: float | None = None,
-        p: float = 2,
-        places: int = 3,
-    ) -> Acceptability:
-        """Return :func:`acceptability` of a ranking, or of what can be ranked, with its errors."""
-        require_norm(p, factor)
-        places = integer("places", places, minimum=1)
-        ranking = rank_of_efficiency(F)
-        front, terms, weighted = weighted_terms(ranking)
-        per_block = _PER_BLOCK
-        if len(front) > _MANY:
-            per_block = _PER_BLOCK // 4
-        weights = simplex_weights(_BLOCKS * per_block, len(weighted), factor)
-        nearest = nearest_designs(terms[:, weighted], weights, p, places)
-        placed, nearest = np.unique(nearest, return_inverse=True)
-        nearest = nearest.reshape(len(weights), -1)
-        # How many weights of each block give each place to each design, and the sum of its weights.
-        # The last design stands for those that have no place.
-        k = len(placed)
-        counts = np.zeros((k + 1, places, _BLOCKS))
-        block = np.arange(len(weights)) // per_block
-        for place, design in enumerate(nearest.T):
-            np.add.at(counts[:, place], (design, block), 1)
-        sums = np.zeros((k + 1, terms.shape[1]))
-        columns = np.zeros((len(weights), terms.shape[1]))
-        columns[:, weighted] = weights
-        np.add.at(sums, nearest[:, 0], columns)
-        counts /= per_block
-        with np.errstate(invalid="ignore"):
-            central = sums / sums.sum(axis=1)[:, None]  # the sum is 1
-        errors = counts.std(axis=2, ddof=1) / np.sqrt(_BLOCKS)
-        design_of = np.full(len(ranking.pareto), k)
-        # Equal designs share their places; few rows have a first value of a design with a place.
-        similar = np.flatnonzero(np.isin(terms[:, weighted[0]], terms[placed, weighted[0]]))
-        _, number = np.unique(terms[similar], axis=0, return_inverse=True)
-        number = number.ravel()
-        design_of_number = np.full(len(similar), k)
-        design_of_number[number[np.searchsorted(similar, placed)]] = np.arange(k)
-        design_of[front[similar]] = design_of_number[number]
-        return cls(counts.mean(axis=2)[design_of], errors[design_of], central[design_of])
-
-    def __repr__(self) -> str:
-        """Return how many designs are the best for some weights."""
-        n_first = np.count_nonzero(self.shares[:, 0])
-        return f"Acceptability({n_first} of {len(self.shares)} designs are the best for weights)"
 
 
 def acceptability(
@@ -120,9 +45,8 @@ def acceptability(
     differences from the ideal point. A weight multiplies a difference before it is squared (p = 2),
     so that twice the weight counts four times. The weights sum to 1 and are uniformly distributed:
     8192 LPτ points, or 2048 for more than 10 000 optimal designs. An objective in which all
-    Pareto-optimal designs are equal has no weight.
-    :class:`pymoo_psi.pareto.Acceptability` has the errors, usually below 0.003, and central
-    weights.
+    Pareto-optimal designs are equal has no weight. Standard errors of the shares are usually below
+    0.003.
 
     Args:
         F: ``(n, m)`` objective values, or anything else that
@@ -146,8 +70,28 @@ def acceptability(
         >>> acceptability(F)[:, 0].round(2), acceptability(F, factor=1.5)[:, 0].round(2)
         (array([0.25, 0.46, 0.3 ]), array([0., 1., 0.]))
     """
+    require_norm(p, factor)
+    places = integer("places", places, minimum=1)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    return Acceptability.of(ranking, factor=factor, p=p, places=places).shares
+    front, terms, weighted = weighted_terms(ranking)
+    n_weights = _N_WEIGHTS
+    if len(front) > _MANY:
+        n_weights = _N_WEIGHTS_OF_MANY
+    weights = simplex_weights(n_weights, len(weighted), factor)
+    shares = np.zeros((len(front), places))
+    for place, nearest in enumerate(nearest_designs(terms[:, weighted], weights, p, places).T):
+        shares[:, place] = np.bincount(nearest, minlength=len(front)) / n_weights
+    # Equal designs share their places; few have a first value of a design with a place.
+    firsts = terms[:, weighted[0]]
+    similar = np.flatnonzero(np.isin(firsts, firsts[shares.any(axis=1)]))
+    _, group = np.unique(terms[similar], axis=0, return_inverse=True)
+    group = group.ravel()
+    sums = np.zeros((len(similar), places))
+    np.add.at(sums, group, shares[similar])
+    shares[similar] = sums[group]
+    shares_of_all = np.zeros((len(ranking.pareto), places))
+    shares_of_all[front] = shares
+    return shares_of_all
 
 
 @lru_cache(maxsize=1)  # cautions, sentences and the page ask for those of one ranking
@@ -159,7 +103,7 @@ def weight_shares(ranking: EfficiencyRanking) -> Array:
     _, values = front_of(ranking)
     if not 2 <= np.count_nonzero(np.ptp(values, axis=0)) <= MAX_DIMENSIONS:
         return np.zeros(len(ranking.pareto))
-    return Acceptability.of(ranking, factor=_FACTOR, places=1).shares[:, 0]
+    return acceptability(ranking, factor=_FACTOR, places=1)[:, 0]
 
 
 def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
