@@ -410,13 +410,6 @@ def explain(
     distances = np.sqrt((steps**2).sum(axis=1))
     distances[np.isnan(distances)] = np.inf
 
-    def nearest(candidates: Rows, tie: float) -> Rows:
-        """Return the nearest of the candidates that give up least, all of them if several tie."""
-        losses_of_some = losses[candidates]
-        candidates = candidates[losses_of_some <= losses_of_some.min() + tie]
-        distances_of_some = distances[candidates]
-        return np.asarray(candidates[distances_of_some <= distances_of_some.min() * (1 + _TIE)])
-
     neighbours = np.full(gains.shape[1], -1)
     for j, gain in enumerate(gains.T):
         better = gain > 0
@@ -424,13 +417,14 @@ def explain(
         if clearly.any():
             better = clearly
         if better.any():
-            candidates = nearest(np.flatnonzero(better), _TIE)
+            candidates = _least(np.flatnonzero(better), losses, distances)
             neighbours[j] = front[candidates[values[1:, j][candidates].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
         # The least loss need not be 0: a value in a chain of close ones may be in another group
         # here than among all designs, where the dominance was found.
-        dominated_by = int(front[nearest(np.arange(len(front)), 0.0)[0]])
+        candidates = np.flatnonzero(losses == losses.min())
+        dominated_by = int(front[_least(candidates, distances)[0]])
 
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
     return Explanation(
@@ -489,6 +483,14 @@ def compare_designs(
     if len(ranked) < 2:
         raise invalid("designs", "two designs or more", Received(f"{len(ranked)}"))
     return _compared(ranking, ranked)
+
+
+def _least(rows: Rows, *measures: Array) -> Rows:
+    """Return the rows of the least measure; each measure decides between those that tie before."""
+    for measure in measures:
+        measured = measure[rows]
+        rows = rows[measured <= measured.min() + _TIE]
+    return rows
 
 
 @np.errstate(over="ignore", invalid="ignore")
