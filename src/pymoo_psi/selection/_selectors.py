@@ -22,7 +22,6 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import (
     Array,
     Entries,
-    Received,
     Rows,
     finite_array,
     invalid,
@@ -321,8 +320,7 @@ def compare_selectors(
         be none.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` is invalid, or a selector returns something that
-            is not an index of a row.
+        ArgumentValueError: ``F`` or ``maximize`` is invalid, or weights do not fit.
         ArgumentTypeError: ``selectors`` is not a mapping, or one of them has no method ``do``.
 
     Example:
@@ -344,9 +342,9 @@ def compare_selectors(
             chosen[name] = selector.do(ranking)
             continue
         weights = np.ones(F.shape[1])
-        if isinstance(selector, tuple) and len(selector) == 2:
-            selector, given = selector
-            weights = finite_array(f"the weights of selectors[{name!r}]", given)
+        if isinstance(selector, tuple):
+            selector, weights = selector
+            weights = finite_array(f"the weights of selectors[{name!r}]", weights)
             require_shape(f"the weights of selectors[{name!r}]", weights, (F.shape[1],))
         if not hasattr(selector, "do"):
             raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
@@ -355,22 +353,10 @@ def compare_selectors(
                 answer = np.argmin(selector.do(distances.copy(), weights))
             else:
                 answer = selector.do(F.copy())
-        indices = _indices(name, answer, len(front))
-        chosen[name] = front[indices]
+        if answer is None:
+            answer = []
+        chosen[name] = np.atleast_1d(front[answer])
     return chosen
-
-
-def _indices(name: Any, answer: Any, n: int) -> Rows:
-    """Return what a selector has returned as an array of indices below n."""
-    if answer is None:
-        answer = []
-    indices = np.atleast_1d(answer)
-    if len(indices) == 0:
-        return np.zeros(0, dtype=np.intp)
-    if indices.dtype.kind not in "iu" or indices.min() < 0 or indices.max() >= n:
-        rule = f"a selector that returns indices from 0 to {n - 1}"
-        raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
-    return indices.astype(np.intp)
 
 
 def _of_sum_one(weights: ArrayLike | None) -> Array | None:
