@@ -244,19 +244,16 @@ class _Checks:
         low = pool[n_low]
         high = pool[-1 - _n_unlike(pool, every)]
         is_unlike = (column < low) | (column > high)
-        if not is_unlike.any():
-            return
-        front = column[self.rows]
         designs = np.flatnonzero(is_unlike[self.rows])
         if not len(designs):
             return
         self.unlike[:, j] = is_unlike
-        values = number(front[designs].min()), number(front[designs].max())
+        values = column[self.rows[designs]]
         yield _caution(
             "suspect",
             designs=capital(self.names_of(designs)),
             objective=self.names[j],
-            values=" to ".join(dict.fromkeys(values)),
+            values=" to ".join(dict.fromkeys([number(values.min()), number(values.max())])),
             low=number(low),
             high=number(high),
         )
@@ -425,12 +422,11 @@ class _Checks:
             optimal = nondominated(F)
             rows, F = rows[optimal], without_rounding(F[optimal])
         optima, frame = nearest_of_front(F, self.ranking.frame)
-        lengths = unit_lengths(frame.ideal, frame.nadir)
         # The least way from an optimum before to one after.
-        steps = np.abs(F[optima, None] - self.values[self.optima]) / lengths
+        steps = np.abs(F[optima, None] - self.values[self.optima]) / frame.lengths
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
-        times = np.ptp(self.values, axis=0) / lengths
+        times = np.ptp(self.values, axis=0) / frame.lengths
         most = times.max()
         names = self.names_of(designs)
         texts = {"make": "makes", "pronoun": "it"}

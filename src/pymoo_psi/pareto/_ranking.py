@@ -83,6 +83,7 @@ class UtopianFrame:
         normalize: Measure every objective in units of N − U; an objective with N = U does not
             distinguish designs and has no weight.
         is_fixed: Whether U or N is given, so that it stays where it is without any design.
+        lengths: ``(m,)`` the ranges N − U; infinite for an objective with N = U.
         scale: ``(m,)`` the length by which each objective is divided.
         line: ``(m,)`` the vector from U to N in the scale; 0 in a constant objective.
     """
@@ -94,12 +95,11 @@ class UtopianFrame:
         self.nadir = nadir
         self.normalize = normalize
         self.is_fixed = is_fixed
-        lengths = unit_lengths(ideal, nadir)
-        self._varying = np.isfinite(lengths)
+        self.lengths = unit_lengths(ideal, nadir)
         self.scale = np.ones_like(ideal)
         if normalize:
-            self.scale = lengths
-        self.line = np.where(self._varying, nadir - ideal, 0.0) / self.scale
+            self.scale = self.lengths
+        self.line = np.where(np.isfinite(self.lengths), nadir - ideal, 0.0) / self.scale
         line = self.line / (self.line.max() or 1.0)
         self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
 
@@ -184,7 +184,7 @@ class UtopianFrame:
         """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
         ends = np.maximum(np.abs(self.ideal), np.abs(self.nadir))
         size = np.maximum(np.abs(F).max(axis=0), ends)
-        return np.where(self._varying, size / self.scale, 0.0)
+        return np.where(np.isfinite(self.lengths), size / self.scale, 0.0)
 
 
 def _row_norm(rows: Array) -> Array:
@@ -316,8 +316,8 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
         texts = list(map(str, group))
         if texts.count(str(design)) == 1:
             return texts.index(str(design))
-    example = "".join(f", such as {str(name)!r}" for name in [*names[0]][:1])
-    rule = f"the name of one design as a text{example}, or the number of a test or row"
+    example, *_ = map(str, names[0])
+    rule = f"the name of one design as a text, such as {example!r}, or the number of a test or row"
     raise invalid("design", rule, design, remedy)
 
 
@@ -387,7 +387,7 @@ class EfficiencyRanking(Shown):
             >>> rank_of_efficiency([[0, 4], [1, 1], [4, 0]]).lengths
             array([4., 4.])
         """
-        return unit_lengths(self.frame.ideal, self.frame.nadir)
+        return self.frame.lengths
 
     def __repr__(self) -> str:
         """Return the numbers of designs and objectives, and the best design."""
