@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._numbers import percent
-from pymoo_psi._validation import Array, Received, Rows, counted, invalid, known_name
+from pymoo_psi._validation import Received, Rows, counted, invalid, known_name
 from pymoo_psi.pareto import sentence, standard_errors, weights_sentence
 from pymoo_psi.table import (
     N_TESTS,
@@ -63,17 +63,16 @@ def averaged(table: TestTable, by: str | None = None) -> TestTable:
     counts = np.bincount(design_of_usable, minlength=len(first))
     designs = tests.take(first)
     columns = dict(designs.data)
-    for name in schema.of_role(*NUMBERS_ROLES):
-        if name == PROPOSAL_ROUND:  # the round that first proposed the design
-            continue
-        values = tests.data[name][usable]
-        sums = np.bincount(design_of_usable, values, len(first))
+    for name in {*schema.of_role(*NUMBERS_ROLES)} - {PROPOSAL_ROUND}:  # which is that of the first
+        sums = np.bincount(design_of_usable, tests.data[name][usable], len(first))
         columns[name] = np.where(counts == 0, columns[name], sums / np.maximum(counts, 1))
     columns[N_TESTS] = counts.astype(np.float64)
-    squares = np.zeros((len(first), len(schema.objectives)))
-    for j, name in enumerate(schema.objectives):
-        values = tests.data[name][usable]
-        squares[:, j] = _squared_deviations(values, columns[name], design_of_usable)
+    values = np.column_stack([tests.data[name][usable] for name in schema.objectives])
+    means = np.column_stack([columns[name] for name in schema.objectives])
+    deviations = values - means[design_of_usable]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
+    squares = np.zeros(means.shape)
+    np.add.at(squares, design_of_usable, deviations**2)
     errors = standard_errors(squares, counts)
     columns |= zip(map(error_column, schema.objectives), errors.T, strict=True)
     outputs = [Column(name, OUTPUT) for name in columns if name not in schema.names]
@@ -109,19 +108,6 @@ def averaged(table: TestTable, by: str | None = None) -> TestTable:
     return designs.with_notes({}, label).under(table.decision)
 
 
-def _squared_deviations(values: Array, means: Array, design: Rows) -> Array:
-    """Return the ``(k,)`` sums of the squared deviations of tests from the means of designs.
-
-    Args:
-        values: ``(n,)`` the values of the tests.
-        means: ``(k,)`` the means of the designs.
-        design: ``(n,)`` the design of each test.
-    """
-    deviations = values - means[design]
-    deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
-    return np.asarray(np.bincount(design, deviations**2, len(means)), dtype=np.float64)
-
-
 def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]:
     """Return which tests are those of one design.
 
@@ -136,7 +122,7 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     Raises:
         ArgumentValueError: No value recurs, or tests with equal ones have different variables.
     """
-    keys = table.schema.keys(table.data)
+    keys = table.schema.keys(table.data)  # none without variables
     labels: list[Any] = keys
     if by is None or (by == _VARIABLES and by not in table.columns):
         by = _VARIABLES
@@ -153,7 +139,7 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
         raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
-    for row, key in enumerate(keys):  # none without variables
+    for row, key in enumerate(keys):
         if key != keys[first_of_label[row]]:
             received = Received(f"{by} {labels[row]} with different ones")
             raise invalid("repeats", "a column whose equal values have equal variables", received)
