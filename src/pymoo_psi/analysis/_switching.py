@@ -96,9 +96,8 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
             ("lower", -1.0, limit.low, Limit(high=limit.high)),
             ("upper", 1.0, limit.high, Limit(low=limit.low)),
         )
-        for end, sign, value, free in sides:
-            is_set = np.isfinite(value)
-            present = value if is_set else np.nan
+        for end, sign, present, free in sides:
+            is_set = bool(np.isfinite(present))
             is_worse = name in schema.objectives and schema[name].maximize == (end == "lower")
             directions = {}
             if is_set or is_worse:
@@ -111,7 +110,8 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
                     candidates = tests.pareto()
                 values = np.where(candidates, sign * table.column(name).astype(np.float64), np.nan)
                 change, design = _change(table, tests, values, direction, sign * present)
-                yield (name, end, direction, present, sign * change, design)
+                shown = present if is_set else np.nan
+                yield (name, end, direction, shown, sign * change, design)
 
 
 def _change(
@@ -173,19 +173,14 @@ def _doubtful(
     if not lasting.all():  # leave out those that are dominated as soon as they come in
         kept = nondominated(np.column_stack([F, places]))
         F, places, lasting = F[kept], places[kept], lasting[kept]
-    shape = (len(tried), len(b))
-    U, N = np.resize(frame.ideal, shape), np.resize(frame.nadir, shape)
+    U, N = np.resize(frame.ideal, F.shape), np.resize(frame.nadir, F.shape)
     if not frame.is_fixed:
-        last = np.searchsorted(places, tried, side="right") - 1
-        U, N = np.minimum.accumulate(F)[last], _nadirs(F, lasting)[last]
-    lengths = unit_lengths(U, N)
-    inverse = np.full(shape, 1 / (np.abs(F - b).max() or 1.0))  # so that no square overflows
+        U, N = np.minimum.accumulate(F), _nadirs(F, lasting)
+    inverse = np.full(F.shape, 1 / (np.abs(F - b).max(initial=0.0) or 1.0))  # no square overflows
     if frame.normalize:
-        inverse = 1 / lengths
-    # As in rankings: b is as near as p if the distances differ by no more than their noise.
-    sizes = np.where(np.isfinite(lengths), np.maximum(np.abs(U), np.abs(N)), 0.0) * inverse
-    noise = LAST_PLACES * np.linalg.norm(sizes, axis=1) * np.linalg.norm((b - U) * inverse, axis=1)
-    quantities = np.column_stack([U, inverse, noise])
+        inverse = 1 / unit_lengths(U, N)
+    last_rows = np.searchsorted(places, tried, side="right") - 1
+    measures = np.column_stack([U, inverse])[last_rows]
     waiting = [(0, len(tried), np.arange(len(F)))]
     while waiting:
         start, stop, rows = waiting.pop()
@@ -194,12 +189,12 @@ def _doubtful(
             continue
         n_parts = min(max(_CELLS // F[rows].size, 2), stop - start)
         cuts = start + np.arange(n_parts + 1) * (stop - start) // n_parts
-        low = np.minimum.reduceat(quantities[:stop], cuts[:-1])[:, None]
-        high = np.maximum.reduceat(quantities[:stop], cuts[:-1])[:, None]
-        may_change = ~(_least_difference(F[rows], b, low, high) >= -low[:, :, -1])
+        low = np.minimum.reduceat(measures[:stop], cuts[:-1])[:, None]
+        high = np.maximum.reduceat(measures[:stop], cuts[:-1])[:, None]
+        may_be_nearer = _may_be_nearer(F[rows], b, low, high)
         for k in reversed(range(n_parts)):
             last_place = max(tried[cuts[k]], tried[cuts[k + 1] - 1])
-            nearer = rows[may_change[k] & (places[rows] <= last_place)]
+            nearer = rows[may_be_nearer[k] & (places[rows] <= last_place)]
             if len(nearer):
                 waiting.append((cuts[k], cuts[k + 1], nearer))
 
@@ -226,23 +221,26 @@ def _nadirs(F: Array, lasting: Mask) -> Array:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _least_difference(F: Array, b: Array, low: Array, high: Array) -> Array:
-    """Bound the differences of the squared distances of ``(n, m)`` designs and that of b.
+def _may_be_nearer(F: Array, b: Array, low: Array, high: Array) -> Mask:
+    """Return which of ``(n, m)`` designs may be nearer to the ideal point than b.
 
     Args:
         F: The objectives of the designs.
         b: ``(m,)`` those of the best design.
-        low: ``(k, 1, 2m + 1)`` least ideal points, and behind them reciprocal lengths, of k parts.
+        low: ``(k, 1, 2m)`` least ideal points, and behind them reciprocal lengths, of k parts.
         high: The greatest.
 
     Returns:
-        ``(k, n)`` lower bounds.
+        ``(k, n)`` mask. Squared distances that differ by less than rounding does in any ranking are
+        equal.
     """
     m = len(b)
     difference = F - b
     offset = F + b - 2 * np.where(difference > 0, high[..., :m], low[..., :m])
-    inverse = np.where((difference > 0) == (offset > 0), low[..., m:-1], high[..., m:-1])
-    return np.asarray(np.sum((difference * inverse) * (offset * inverse), axis=2))
+    inverse = np.where((difference > 0) == (offset > 0), low[..., m:], high[..., m:])
+    least = np.sum((difference * inverse) * (offset * inverse), axis=2)
+    squares = np.sum(((b - low[..., :m]) * high[..., m:]) ** 2, axis=2)  # of the distance of b
+    return np.asarray(~(least >= -LAST_PLACES * squares))
 
 
 def switching(table: TestTable) -> list[str]:
