@@ -165,7 +165,6 @@ FILES = {
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
-    "a large workbook": (inserted(SHEET, b"<pageMargins", b"<!--" + b" " * 10**8 + b"-->"), {}, "100 MB of cells, .* save the sheet with the designs as CSV"),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(50, 16384, "x")), {}, "empty in its first line"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),

@@ -74,12 +74,12 @@ _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 class UnfitError(ArgumentValueError):
     """A source is no table; :func:`read_table` adds which source it is.
 
-    Attributes:
-        problem: What is wrong, without the remedy, which may name options of the command.
+    Args:
+        problem: What is wrong.
+        remedy: What to do, which may name options of the command.
     """
 
     def __init__(self, problem: str, remedy: str = "") -> None:
-        self.problem = problem
         if remedy:
             problem = f"{problem}; {remedy}"
         super().__init__(problem)

@@ -68,6 +68,7 @@ from pymoo_psi.table import (
     TestTable,
     blank,
     decision_of,
+    first_of,
     kind_of_cells,
     names_of,
 )
@@ -160,12 +161,9 @@ def read_table(
     if isinstance(source, (str, PathLike)):
         path = Path(source)
     asked = decision_of(formulation)
-    is_study = False
     try:
-        content: Any = source
-        if not isinstance(source, TestTable):
-            content = _content(source, encoding, frozenset(skip_rows), sheet)
-            is_study = path is not None and isinstance(content, TestTable)
+        content: Any = _content(source, encoding, frozenset(skip_rows), sheet)
+        is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
             content = tests_of_cells(path, content[1], content[0].columns)
         has_cells = not isinstance(content, TestTable)
@@ -218,6 +216,8 @@ def _content(
     sheet: str | None = None,
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head."""
+    if isinstance(source, TestTable):
+        return source
     if isinstance(source, (str, PathLike)):
         return _content_of_file(Path(source), encoding, skip_rows, sheet)
     if hasattr(source, "itertuples"):  # a frame of pandas
@@ -338,20 +338,11 @@ def _designs(
         is_design = [mark != "prototype" for mark in columns["mark"]]
         cells = _kept(cells, is_design, "prototypes of a page", remarks)
     if is_file:
-        cells = _kept(cells, _are_new(cells), "equal to another one in all cells", remarks)
+        texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
+        is_new = first_of(zip(*texts, strict=True)) == np.arange(len(cells.rows))
+        cells = _kept(cells, is_new.tolist(), "equal to another one in all cells", remarks)
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others), remarks
-
-
-def _are_new(cells: Cells) -> list[bool]:
-    """Return which rows differ from those above them."""
-    rows: set[tuple[str, ...]] = set()
-    is_new = []
-    for row in zip(*cells.columns.values(), strict=True):
-        n = len(rows)
-        rows.add(tuple([str(cell).strip() for cell in row]))
-        is_new.append(len(rows) > n)
-    return is_new
 
 
 def _kept(cells: Cells, is_kept: list[bool], why: str, remarks: list[str]) -> Cells:

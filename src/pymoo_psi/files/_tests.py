@@ -52,6 +52,7 @@ from pymoo_psi.table import (
     units_of,
 )
 
+_TRUTHS = ("false", "true")
 HEAD_REMEDY = "remove that description, and say --objectives and --maximize"
 
 
@@ -166,7 +167,7 @@ def _values(cells: Iterable[Any], kind: Kind, decimal: str) -> AnyArray:
     if kind is Kind.CHOICE:
         return np.fromiter(texts, object)
     if kind is Kind.BINARY:
-        return np.array([("false", "true").index(text.lower()) == 1 for text in texts], dtype=bool)
+        return np.array([_TRUTHS.index(text.lower()) for text in texts], dtype=bool)
     number: Any = int if kind is Kind.INTEGER else float
     # Python takes 1_0 for 10.
     values = [number(text.replace("_", " ").replace(decimal, ".") or "nan") for text in texts]

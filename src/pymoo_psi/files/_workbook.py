@@ -18,7 +18,6 @@ from pymoo_psi.table import MARK, headings_of
 
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
-_MOST_BYTES = 100_000_000  # of XML in a workbook, some millions of cells, which take minutes
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
 _NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a cell with a number does not keep
@@ -43,7 +42,6 @@ class WorkbookFile(FileFormat):
         try:
             with catch_warnings():
                 simplefilter("ignore")  # warnings on drawings and the like, which are not read
-                _require_few_bytes(file.content)
                 book = pd.ExcelFile(BytesIO(file.content), engine="openpyxl")
                 titles = list(map(str, book.sheet_names))
                 if titles[1:] == [_HEAD_SHEET]:
@@ -135,18 +133,6 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
         if set(row) != {""}:
             rows[number] = list(map(_typed, row))
     return rows
-
-
-def _require_few_bytes(content: bytes) -> None:
-    """Refuse a workbook that takes minutes to read, by the size of its parts before it is read."""
-    with ZipFile(BytesIO(content)) as archive:
-        sizes = [part.file_size for part in archive.infolist() if part.filename.endswith(".xml")]
-    if sum(sizes) > _MOST_BYTES:
-        size, most = (n // 1_000_000 for n in (sum(sizes), _MOST_BYTES))
-        raise UnfitError(
-            f"it has {size} MB of cells, and at most {most} MB are read",
-            "save the sheet with the designs as CSV",
-        )
 
 
 def _title(titles: Names, name: str | None) -> str:
