@@ -12,7 +12,6 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, Formulation, Recorded, SphereChute, TestTable, representatives
 from pymoo_psi._output import ROWS, whole_file
-from pymoo_psi.analysis import convergence
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Schema
@@ -42,7 +41,6 @@ def shown(thing):
 VIEWS = [
     lambda table: table,
     lambda table: table.ranking(),
-    lambda table: convergence(table),
     lambda table: representatives(table, 3),
     lambda table: Formulation(maximize=["gain"], limits={EVIL: (None, 3), "gain": 1}),
 ]
@@ -53,7 +51,7 @@ def test_names_are_data_in_a_notebook(table, view):
     text, rows = shown(view(table))
     assert text.startswith(type(view(table)).__name__)
     assert 1 < len(rows) <= ROWS + 2
-    assert "<b>cost</b>" in text + str(rows) or "Convergence" in text
+    assert "<b>cost</b>" in text + str(rows)
 
 
 def test_runs_are_shown_as_their_tables(tmp_path):

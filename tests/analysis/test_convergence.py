@@ -6,7 +6,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, investigate, lp_tau, rank_of_efficiency
 from pymoo_psi._numbers import percent
-from pymoo_psi.analysis import convergence
+from pymoo_psi.analysis import convergence, convergence_sentence
 from pymoo_psi.table import Schema
 from tests.helpers.refusals import refused
 
@@ -22,34 +22,36 @@ def bnh():
 @pytest.mark.parametrize("normalize", [True, False])
 def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
     found = convergence(bnh.under(limits=limits, normalize=normalize))
-    assert found.tests.tolist() == [9, 18, 37, 75, 150, 300]
+    assert found.index.tolist() == [9, 18, 37, 75, 150, 300]
     last = bnh.under(limits=limits, normalize=normalize).ranking()
-    for k, n in enumerate(found.tests.tolist()):
+    bests = bnh.F[found["optimum"] - 1]
+    for k, (n, step) in enumerate(found.iterrows()):
         few = investigate(get_problem("bnh"), n)
-        assert found.feasible[k] == few.under(limits=limits).feasible().sum()
+        assert step["feasible"] == few.under(limits=limits).feasible().sum()
         front = few.F[few.under(limits=limits).pareto()]
-        assert found.pareto[k] == len(front)
+        assert step["pareto"] == len(front)
         best = rank_of_efficiency(front, normalize=normalize).salukvadze[0]
-        assert found.optimum[k] == few.numbers[few.under(limits=limits).pareto()][best]
+        assert step["optimum"] == few.numbers[few.under(limits=limits).pareto()][best]
         span = (last.nadir - last.ideal) if normalize else 1.0
-        assert found.mu1[k] == pytest.approx(np.linalg.norm((front[best] - last.ideal) / span))
-        np.testing.assert_array_equal(found.best[k], front[best])
-    assert found.mu1[-1] == pytest.approx(last.criteria[last.salukvadze[0], 0])
-    assert (np.diff(found.hypervolume) >= 0).all()  # each front dominates the one before
-    assert found.hypervolume[-1] == 1
-    same = found.optimum[1:] == found.optimum[:-1]
-    np.testing.assert_array_equal(found.moved[1:] == 0, same)
-    steps = np.abs(np.diff(found.best, axis=0)) / (last.nadir - last.ideal)
-    np.testing.assert_allclose(found.moved, [np.nan, *steps.max(axis=1)])
+        assert step["mu1"] == pytest.approx(np.linalg.norm((front[best] - last.ideal) / span))
+        np.testing.assert_array_equal(bests[k], front[best])
+    assert found["mu1"].iloc[-1] == pytest.approx(last.criteria[last.salukvadze[0], 0])
+    assert found["hypervolume"].is_monotonic_increasing  # each front dominates the one before
+    assert found["hypervolume"].iloc[-1] == 1
+    same = np.diff(found["optimum"]) == 0
+    np.testing.assert_array_equal(found["moved"][1:] == 0, same)
+    steps = np.abs(np.diff(bests, axis=0)) / (last.nadir - last.ideal)
+    np.testing.assert_allclose(found["moved"], [np.nan, *steps.max(axis=1)])
 
 
 def test_what_the_last_doubling_brought(bnh):
     found, half = convergence(bnh), bnh.take(np.arange(150))
     before = bnh.ranking().frame.distances(half.best().F)[0, 0]
-    assert found.mu1[-2] == pytest.approx(before)
-    said = found.verdict()
-    assert f"{percent(1 - found.mu1[-1] / before)} nearer to the ideal point" in said
-    assert f"the hypervolume from {percent(found.hypervolume[-2])} of its present value" in said
+    assert found["mu1"].iloc[-2] == pytest.approx(before)
+    said = convergence_sentence(found)
+    assert f"{percent(1 - found['mu1'].iloc[-1] / before)} nearer to the ideal point" in said
+    share = percent(found["hypervolume"].iloc[-2])
+    assert f"the hypervolume from {share} of its present value" in said
 
 
 @pytest.mark.parametrize("columns", [1, 2])
@@ -60,19 +62,20 @@ def test_a_design_that_is_best_in_everything_is_named(columns):
     schema = Schema.of(2, [f"drag {k}" for k in range(columns)], maximize=["drag 0"])
     F = np.column_stack([value] * columns)
     found = convergence(TestTable.of(range(1, 65), X, F, schema=schema))
-    assert found.pareto[-1] == 1
-    assert np.isnan([*found.mu1, *found.hypervolume]).all()
-    assert "from 32 to 64 tests, changed the design that is the best" in found.verdict()
-    assert "%" not in found.verdict()
+    assert found["pareto"].iloc[-1] == 1
+    assert found[["mu1", "hypervolume"]].isna().all(axis=None)
+    said = convergence_sentence(found)
+    assert "from 32 to 64 tests, changed the design that is the best" in said
+    assert "%" not in said
 
 
 def test_many_objectives_are_sampled_with_their_accuracy():
     X = lp_tau(256, 7)
     F = np.column_stack([X, 1 - X.mean(axis=1)])
     found = convergence(TestTable.of(range(1, 257), X, F))
-    assert found.pareto[-1] > 200
-    assert (np.diff(found.hypervolume) > -3 * found.volume_error[1:]).all()
-    assert 0 < found.volume_error[-1] < 0.02
+    assert found["pareto"].iloc[-1] > 200
+    assert (found["hypervolume"].diff()[1:] > -3 * found["volume_error"][1:]).all()
+    assert 0 < found["volume_error"].iloc[-1] < 0.02
 
 
 def test_too_little_to_tell():
@@ -81,8 +84,9 @@ def test_too_little_to_tell():
     schema = Schema.of(2, 2, 1)  # without a box
     table = TestTable.of(range(1, 65), X, X, late, schema=schema)
     found = convergence(table)
-    assert found.optimum[:3].tolist() == [0, 0, 0]
-    assert np.isinf(found.mu1[:3]).all()
-    assert found.verdict().startswith("Too few tests to tell: 24 of 64 are feasible")
+    assert found["optimum"][:3].tolist() == [0, 0, 0]
+    assert np.isinf(found["mu1"][:3]).all()
+    said = convergence_sentence(found)
+    assert said.startswith("Too few tests to tell: 24 of 64 are feasible")
     refused("of 8 tests or more, got 7 tests", convergence, table.take(np.arange(7)))
     refused("with a feasible design", convergence, table.take(np.arange(16)))

@@ -139,7 +139,7 @@ def test_only_points_before_proposals_are_a_sample():
     asked = table.under(Formulation(objectives=["f2"], limits={"f1": 100}))
     expected = sensitivities(investigate(problem, 48), ["f2"])
     np.testing.assert_allclose(sensitivities(asked, ["f2"]), expected)
-    assert convergence(table).tests.tolist() == [12, 24, 48]
+    assert convergence(table).index.tolist() == [12, 24, 48]
     refused("known of 40 tests or more, got 20", sensitivities, table.take(np.arange(20)))
 
 

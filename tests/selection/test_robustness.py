@@ -9,7 +9,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Real
 from scipy import stats
 
-from pymoo_psi import FailureTolerant, lp_tau, rank_of_efficiency, robustness
+from pymoo_psi import FailureTolerant, Robust, lp_tau, rank_of_efficiency, robustness
 from tests.helpers.refusals import refused
 
 
@@ -54,9 +54,11 @@ def by_hand(X, points, normalize):
 
 @pytest.mark.parametrize("normalize", [True, False])
 def test_agrees_with_the_oracle(normalize):
-    result = robustness(Beam, X, uncertainty=LOAD, n_scenarios=30, normalize=normalize)
+    frame = robustness(Beam, X, uncertainty=LOAD, n_scenarios=30, normalize=normalize)
+    result = frame.sort_index()
     never = 0
-    for i, found in enumerate(by_hand(X, result.scenarios, normalize)):
+    scenarios = Robust(Beam, uncertainty=LOAD, n_scenarios=30).parameters
+    for i, found in enumerate(by_hand(X, scenarios, normalize)):
         assert result.infeasible_share[i] == pytest.approx(1 - len(found) / 30)
         assert result.optimum_share[i] == sum(one["optimum"] for one in found) / 30
         assert result.efficient_share[i] == sum(one["rank"] >= 5 for one in found) / 30
@@ -79,7 +81,7 @@ def test_scenarios_are_quantiles_of_lp_tau_without_the_origin():
 
     own = {"load": Quantile(), "strength": stats.randint(2, 4)}
     for uncertainty, quantile in ((LOAD, LOAD["load"].ppf), (own, own["load"].icdf)):
-        points = robustness(Beam, X[:2], uncertainty=uncertainty, n_scenarios=16).scenarios
+        points = Robust(Beam, uncertainty=uncertainty, n_scenarios=16).parameters
         np.testing.assert_array_equal(points[:, 0], quantile(lp_tau(16, 2, first=2)[:, 0]))
     assert set(points[:, 1]) == {2.0, 3.0}
 
@@ -103,10 +105,11 @@ def test_named_designs_and_bounds_of_the_scenario():
     ]
     options = {"uncertainty": {"k": stats.uniform(0.5, 0.5)}, "n_scenarios": 63}
     kept = robustness(Mixed, designs, **options)
-    assert kept.infeasible_share.tolist() == [0, np.mean(kept.scenarios[:, 0] < 0.75), 0]
-    assert designs == kept.X.tolist()
-    assert kept.to_frame().columns.tolist()[:3] == ["a", "m", "b"]
-    frame = robustness(Beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9).to_frame()
+    scenarios = Robust(Mixed, **options).parameters
+    expected = [0, np.mean(scenarios[:, 0] < 0.75), 0]
+    assert kept.sort_index()["infeasible_share"].tolist() == expected
+    assert kept.sort_index()[["a", "m", "b"]].to_dict("records") == designs
+    frame = robustness(Beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9)
     assert frame["optimum_share"].is_monotonic_decreasing
     np.testing.assert_array_equal(frame.sort_index()[["x1", "x2"]], X)
 
@@ -127,7 +130,7 @@ class Brittle(ElementwiseProblem):
 def test_a_failing_design_is_infeasible_but_not_all():
     load = {"load": stats.uniform(0, 1)}
     result = robustness(Brittle, [[0.5], [1.0]], uncertainty=load, n_scenarios=15)
-    assert result.infeasible_share.tolist() == [7 / 15, 0]
+    assert result["infeasible_share"].to_dict() == {0: 7 / 15, 1: 0}
     refused(
         r"ArithmeticError: no convergence.*; if designs may fail",
         robustness,

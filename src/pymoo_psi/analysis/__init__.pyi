@@ -1,7 +1,7 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._convergence import Convergence as Convergence
 from ._convergence import convergence as convergence
+from ._convergence import convergence_sentence as convergence_sentence
 from ._costs import constraint_costs as constraint_costs
 from ._histogram import Histogram as Histogram
 from ._histogram import histogram as histogram

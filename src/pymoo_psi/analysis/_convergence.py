@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymoo_psi._numbers import percent
-from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Integers, Received, counted, invalid
+from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.analysis._sampling import even_part
 from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.table import TestTable
@@ -26,114 +24,29 @@ _REFERENCE = 1.1
 _WORTH = 0.01
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Convergence(Shown):
-    """The decision that the first n tests give; n doubles from row to row up to all tests.
-
-    Distances use the scale of all tests, so that rows can be compared. If one design is the best in
-    every objective, there is no scale, and ``mu1``, ``hypervolume`` and ``moved`` are NaN.
-
-    Attributes:
-        tests: ``(k,)`` numbers n of tests, increasing.
-        feasible: ``(k,)`` how many are feasible.
-        pareto: ``(k,)`` how many of these are Pareto optimal among the first n.
-        hypervolume: ``(k,)`` what their front dominates, as a share of what the last one does.
-        volume_error: ``(k,)`` standard error of that share; 0 where it is exact.
-        optimum: ``(k,)`` the test nearest to U by the ranking of the first n; 0 where no
-            design is feasible.
-        mu1: ``(k,)`` its distance to the U of all tests; infinite where there is none.
-        moved: ``(k,)`` how far it is from the optimum of the row before: the largest difference in
-            an objective, in units of the objective's range over the last front; NaN if there was
-            none.
-        best: ``(k, m)`` its objectives, in the original directions; NaN where there is none.
-
-    Example:
-        >>> from pymoo_psi import VectorizedSphereChute, investigate
-        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
-        >>> steps = convergence(table.under(normalize=False))
-        >>> steps.tests[-4:], steps.optimum[-4:]
-        (array([ 128,  256,  512, 1024]), array([  35,  205,  205, 1021]))
-    """
-
-    tests: Integers
-    feasible: Integers
-    pareto: Integers
-    hypervolume: Array
-    volume_error: Array
-    optimum: Integers
-    mu1: Array
-    moved: Array
-    best: Array
-
-    def __repr__(self) -> str:
-        """Return how many tests there are, and what they decide."""
-        return f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]})"
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return a frame with the index ``tests`` and a column for each other array.
-
-        Example:
-            >>> from pymoo_psi import VectorizedSphereChute, investigate
-            >>> steps = convergence(investigate(VectorizedSphereChute(0.4, model="rolling"), 64))
-            >>> print(steps.to_frame()[["pareto", "optimum", "mu1"]].round(2))
-                   pareto  optimum   mu1
-            tests
-            8           6        5  0.78
-            16         12       13  0.58
-            32         18       21  0.49
-            64         36       21  0.49
-        """
-        import pandas as pd
-
-        names = ("feasible", "pareto", "hypervolume", "optimum", "mu1", "moved")
-        frame = pd.DataFrame({name: getattr(self, name) for name in names})
-        return frame.set_index(pd.Index(self.tests, name="tests"))
-
-    def verdict(self) -> str:
-        """Return a sentence on what the last doubling of the tests changed in the decision.
-
-        The effect of the next doubling is not predicted, because no such estimate proved reliable
-        on problems with known solutions.
-
-        Example:
-            >>> from pymoo_psi import VectorizedSphereChute, investigate
-            >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
-            >>> print(convergence(table.under(normalize=False)).verdict())
-            The last doubling, from 512 to 1024 tests, still mattered: it brought ...
-        """
-        n = int(self.tests[-1])
-        if len(self.tests) < 2 or not self.optimum[-2]:
-            return (
-                f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
-                "the tests must have had some."
-            )
-        doubling = f"The last doubling, from {self.tests[-2]} to {n} tests,"
-        unknown = (
-            "Not known: whether there is a better region between the tests, and how right the "
-            "model is."
-        )
-        if np.isnan(self.moved[-1]):  # distances have no unit
-            is_same = np.array_equal(self.best[-1], self.best[-2])
-            change = "nothing" if is_same else "the design that is the best in every objective"
-            return f"{doubling} changed {change}. {unknown}"
-        before, now = self.mu1[-2:].tolist()
-        nearer = max(0.0, before - now) / (before or 1.0)
-        share = self.hypervolume[-2]
-        mattered = "hardly mattered"
-        if max(nearer, 1 - share - 2 * self.volume_error[-2]) > _WORTH:
-            mattered = "still mattered"
-        return (
-            f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
-            f"ideal point, moved it by {percent(self.moved[-1])} of a range, and enlarged the "
-            f"hypervolume from {percent(share)} of its present value. {unknown}"
-        )
-
-
-def convergence(table: TestTable) -> Convergence:
+def convergence(table: TestTable) -> pd.DataFrame:
     """Return the decisions that the first half, quarter, … of the tests give.
+
+    The number of tests n doubles from row to row up to all tests. Distances use the scale of all
+    tests, so that rows can be compared. If one design is the best in every objective, there is no
+    scale, and ``mu1``, ``hypervolume`` and ``moved`` are NaN. :func:`convergence_sentence` states
+    the result.
 
     Args:
         table: The tests of an investigation.
+
+    Returns:
+        Index: ``tests``, the numbers n. Columns:
+
+        - ``feasible``, how many are feasible;
+        - ``pareto``, how many of these are Pareto optimal among the first n;
+        - ``hypervolume``, what their front dominates, as a share of what the last one does;
+        - ``volume_error``, the standard error of that share; 0 where it is exact;
+        - ``optimum``, the test nearest to U by the ranking of the first n; 0 where no design is
+          feasible;
+        - ``mu1``, its distance to the U of all tests; infinite where there is none;
+        - ``moved``, how far it is from the optimum of the row before: the largest difference in an
+          objective, in units of the objective's range over the last front; NaN if there was none.
 
     Raises:
         ArgumentValueError: There is no feasible design, there are fewer than eight tests, or an
@@ -141,10 +54,17 @@ def convergence(table: TestTable) -> Convergence:
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
-        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 64)
-        >>> convergence(table).pareto
-        array([ 6, 12, 18, 36])
+        >>> steps = convergence(investigate(VectorizedSphereChute(0.4, model="rolling"), 64))
+        >>> print(steps[["pareto", "optimum", "mu1"]].round(2))
+               pareto  optimum   mu1
+        tests
+        8           6        5  0.78
+        16         12       13  0.58
+        32         18       21  0.49
+        64         36       21  0.49
     """
+    import pandas as pd
+
     table, _ = even_part(table)
     if len(table) < _FIRST:
         received = Received(counted(len(table), "test"))
@@ -171,14 +91,57 @@ def convergence(table: TestTable) -> Convergence:
     volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
     if not frame.line.any():  # one design is the best in every objective
         mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
-    return Convergence(
-        tests=sizes,
-        feasible=np.cumsum(table.feasible())[sizes - 1],
-        pareto=np.array([*map(len, fronts)]),
-        hypervolume=volumes,
-        volume_error=errors,
-        optimum=np.append(table.numbers, 0)[optima],
-        mu1=mu1,
-        moved=moved,
-        best=best * table.schema.sign,
+    columns = {
+        "feasible": np.cumsum(table.feasible())[sizes - 1],
+        "pareto": list(map(len, fronts)),
+        "hypervolume": volumes,
+        "volume_error": errors,
+        "optimum": np.append(table.numbers, 0)[optima],
+        "mu1": mu1,
+        "moved": moved,
+    }
+    return pd.DataFrame(columns, pd.Index(sizes, name="tests"))
+
+
+def convergence_sentence(steps: pd.DataFrame) -> str:
+    """Return a sentence on what the last doubling of the tests changed in the decision.
+
+    The effect of the next doubling is not predicted, because no such estimate proved reliable on
+    problems with known solutions.
+
+    Args:
+        steps: What :func:`convergence` returns.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
+        >>> print(convergence_sentence(convergence(table.under(normalize=False))))
+        The last doubling, from 512 to 1024 tests, still mattered: it brought ...
+    """
+    n = steps.index[-1]
+    last = steps.iloc[-1]
+    if len(steps) < 2 or not steps["optimum"].iloc[-2]:
+        return (
+            f"Too few tests to tell: {last['feasible']:.0f} of {n} are feasible, and half of the "
+            "tests must have had some."
+        )
+    before = steps.iloc[-2]
+    doubling = f"The last doubling, from {steps.index[-2]} to {n} tests,"
+    unknown = (
+        "Not known: whether there is a better region between the tests, and how right the model is."
+    )
+    if np.isnan(last["moved"]):  # distances have no unit
+        change = "the design that is the best in every objective"
+        if last["optimum"] == before["optimum"]:
+            change = "nothing"
+        return f"{doubling} changed {change}. {unknown}"
+    nearer = max(0.0, before["mu1"] - last["mu1"]) / (before["mu1"] or 1.0)
+    share = before["hypervolume"]
+    mattered = "hardly mattered"
+    if max(nearer, 1 - share - 2 * before["volume_error"]) > _WORTH:
+        mattered = "still mattered"
+    return (
+        f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the ideal "
+        f"point, moved it by {percent(last['moved'])} of a range, and enlarged the hypervolume "
+        f"from {percent(share)} of its present value. {unknown}"
     )

@@ -356,12 +356,12 @@ def _sections(table: TestTable) -> pd.DataFrame:
 
 def _convergence(table: TestTable) -> pd.DataFrame:
     """Print and return the convergence with the number of tests."""
-    from pymoo_psi.analysis import convergence
+    from pymoo_psi.analysis import convergence, convergence_sentence
 
     steps = convergence(table)
-    frame = steps.to_frame()
+    frame = steps.drop(columns="volume_error")
     print_frame(frame.reset_index().round(4), "Convergence with the number of tests")
-    say(steps.verdict())
+    say(convergence_sentence(steps))
     return frame
 
 

@@ -27,6 +27,7 @@ from pymoo_psi.analysis import (
     change_text,
     constraint_costs,
     convergence,
+    convergence_sentence,
     latest_positions,
     limit_words,
     positions_frame,
@@ -482,9 +483,9 @@ def verdict(table: TestTable) -> str:
         steps = convergence(table)
     except PsiError:  # its reason is about the evenly spread tests only
         return "Not known: it takes 8 evenly spread tests or more, some of them within the limits."
-    if len(steps.tests) <= 1:
+    if len(steps) <= 1:
         return ""
-    return steps.verdict()
+    return convergence_sentence(steps)
 
 
 # How texts, tables and figures are shown

@@ -23,13 +23,13 @@ Example:
 
     >>> from scipy.stats import uniform
     >>> from pymoo_psi import VectorizedSphereChute, robustness
-    >>> result = robustness(
+    >>> frame = robustness(
     ...     lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
     ...     [[0.25, 0.1], [0.3, 0.1], [0.35, 0.1], [0.4, 0.1]],
     ...     uncertainty={"mu": uniform(0.3, 0.2), "c": uniform(0.25, 0.1)},
     ...     normalize=False,
     ... )
-    >>> print(result.to_frame()[["x1", "optimum_share", "efficient_share", "mean_regret"]].round(3))
+    >>> print(frame[["x1", "optimum_share", "efficient_share", "mean_regret"]].round(3))
          x1  optimum_share  efficient_share  mean_regret
     2  0.35          0.844            1.000        0.000
     1  0.30          0.156            0.156        0.012
@@ -45,8 +45,7 @@ accepts both.
 
 Public names: :class:`SalukvadzeOptimum`, :class:`EfficientSubset`,
 :class:`CompromiseProgramming`, :class:`ReferencePoint`, :class:`Preferred`, :class:`Knee` and their
-base :class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness` and its
-:class:`Robustness`.
+base :class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness`.
 """
 
 from pymoo_psi._names import attach_names

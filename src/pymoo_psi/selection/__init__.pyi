@@ -1,6 +1,5 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._robustness import Robustness as Robustness
 from ._robustness import robustness as robustness
 from ._selectors import CompromiseProgramming as CompromiseProgramming
 from ._selectors import EfficientSubset as EfficientSubset

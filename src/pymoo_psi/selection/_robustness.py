@@ -6,101 +6,18 @@ are ranked with U, N and the scale of that scenario.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, Rows, invalid
+from pymoo_psi._validation import Designs, Entries, Mask, Received, invalid
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import Robust, design_space, untolerant
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Robustness(Shown):
-    """The results of n designs in S scenarios.
-
-    The regret of a design in a scenario is its distance from U beyond that of the nearest design,
-    in the scale of the scenario. Shares refer to all S scenarios. Regret refers to those in which
-    the design is feasible; it is NaN if there are none.
-
-    Attributes:
-        X: ``(n, n_var)`` the designs, or ``(n,)`` mappings.
-        scenarios: ``(S, k)`` the values of the k uncertain parameters.
-        optimum_share: ``(n,)`` share of scenarios in which the design is the Salukvadze optimum.
-        efficient_share: ``(n,)`` share in which its rank of efficiency is 5 or 6.
-        pareto_share: ``(n,)`` share in which it is Pareto optimal among the designs.
-        infeasible_share: ``(n,)`` share in which it is infeasible.
-        mean_regret: ``(n,)`` mean regret.
-        worst_regret: ``(n,)`` largest regret.
-
-    Example:
-        A lighter rod bends more. Under every load, the middle one of three rods is the optimum.
-
-        >>> from pymoo.problems.functional import FunctionalProblem
-        >>> from scipy.stats import uniform
-        >>> from pymoo_psi import robustness
-        >>> def rod(load):
-        ...     return FunctionalProblem(1, [lambda x: x[0], lambda x: load / x[0]], xl=0, xu=9)
-        >>> loads = {"load": uniform(0.5, 1.0)}
-        >>> result = robustness(rod, [[0.5], [1.0], [2.0]], uncertainty=loads)
-        >>> result.optimum_share
-        array([0., 1., 0.])
-        >>> result.order  # the first and the last tie in all but the regret
-        array([1, 0, 2])
-    """
-
-    X: Any
-    scenarios: Array
-    optimum_share: Array
-    efficient_share: Array
-    pareto_share: Array
-    infeasible_share: Array
-    mean_regret: Array
-    worst_regret: Array
-
-    def __repr__(self) -> str:
-        """Return the numbers of designs and scenarios, and the first row by :attr:`order`."""
-        sizes = f"{len(self.optimum_share)} designs, {len(self.scenarios)} scenarios"
-        return f"Robustness({sizes}: row {self.order[0]} is the first)"
-
-    @property
-    def order(self) -> Rows:
-        """``(n,)`` indices of the designs, the most robust first.
-
-        They are ordered by the largest share as optimum, then the largest share with rank of
-        efficiency 5 or 6, then the smallest infeasible share, then the smallest mean regret.
-        """
-        return np.lexsort(
-            (
-                self.mean_regret,
-                self.infeasible_share,
-                -self.efficient_share,
-                -self.optimum_share,
-            )
-        )
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return one row per design, the most robust first; the index is the row in ``X``.
-
-        Returns:
-            Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``.
-        """
-        import pandas as pd
-
-        frame = pd.DataFrame(list(self.X))
-        if not isinstance(self.X[0], Mapping):  # a matrix has no names of variables
-            frame.columns = [f"x{j + 1}" for j in range(frame.shape[1])]
-        for field in fields(self)[2:]:  # all but the designs and the scenarios
-            frame[field.name] = getattr(self, field.name)
-        return frame.iloc[self.order]
 
 
 def robustness(
@@ -110,7 +27,7 @@ def robustness(
     uncertainty: Entries,
     n_scenarios: int = 256,
     normalize: bool = True,
-) -> Robustness:
+) -> pd.DataFrame:
     """Rank designs in many scenarios of uncertain parameters of their problem.
 
     In every scenario, the problem of that scenario evaluates the designs, and these are ranked by
@@ -134,7 +51,20 @@ def robustness(
             :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
-        Shares and regret for each design.
+        One row per design, the most robust first; the index is the row in ``X``. After the
+        variables the columns are
+
+        - ``optimum_share``, the share of the scenarios in which the design is the Salukvadze
+          optimum;
+        - ``efficient_share``, the share in which its rank of efficiency is 5 or 6;
+        - ``pareto_share``, the share in which it is Pareto optimal among the designs;
+        - ``infeasible_share``, the share in which it is infeasible;
+        - ``mean_regret`` and ``worst_regret``. The regret in a scenario is the distance from U
+          beyond that of the nearest design, in the scale of the scenario. It refers to the
+          scenarios in which the design is feasible, and is NaN if there are none.
+
+        The order is by the largest ``optimum_share``, then the largest ``efficient_share``, then
+        the smallest ``infeasible_share``, then the smallest ``mean_regret``.
 
     Raises:
         ArgumentValueError: A count is out of range, a distribution has infinite values, a problem
@@ -143,17 +73,29 @@ def robustness(
             problem.
 
     Example:
+        A lighter rod bends more. Under every load, the middle one of three rods is the optimum.
+
+        >>> from pymoo.problems.functional import FunctionalProblem
         >>> from scipy.stats import uniform
+        >>> def rod(load):
+        ...     return FunctionalProblem(1, [lambda x: x[0], lambda x: load / x[0]], xl=0, xu=9)
+        >>> loads = {"load": uniform(0.5, 1.0)}
+        >>> rods = robustness(rod, [[0.5], [1.0], [2.0]], uncertainty=loads)
+        >>> rods["optimum_share"].to_dict()  # the first and the last tie in all but the regret
+        {1: 1.0, 0: 0.0, 2: 0.0}
+
+        The chute, whose friction is uncertain:
+
         >>> from pymoo_psi import VectorizedSphereChute
         >>> designs = [[0.2, 0.1], [0.25, 0.1], [0.3, 0.1], [0.35, 0.1], [0.4, 0.1]]
-        >>> result = robustness(
+        >>> frame = robustness(
         ...     lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
         ...     designs,
         ...     uncertainty={"mu": uniform(0.3, 0.2), "c": uniform(0.2, 0.2)},
         ...     n_scenarios=16,
         ...     normalize=False,
         ... )
-        >>> result.to_frame()[["x1", "x2", "optimum_share", "worst_regret"]].round(3)
+        >>> frame[["x1", "x2", "optimum_share", "worst_regret"]].round(3)
              x1   x2  optimum_share  worst_regret
         2  0.30  0.1          0.688         0.022
         3  0.35  0.1          0.312         0.028
@@ -161,6 +103,8 @@ def robustness(
         1  0.25  0.1          0.000         0.114
         0  0.20  0.1          0.000         0.264
     """
+    import pandas as pd
+
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
     designs = _designs(X, robust.n_var)
     matrix = robust.space.to_matrix(designs)
@@ -184,20 +128,18 @@ def robustness(
         # design is farther from U than the one that dominates it.
         mu1 = ranking.criteria[:, 0]
         regret[k, rows] = mu1 - mu1[ranking.pareto].min()
-    with warnings.catch_warnings():  # a design that is never feasible has no regret
-        warnings.simplefilter("ignore", RuntimeWarning)
-        mean_regret = np.nanmean(regret, axis=0)
-        worst_regret = np.nanmax(regret, axis=0)
-    return Robustness(
-        designs,
-        robust.parameters,
-        optimum_share=optimum.mean(axis=0),
-        efficient_share=efficient.mean(axis=0),
-        pareto_share=pareto.mean(axis=0),
-        infeasible_share=(~feasible).mean(axis=0),
-        mean_regret=mean_regret,
-        worst_regret=worst_regret,
-    )
+    frame = pd.DataFrame(list(designs))
+    if not isinstance(designs[0], Mapping):  # a matrix has no names of variables
+        frame.columns = [f"x{j + 1}" for j in range(frame.shape[1])]
+    frame["optimum_share"] = optimum.mean(axis=0)
+    frame["efficient_share"] = efficient.mean(axis=0)
+    frame["pareto_share"] = pareto.mean(axis=0)
+    frame["infeasible_share"] = (~feasible).mean(axis=0)
+    regrets = pd.DataFrame(regret)  # whose mean and maximum omit NaN
+    frame["mean_regret"] = regrets.mean()
+    frame["worst_regret"] = regrets.max()
+    order = ["optimum_share", "efficient_share", "infeasible_share", "mean_regret"]
+    return frame.sort_values(order, ascending=[False, False, True, True], kind="stable")
 
 
 def _designs(X: Any, n_var: int) -> Designs:
