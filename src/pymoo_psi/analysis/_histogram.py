@@ -63,29 +63,28 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
     """
     bins = integer("bins", bins, minimum=1)
-    feasible = table.feasible()
-    values: tuple[Any, ...] = ()
     known_name("variable", variable, table.schema.values)
-    places = table.column(variable)
     column = table.schema[variable]
-    if column.role != VARIABLE:
-        shown = places
-        if feasible.any():
-            shown = places[feasible]
-        edges = _edges(_near(shown), bins)
-    else:
+    places = table.column(variable)
+    feasible = table.feasible()
+    kind = Kind.REAL
+    if column.role == VARIABLE:
         kind = column.kind or Kind.REAL  # unknown without a design
-        options, ranks = value_ranks(places)
         bounds = np.array([column.lower, column.upper], dtype=np.float64)  # NaN if unknown
         points = np.append(places, bounds)
-        if kind is Kind.LOG:
-            edges = np.exp(_edges(np.log(points.astype(np.float64)), bins))
-        elif kind is Kind.REAL or (kind is Kind.INTEGER and len(options) > 2 * bins):
-            edges = _edges(points.astype(np.float64), bins)
-        else:
-            places = ranks
-            values = tuple(options)
-            edges = np.arange(-0.5, len(values))
+    elif feasible.any():
+        points = _near(places[feasible])
+    else:
+        points = _near(places)
+    values: tuple[Any, ...] = ()
+    if kind is Kind.LOG:
+        edges = np.exp(_edges(np.log(points.astype(np.float64)), bins))
+    elif kind is Kind.REAL or (kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins):
+        edges = _edges(points.astype(np.float64), bins)
+    else:
+        options, places = value_ranks(places)
+        values = tuple(options)
+        edges = np.arange(-0.5, len(values))
     places = places.astype(np.float64)  # the array is of objects if variables have several kinds
     inside = places[feasible & np.isfinite(places)]
     return Histogram(

@@ -450,10 +450,20 @@ def _table(
     described = []
     data: Columns = {}
     notes: Columns = {}
+    no_variables = []
     for name in dict.fromkeys((*objectives, *columns)):
         column = columns[name]
-        role = _role(column, objectives, variables, formulation.columns, labels)
+        role = NOTE
+        if name in objectives:
+            role = OBJECTIVE
+        elif name in variables and not column.problem and not column.gaps().any():
+            role = VARIABLE
+        elif name in formulation.columns or (column.numbers is not None and name not in labels):
+            role = OUTPUT
         values = _values(column, role)
+        if name in variables and role != VARIABLE:
+            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
+            no_variables.append(f"{name} is no variable: {problem}.")
         if role == NOTE:
             notes[name] = values
             continue
@@ -469,11 +479,7 @@ def _table(
         if limit.texts is not None and name in notes:
             is_asked &= limit.excess(name, notes[name]) == 0
     remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
-    for name in variables:
-        gaps = columns[name].gaps()
-        if columns[name].problem or gaps.any():
-            problem = columns[name].problem or cells.place(name, int(gaps.argmax()))
-            remarks.append(f"{name} is no variable: {problem}.")
+    remarks += no_variables
     numbers = notes.pop(TEST, cells.rows)
     if any(type(number) is not int or number < 1 for number in numbers) or len({*numbers}) < len(F):
         raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
@@ -495,31 +501,6 @@ def _table(
         separator=(separator or ",").replace(" ", ","),
     )
     return table.with_notes(notes, label)
-
-
-def _role(
-    column: TextColumn,
-    objectives: Names,
-    variables: Names,
-    required: Names,
-    labels: Collection[str | None],
-) -> str:
-    """Return the role of a column.
-
-    Args:
-        column: The column.
-        objectives: Names of the objectives.
-        variables: Names of the variables; one with uncertain values has another role.
-        required: Names of columns that must be of numbers.
-        labels: Names of columns that name or number designs.
-    """
-    if column.name in objectives:
-        return OBJECTIVE
-    if column.name in variables and not column.problem and not column.gaps().any():
-        return VARIABLE
-    if column.name in required or (column.numbers is not None and column.name not in labels):
-        return OUTPUT
-    return NOTE
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:
