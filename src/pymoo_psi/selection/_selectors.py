@@ -277,6 +277,9 @@ class Knee(RankingSelector):
         array([], dtype=int64)
     """
 
+    def __init__(self) -> None:
+        super().__init__()
+
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         front, values = front_of(ranking)
         best = values.min(axis=0)
