@@ -170,7 +170,7 @@ def test_an_objective_listed_twice_is_named_if_it_counts(noise, draws):
         n_moved += is_moved
         if is_moved:
             assert said(twice, "redundant").startswith(
-                f"f{F.shape[1] + 1} nearly repeats f{F.shape[1]}, which counts several times. "
+                f"f{F.shape[1]} and f{F.shape[1] + 1} are nearly the same, and count several times. "
                 f"Without f{F.shape[1] + 1}, design {once[0]} is proposed."
             )
     assert n_moved > 2

@@ -151,8 +151,8 @@ def cautions(
         ()
         >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Design 4 alone makes the range of f2 9 times as long. Without it, design 1 is proposed
-        (f2 0.6 lower).
+        The range of f2 is 9 times as long because of design 4 alone. Without design 4, design 1 is
+        proposed (f2 0.6 lower).
     """
     checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
     return (*checks.of_distances(), *checks.of_weights())
@@ -311,7 +311,6 @@ class _Checks:
             yield _caution(
                 "redundant",
                 twins=listed([*self.names[twins]]),
-                repeats="repeats" if len(twins) == 1 else "repeat",
                 originals=listed([*self.names[first[twins]]]),
                 other=self.name_of(optima[0]),
             )
@@ -427,25 +426,18 @@ class _Checks:
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
         times = np.ptp(self.values, axis=0) / frame.lengths
-        most = times.max()
-        names = self.names_of(designs)
-        texts = {"make": "makes", "pronoun": "it"}
-        if len(designs) > 1:
-            texts = {"make": "make", "pronoun": "them"}
         kind = "unstable"
-        if most >= OUTLIER:
+        if times.max() >= OUTLIER:
             kind = "outlier"
-            names = capital(names)
         return ways[after, before], _caution(
             kind,
-            designs=names,
+            designs=self.names_of(designs),
             stretched=self.names[times.argmax()],
-            times=number(most, 3),
+            times=number(times.max(), 3),
             other=self.ranking.name_of(int(rows[optima[after]])),
             change=self.greatest_change(
                 steps[after, before], F[optima[after]], self.values[self.optima[before]]
             ),
-            **texts,
         )
 
 
