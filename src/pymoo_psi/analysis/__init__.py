@@ -5,8 +5,8 @@ Every function takes a :class:`~pymoo_psi.TestTable` and answers under its formu
 - histogram (a Histogram): tested, feasible and Pareto-optimal designs over a column.
 - constraint_costs: how many tests each constraint and limit rejects, and what it costs.
 - sensitivities: first-order sensitivities of columns to variables, and convergence of the decision
-  with the number of tests (convergence_sentence). Both use only tests that sample the bounds evenly, see
-  even_part. :mod:`pymoo_psi.plots` draws them.
+  with the number of tests, which convergence_sentence states. Both use only tests that sample the
+  bounds evenly, see even_part. :mod:`pymoo_psi.plots` draws them.
 - switching_values: at which limits another design is recommended; switching states it in a
   sentence.
 - averaged: the designs of repeated tests, whose ``confidence()`` says how sure a decision is.
