@@ -350,7 +350,7 @@ def compare_selectors(
             raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             if isinstance(selector, Decomposition):
-                answer = np.argmin(selector.do(distances.copy(), weights))
+                answer: Any = np.argmin(selector.do(distances.copy(), weights))
             else:
                 answer = selector.do(F.copy())
         if answer is None:
