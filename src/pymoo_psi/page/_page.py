@@ -35,6 +35,15 @@ _SCRIPTS = {
     "view": "dom marks scales canvas state charts rows axes scatter verdict choosing positions "
     "preferences table files page",
 }
+# What distances are measured in, by whether they are normalised.
+_SCALES = {
+    True: ", each objective in units of its range",
+    False: ", the objectives in their own units",
+}
+_FURTHER = (
+    "16 more tests inside these limits: save the decision where the search was run, and run there "
+    "<code>{}</code>"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,8 +111,17 @@ class DecisionPage(Document):
             live,
         )
         data = json.dumps(content, allow_nan=False, separators=(",", ":"))
+        further = ""
+        if self.further:
+            further = _FURTHER.format(escape(content["further"]))
+        remarks = [text for text in content["remarks"] if not text.startswith("Warning")]
         parts = {
             "title": escape(self.title),
+            "remarks": _paragraphs("hint", remarks),
+            "cautions": _paragraphs("caution", self.cautions),
+            "sure": str(len(self.cautions)),
+            "scale": _SCALES[content["normalize"]],
+            "further": further,
             "policy": _POLICY.format(
                 source, " ".join(map(_digest, scripts.values())), _digest(style)
             ),
@@ -269,6 +287,11 @@ def designs_of_page(tests: TestTable) -> TestTable:
 
 
 # The document
+
+
+def _paragraphs(kind: str, texts: Names) -> str:
+    """Return texts as paragraphs of HTML."""
+    return "".join(f'<p class="{kind}">{escape(text)}</p>' for text in texts)
 
 
 def _digest(text: str) -> str:

@@ -50,6 +50,8 @@ function renewElement(old, node) {
   renew(old, ...node.childNodes)
 }
 
+const upper = (text) => text.replace(/^./, (first) => first.toUpperCase())
+
 // A name that may go on in a new line behind each underscore or slash, and before a capital within;
 // a unit may not.
 const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\])/).flatMap((part, k) => (k ? [make("wbr"), part] : [part]))

@@ -25,7 +25,7 @@ function limited(data, state) {
 }
 
 const limitText = ({name, unit}, end, value) =>
-  `${name} ${end ? "at most" : "at least"} ${exact(value)}${unit ? ` ${unit}` : ""}`
+  `${name} ${end ? "at most" : "at least"} ${withUnit({unit}, exact(value))}`
 
 // At which limits another design is proposed (selection's switching_values): as each that is set, or
 // that no objective has on its worse side, is tightened or loosened over the values that designs have.
@@ -88,8 +88,7 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
 
 // One of them in words.
 function switchText(data, {name, end, looser, value, row}) {
-  const {unit} = data.by.get(name)
   return sentence(data, `${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
     other: row < 0 ? sentence(data, "none") : sentence(data, "other", {design: data.names[row]}),
-    limit: `${short(inSixDigits(value, looser === (end === 1)), 6)}${unit ? ` ${unit}` : ""}`})
+    limit: withUnit(data.by.get(name), short(inSixDigits(value, looser === (end === 1)), 6))})
 }

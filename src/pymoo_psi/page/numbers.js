@@ -59,7 +59,8 @@ function written({texts, notation}, value) {
 }
 
 // A difference of values in their unit; of per cent it is points.
-const amount = ({unit}, value) => short(value, 3) + (unit === "%" ? " points" : unit ? ` ${unit}` : "")
+const amount = ({unit}, value) => withUnit({unit: unit === "%" ? "points" : unit}, short(value, 3))
+const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
 // A value with six digits, rounded up or down.
 const inSixDigits = (value, isUp) => isNumber(value)

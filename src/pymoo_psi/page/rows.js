@@ -54,12 +54,13 @@ function listenToGrip(element, column) {
   })
 }
 
+const isTwisted = ([low, high]) => low !== null && high !== null && low > high
+
 // A field is for one end of a limit.
 function listenToField(input, column, k) {
   numberField(input, `${column.label}, ${k ? "at most" : "at least"}`, (value) => {
-    const next = [...limitOf(column) ?? [null, null]]
-    next[k] = value
-    if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower limit is above the upper one."
+    const next = numericLimit(column).with(k, value)
+    if (isTwisted(next)) return "The lower limit is above the upper one."
     setLimit(column, next, true)
     return ""
   })
@@ -71,11 +72,10 @@ function listenToThumb(input, column, k) {
   if (isTurned(column)) input.dir = "rtl"
   if (isObjective(column) && k !== worseEnd(column)) input.className = "better" // only keys take it from the end
   const moved = (done) => {
-    const limit = [...limitOf(column) ?? [null, null]]
+    const limit = numericLimit(column)
     const at = Number(input.value)
-    limit[k] = at === k * STEPS ? null : readable(column, valueAt(scaleOf(column), at / STEPS))
-    if (limit[0] !== null && limit[1] !== null && limit[0] > limit[1]) limit[k] = limit[1 - k]
-    setLimit(column, limit, done)
+    const value = at === k * STEPS ? null : readable(column, valueAt(scaleOf(column), at / STEPS))
+    setLimit(column, limit.with(k, isTwisted(limit.with(k, value)) ? limit[1 - k] : value), done)
   }
   input.oninput = () => moved(false)
   input.onchange = () => moved(true)

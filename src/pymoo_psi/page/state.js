@@ -171,11 +171,10 @@ function pin(row) {
   change({pins})
 }
 
-const pinButton = (row) => button("Compare", () => pin(row),
-  {ariaPressed: isPinned(row), ariaLabel: `Compare: ${called(row)}`})
-const chooseButton = (row) => button("Choose", () => choose(row),
-  {title: "C", ariaPressed: state.chosen === called(row), ariaLabel: `Choose: ${called(row)}`})
-const inspectButton = (row) => make("button.link", {onclick: () => inspect(row)}, called(row))
+const rowButton = (text, action, row, properties) => button(text, () => action(row), {ariaLabel: `${text}: ${called(row)}`, ...properties})
+const pinButton = (row) => rowButton("Compare", pin, row, {ariaPressed: isPinned(row)})
+const chooseButton = (row) => rowButton("Choose", choose, row, {title: "C", className: "small main"})
+const inspectButton = (row, kind = "") => make(`button.link${kind}`, {onclick: () => inspect(row)}, called(row))
 
 // Limits on columns, [null, null] for none.
 function setLimits(pairs, done) {

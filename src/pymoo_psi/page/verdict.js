@@ -8,43 +8,40 @@ const validity = () => isAsOpened() ? "" : "For the limits and ranges that the p
 // What the heading does not say yet: in what the proposal is the best, what it costs, and its probability.
 function leadText({row, standing, costs}) {
   const best = standing.replace(`Proposed: ${called(row)}`, "").replace(/^[.,] */, "")
-  const sure = data.cautions.filter((text) => isAsOpened() && row === initialBest && text.startsWith(data.sentences.confidence.split("{")[0]))
-  return [best && best[0].toUpperCase() + best.slice(1), costs, ...sure].filter(Boolean).join(" ")
+  const [start] = data.sentences.confidence.split("{")
+  const sure = isAsOpened() && row === initialBest ? data.cautions.filter((text) => text.startsWith(start)) : []
+  return [upper(best), costs, ...sure].filter(Boolean).join(" ")
 }
 
 let initialBest = -1 // what was proposed when the page was made
 function showVerdict() {
   if (initialBest < 0) initialBest = proposedRow()
   const chosen = chosenRow()
-  const isInspected = inspected >= 0 && inspected !== chosen
-  const word = isInspected ? "Inspected: " : chosen >= 0 ? "Chosen: " : "Proposed: "
+  const isChosen = chosen >= 0 && (inspected < 0 || inspected === chosen)
+  show("reasoning", isChosen)
+  show("cautions", verdict && data.cautions.length)
+  const clear = isChosen && button("Clear choice", () => choose(chosen))
   if (verdict) {
-    const {row, proposed, instead, remarks} = verdict
-    renew("verdict-title", word, make("em", called(row)))
+    const {row, instead, remarks} = verdict
     const beyond = broke(row).map(({name}) => name)
+    renew("verdict-title", `${upper(roleOf(row))}: `, make("em", called(row)))
     renew("verdict-words",
       make("p.lead", instead || leadText(verdict)),
       beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
       makeAll("p.caution", remarks))
-    renew("verdict-actions",
-      chosen >= 0 && !isInspected ? button("Clear choice", () => choose(chosen)) : button("Choose", () => choose(row), {className: "small main", title: "C", ariaLabel: `Choose: ${called(row)}`}),
-      pinButton(row),
+    renew("verdict-actions", clear || chooseButton(row), pinButton(row),
       ranking.front.length > 1 && data.points.length && button("Help me choose", openQuestions),
-      instead && button("Compare with the proposal", () => pin(proposed), {ariaPressed: isPinned(proposed)}),
-      isInspected && button("Back", () => inspect(-1), {title: "Esc"}))
-    const parts = data.columns.filter(({role}) => role === "variable")
-      .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
-    renew("verdict-variables", parts.length && `${parts.join(", ")}.`)
+      inspected >= 0 && !isChosen && button("Back", () => inspect(-1), {title: "Esc"}))
+    const variables = data.columns.filter(({role}) => role === "variable").map((column) => `${column.name} = ${withUnit(column, cellText(column, row))}`)
+    renew("verdict-variables", variables.length && `${variables.join(", ")}.`)
   } else {
     renew("verdict-title", "No design is left")
     renew("verdict-words", make("p.lead", "Below: the single limits at which there is one."), chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
-    renew("verdict-actions", chosen >= 0 && button("Clear choice", () => choose(chosen)))
+    renew("verdict-actions", clear)
     renew("verdict-variables")
   }
-  show("cautions", verdict && data.cautions.length)
-  renew($("cautions").querySelector("p"), validity())
+  renew("certain", validity())
   renew("shaded", isShaded && validity())
-  show("reasoning", chosen >= 0 && !isInspected)
   renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
   if ($("reason").value !== state.reason) $("reason").value = state.reason
   renew("reason-printed", state.reason || "–")
@@ -97,10 +94,8 @@ function showSwitches(found) {
   renew("relax-list", changes.map((one) => {
     const {name, end, row, next, exact} = one
     const column = data.by.get(name)
-    const limit = [...(limitOf(column) ?? [null, null])]
-    limit[end] = next
-    return make("li", `${switchText(data, one)}${exact ? "" : " (of values tried)"}. `.replace(/^./, (first) => first.toUpperCase()), row >= 0 && pinButton(row), " ",
-      next !== null && button("Set", () => setLimit(column, limit), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
+    return make("li", upper(`${switchText(data, one)}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
+      next !== null && button("Set", () => setLimit(column, numericLimit(column).with(end, next)), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
   }))
   keepFocus()
 }
@@ -112,35 +107,25 @@ function showCompare() {
   show("compare", rows.length > 1)
   renew("compare-hint", `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
   if (rows.length < 2) return renew("compare-table")
-  const heads = parts.map(({row, roles}) => {
-    const name = called(row)
-    return head("col", make("div.named", left.mask[row] && icon(LOOKS[look(row)]), make("button.link.label", {onclick: () => inspect(row)}, name)),
-      make("div.roles", [...roles, placed(row)].join(", ")),
-      make("div.buttons",
-        isPinned(row) && button("×", () => pin(row), {ariaLabel: `× ${name} out of the comparison`, title: "Take out"})))
-  })
+  const heads = parts.map(({row, roles}) => head("col",
+    make("div.named", left.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
+    make("div.roles", [...roles, placed(row)].join(", ")),
+    make("div.buttons", isPinned(row) && button("×", () => pin(row), {ariaLabel: `× ${called(row)} out of the comparison`, title: "Take out"}))))
   renew("compare-table",
     make("thead", make("tr", head("col", "Objective"), heads)),
-    make("tbody", compareRows(data, ranking, rows, rows[0]).map((objective) => compareRow(rows, objective))))
+    make("tbody", compareRows(data, ranking, rows, rows[0]).map(({column, gains, shares}) =>
+      make("tr", head("row", broken(column.label)), rows.map((row, k) =>
+        make("td.number", make("div", cellText(column, row)), k > 0 && gainTexts(column, gains[k], shares[k])))))))
 }
 
-function compareRow(rows, {column, gains, shares}) {
-  return make("tr", head("row", broken(column.label)), rows.map((row, k) => {
-    const text = make("div", cellText(column, row))
-    if (k === 0) return make("td.number", text)
-    if (gains[k] === 0) return make("td.number", text, make("div.hint", "the same"))
-    return make("td.number", text,
-      make(gains[k] > 0 ? "div.gain" : "div.loss", `${awayText(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
-      isWithin(shares[k]) && make("div.hint.shares", percent(abs(shares[k]))))
-  }))
+function gainTexts(column, gain, share) {
+  if (gain === 0) return make("div.hint", "the same")
+  const text = awayText(column, gain)
+  return [gain > 0 ? make("div.gain", `${text} better`) : make("div.loss", `${text} worse`),
+    isWithin(share) && make("div.hint.shares", percent(abs(share)))]
 }
 
 function buildVerdict() {
-  $("remarks").append(...makeAll("p.hint", data.remarks.filter((text) => !text.startsWith("Warning"))))
-  renew($("cautions").querySelector("b"), String(data.cautions.length))
-  $("cautions").append(make("p.hint"), ...makeAll("p.caution", data.cautions))
-  $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
-  if (data.further) renew("next", "16 more tests inside these limits: save the decision where the search was run, and run there ", make("code", data.further))
   filtering.push(switchLater)
   leading.push(showVerdict)
   following.push(showSteps, showCompare)
