@@ -36,6 +36,17 @@ _COMPUTED_BY_PAGE = {
 # none of a normal one.
 _FENCE = 2.5
 _DECADES = 2.0  # a logarithmic scale spans at least these
+# The looks of categories, which no other mark has. Neighbours differ in lightness, too.
+_HUES = {
+    "down": "#D55E00",
+    "up": "#00795A",
+    "hexagon": "#B07800",
+    "square": "#7F3C8D",
+    "pentagon": "#C4568F",
+    "left": "#5F6B00",
+    "star": "#8C4A2F",
+    "burst": "#0E8080",
+}
 # The colours of shares up to some values.
 _SHADES = {
     "#C9D3E0": 0.01,
@@ -230,6 +241,9 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
         values = values_of(name, *tables)
         if values.dtype == object:
             column |= _packed_texts(values)
+            if len(column["texts"]) <= len(_HUES):
+                looks = [{"colour": _HUES[shape], "shape": shape, "size": 4.5} for shape in _HUES]
+                column["looks"] = looks
         else:
             column |= _packed_numbers(values, optimal, log=(schema[name].kind is Kind.LOG))
         columns.append(column)

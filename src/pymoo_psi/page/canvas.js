@@ -164,7 +164,8 @@ const NEAR_BEST = 0.1
 const between = (column, scale, from, to) => [min(from, to), max(from, to)].map((share, k) => {
   const inside = (at) => (k ? 1 - at : at)
   const isBetter = isObjective(column) && column.maximize === Boolean(k)
-  return inside(share) > (isBetter ? inside(shareOn(scale)(column.range[k])) + NEAR_BEST : 0) ? valueAt(scale, share) : null
+  const isOpen = inside(share) <= (isBetter ? inside(shareOn(scale)(column.range[k])) + NEAR_BEST : 0)
+  return isOpen ? null : readable(column, valueAt(scale, share))
 })
 
 // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.

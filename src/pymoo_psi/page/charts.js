@@ -51,11 +51,9 @@ function hover(row, x, y) {
 // A drag over a chart sets limits, a click inspects, and the pointer marks what is below it.
 //   limits(x, y, u, v)  those of a drag from one place to another, [[column, limit], …]
 function listenTo(element, rowAt, limits) {
-  const set = (...places) => setLimits(limits(...places).map(([column, limit]) =>
-    [column, limit.map((end) => (end === null ? null : readable(column, end)))]), false)
   onDrag(element, (x, y, {target}) => target.matches("input") ? null : {
-    move: (u, v) => set(x, y, u, v),
-    up: (u, v, moved) => (moved ? (set(x, y, u, v), change({})) : inspect(rowAt(u, v))),
+    move: (u, v) => setLimits(limits(x, y, u, v), false),
+    up: (u, v, moved) => (moved ? setLimits(limits(x, y, u, v)) : inspect(rowAt(u, v))),
   })
   element.addEventListener("pointermove", (event) => { // a drag takes onpointermove
     if (!event.buttons) hover(event.target.matches("input") ? -1 : rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
@@ -64,16 +62,16 @@ function listenTo(element, rowAt, limits) {
 }
 
 function buildColours() {
-  const columns = [...data.columns.filter(({texts}) => texts && texts.length <= HUES.length), ...data.shades] // so many hues
+  const columns = [...data.columns, ...data.shades].filter(({looks}) => looks)
   $("colour").append(make("option", "place"), ...columns.map(({label}) => make("option", label)))
   $("colour").parentElement.hidden = !columns.length
   $("colour").onchange = () => {
     const column = columns[$("colour").selectedIndex - 1]
-    const looks = column?.looks ?? HUES
+    const lookOf = (place) => column.looks[place % column.looks.length] // texts may have come since
     isShaded = data.shades.includes(column)
-    hues = column ? (row) => looks[column.values[row] % looks.length] : null
+    hues = column ? (row) => lookOf(column.values[row]) : null
     show("colours", column)
-    renew("colours", column?.texts.map((text, k) => make("span.key", icon(looks[k % looks.length]), text || "(missing)")))
+    renew("colours", column?.texts.map((text, k) => make("span.key", icon(lookOf(k)), text || "(missing)")))
     soon()
   }
 }

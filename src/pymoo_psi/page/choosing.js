@@ -35,18 +35,17 @@ const ANSWERS = {a: () => answer(">"), b: () => answer(">", 1), e: () => answer(
 
 // One of two designs: only where it differs from the other, its objectives large.
 function card(row, other, letter) {
-  const differing = data.columns.filter((column) => !isGeometric(column) && cellText(column, row) !== cellText(column, other))
-  const list = (columns, kind) => columns.map((column) => make(`div.${kind}`, make("dt", column.name),
-    make("dd", cellText(column, row), column.unit && isNumber(column.values[row]) ? ` ${column.unit}` : "")))
+  const list = (columns, kind) => columns.filter((column) => cellText(column, row) !== cellText(column, other)).map((column) =>
+    make(`div.${kind}`, make("dt", column.name), make("dd", isNumber(column.values[row]) && !column.texts ? withUnit(column, cellText(column, row)) : cellText(column, row))))
+  const others = limitable.filter((column) => !isObjective(column))
   return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {ariaLabel: `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
-    make("dl", list(differing.filter(isObjective), "large"), list(differing.filter((column) => !isObjective(column)).slice(0, 8), "small")))
+    make("dl", list(data.objectives, "large"), list(others, "small").slice(0, 8)))
 }
 
 function showQuestions() {
   if (dragging || $("questions").hidden) return
-  const isPossible = ranking.count > 0
   question = null
-  if (isPossible) {
+  if (ranking.count) {
     const {row, regret, shares, enough, question: pair} = said(state.answers)
     question = pair
     const counting = countedAnswers(data, ranking, state.answers)
@@ -54,13 +53,13 @@ function showQuestions() {
     const leftOut = state.answers.length - counting.length
     renew("answer-words",
       make("p", sentence(data, "preferred", {answers: counted(answered, "answer"), design: called(row), share: percent(shares.get(row) ?? 0), regret: percent(regret)})),
-      make("div.buttons", chooseButton(row), button("Inspect", () => inspect(row), {ariaLabel: `Inspect: ${called(row)}`})),
+      make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
       !pair && make("p", sentence(data, enough ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`),
       make("ul", makeAll("li", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean))))
   } else renew("answer-words", make("p", "No design is left."))
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
-  renew("pair", question && [card(...question, "A"), card(question[1], question[0], "B")])
+  renew("pair", question && [card(...question, "A"), card(...question.toReversed(), "B")])
   for (const id of ["equally-good", "skip-question"]) $(id).disabled = !question
   $("back").disabled = !state.answers.length
 }
@@ -73,15 +72,17 @@ function showShares() {
   show("shares", isShown)
   if (!isShown) return
   const all = held.map(({answers}) => said(answers).shares)
-  const least = (row) => min(...all.map((shares) => shares.get(row)))
-  const sizes = [...all[0].keys()].map((row) => ({row, least: round(least(row) / TIE), most: max(...all.map((shares) => shares.get(row)))}))
-  const [common] = [...sizes].sort((a, b) => b.least - a.least || b.most - a.most || a.row - b.row)
-  const shown = sizes.sort((a, b) => b.most - a.most || a.row - b.row).filter(({row, most}, k) => (k < 6 && most >= 0.01) || row === common.row)
+  const designs = [...all[0].keys()].map((row) => {
+    const shares = all.map((one) => one.get(row))
+    return {row, shares, least: min(...shares), most: max(...shares)}
+  }).sort((a, b) => b.most - a.most || a.row - b.row)
+  const common = designs.reduce((a, b) => round(b.least / TIE) > round(a.least / TIE) ? b : a)
+  const shown = designs.filter((one, k) => (k < 6 && one.most >= 0.01) || one === common)
   renew("shares-table",
     make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
-    make("tbody", shown.map(({row}) => make("tr", head("row", inspectButton(row)),
-      all.map((shares) => make("td.number", percent(shares.get(row))))))))
-  renew("shares-words", sentence(data, "common", {design: capital(called(common.row)), share: percent(least(common.row))}))
+    make("tbody", shown.map(({row, shares}) => make("tr", head("row", inspectButton(row)),
+      shares.map((share) => make("td.number", percent(share)))))))
+  renew("shares-words", sentence(data, "common", {design: called(common.row), share: percent(common.least)}))
 }
 
 function buildQuestions() {

@@ -4,8 +4,12 @@ const TIE = 1e-9 // as in pareto
 const STEP = 0.01
 const MOST_COSTS = 4
 
-const sentence = (data, name, parts = {}) =>
-  data.sentences[name].replace(/\{(\w+)\}/g, (_, part) => parts[part])
+// A sentence with its parts; one that begins with a design has a capital.
+function sentence(data, name, parts = {}) {
+  const text = data.sentences[name]
+  const isBegin = (part, at) => part === "design" && at === 0 && text.endsWith(".")
+  return text.replace(/\{(\w+)\}/g, (_, part, at) => isBegin(part, at) ? capital(parts.design) : parts[part])
+}
 
 // A name that the user gave stays as it is.
 const capital = (text) => text.replace(/^(design|row|test) /, (ours) => ours[0].toUpperCase() + ours.slice(1))
@@ -53,9 +57,8 @@ const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
 function against(data, ranking, key, row, other, parts = {}) {
-  const name = data.names[row]
-  const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
-  return sentence(data, key, {design, other: data.names[other], difference: differenceText(data, ranking, row, other), ...parts})
+  const [design, name] = [data.names[row], data.names[other]]
+  return sentence(data, key, {design, other: name, difference: differenceText(data, ranking, row, other), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
@@ -67,13 +70,11 @@ function comparison(data, ranking, state, shown = -1) {
   const best = ranking.best[0]
   const chosen = row(state.chosen)
   const base = data.total > data.n ? data.n : best
-  const looked = shown >= 0 ? shown : chosen >= 0 ? chosen : best
+  const looked = [shown, chosen, best].find((i) => i >= 0)
   const rows = new Set([base, best, chosen, looked, ...state.pins.map(row)].filter((i) => i >= 0))
   const near = nearestTo(data, ranking, looked, rows, 4 - rows.size)
-  const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], ...near.map((i) => [i, "near"])]
-  return [...rows, ...near].map((i) => ({
-    row: i, roles: roles.filter(([one]) => one === i).map(([, role]) => role),
-  }))
+  const roles = {base: [base], proposed: [best], chosen: [chosen], near}
+  return [...rows, ...near].map((i) => ({row: i, roles: Object.keys(roles).filter((role) => roles[role].includes(i))}))
 }
 
 // Some rows of the front that are nearest to a row, in units of the ranges, but for those taken.
@@ -99,38 +100,37 @@ function explain(data, ranking, row) {
   const own = F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
-  const loss = new Float64Array(front.length) // the greatest in an objective, in units of the ranges
+  const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
   F.forEach((column, j) => {
-    const [value, length] = [own[j], lengths[j]]
-    for (let k = 0; k < loss.length; k++) {
-      const d = column[front[k]] - value
-      if (d > 0 && d / length > loss[k]) loss[k] = d / length
+    for (const i of front) {
+      const share = (column[i] - own[j]) / lengths[j]
+      if (share > loss[i]) loss[i] = share
     }
   })
-  const distance = (k) => sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2)))
-  // The nearest of some; among those that tie, the least by a key.
-  const nearest = (some, key) => {
-    const away = Float64Array.from(some, distance).map((value) => (Number.isNaN(value) ? Infinity : value))
+  const distance = (i) => sqrt(sum(F.map((column, j) => ((column[i] - own[j]) / lengths[j]) ** 2)))
+  // The nearest of some rows; among those that tie, the least by a key.
+  const nearest = (rows, key) => {
+    const away = rows.map(distance).map((value) => (Number.isNaN(value) ? Infinity : value))
     const reach = leastOf(away) * (1 + TIE)
-    return some.filter((_, k) => away[k] <= reach).reduce((a, b) => (key(b) < key(a) ? b : a))
+    return rows.filter((_, k) => away[k] <= reach).reduce((a, b) => (key[b] < key[a] ? b : a))
   }
   const neighbours = F.map((column, j) => {
-    const leastLosses = (step) => { // the places of those that gain so much
+    const leastLosses = (step) => { // of those that gain so much
       let [some, reach] = [[], Number.MAX_VALUE]
-      for (let k = 0; k < loss.length; k++) {
-        if (!(loss[k] <= reach && column[front[k]] < own[j] && own[j] - column[front[k]] >= step)) continue
-        reach = min(reach, loss[k] + TIE)
-        some.push(k)
+      for (const i of front) {
+        if (!(loss[i] <= reach && column[i] < own[j] && own[j] - column[i] >= step)) continue
+        reach = min(reach, loss[i] + TIE)
+        some.push(i)
       }
-      return some.filter((k) => loss[k] <= reach)
+      return some.filter((i) => loss[i] <= reach)
     }
-    const some = [STEP * lengths[j], 0].map(leastLosses).find((list) => list.length)
-    return some ? front[nearest(some, (k) => column[front[k]])] : -1
+    const rows = [STEP * lengths[j], 0].map(leastLosses).find((list) => list.length)
+    return rows ? nearest(rows, column) : -1
   })
-  const least = leastOf(loss)
-  const dominatedBy = pareto[row] ? -1 : front[nearest(picked(upTo(front.length), (k) => loss[k] === least), (k) => loss[k])]
+  const least = leastOf(loss, front)
+  const dominatedBy = pareto[row] ? -1 : nearest([...picked(front, (i) => loss[i] === least)], loss)
   const ordered = bySize(shares)
-  const most = max(0, ...shares.filter((share) => !Number.isNaN(share)))
+  const most = max(0, ...shares.map((share) => share || 0))
   const weakest = objectives.filter((_, j) => most > 0 && shares[j] >= most * (1 - TIE)).map(({name}) => name)
   const steps = [] // a neighbour towards several objectives is one step
   for (const j of ordered.filter((j) => neighbours[j] >= 0)) {
@@ -168,14 +168,12 @@ function standingOf(data, ranking, row, dominatedBy) {
   const design = data.names[row]
   if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
   if (!mask[row]) return `${capital(design)} is beyond the limits.`
-  if (dominatedBy >= 0) {
-    return sentence(data, "dominated", {design: capital(design), other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
-  }
+  if (dominatedBy >= 0) return sentence(data, "dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
   if (front.length === 1) return sentence(data, "single", {design})
   const names = data.objectives.filter((_, j) => frame.lengths[j] < Infinity && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const parts = {best: names.length ? sentence(data, "best", {objectives: listed(names)}) : "", count: best.length, place: place[row], front: front.length}
-  if (place[row] > 1) return sentence(data, "ranked", {...parts, design: capital(design)})
-  return sentence(data, best.length === 1 ? "optimum" : "optima", {...parts, design})
+  const key = place[row] > 1 ? "ranked" : best.length === 1 ? "optimum" : "optima"
+  return sentence(data, key, {design, best: names.length ? sentence(data, "best", {objectives: listed(names)}) : "",
+    count: best.length, place: place[row], front: front.length})
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;

@@ -17,10 +17,6 @@ function dye() {
   for (const name of ["context", "text", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
 }
 dye()
-// Categories have colours and shapes that no other mark has. Neighbours differ in lightness, too.
-const HUES = entriesOf({down: "#D55E00", up: "#00795A", hexagon: "#B07800", square: "#7F3C8D", pentagon: "#C4568F", left: "#5F6B00", star: "#8C4A2F", burst: "#0E8080"})
-  .map(([shape, colour]) => ({colour, shape, size: 4.5}))
-
 // The outlines of the shapes, in units of their size, stand in the document.
 const SHAPES = {}
 for (const outline of $("shapes").content.querySelectorAll("path")) {

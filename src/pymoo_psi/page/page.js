@@ -2,7 +2,7 @@
 
 const page = (() => {
   function reset() {
-    for (const input of document.querySelectorAll("[aria-invalid=true]")) input.ariaInvalid = false
+    numbersShown.clear() // what is wrong is not to be mended any more
     inspected = -1
     change(initial.state)
   }
@@ -10,7 +10,7 @@ const page = (() => {
   function listen() {
     onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
     for (const id of ["fixed", "dominated"]) $(id).onchange = () => change({[id]: $(id).checked})
-    $("reason").oninput = () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason }
+    $("reason").oninput = () => { state = {...state, reason: $("reason").value} }
     $("reason").onchange = commit
     const redye = () => { dye(); update(true) }
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redye)
@@ -24,15 +24,14 @@ const page = (() => {
     addEventListener("hashchange", addressed)
     addEventListener("focusin", enter)
     addEventListener("keydown", (event) => {
+      const {target, key, ctrlKey, metaKey, shiftKey} = event
+      const ids = {z: shiftKey ? "redo" : "undo", y: "redo"}
+      const id = (ctrlKey || metaKey) && ids[key.toLowerCase()]
       // What is being typed the browser undoes; after that it would go on in another field.
-      const {target} = event
       const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== (target.id === "search" ? "" : entered)
-      if (!(event.ctrlKey || event.metaKey) || isTyping) return
-      const key = event.key.toLowerCase()
-      if (key === "z" || key === "y") {
-        event.preventDefault()
-        $(key === "y" || event.shiftKey ? "redo" : "undo").click()
-      }
+      if (!id || isTyping) return
+      event.preventDefault()
+      $(id).click()
     })
   }
 

@@ -33,7 +33,7 @@ function words(one) {
     return parts.length && `${text} ${parts.join(", ")}`
   }
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
-  const broken = row < 0 || row >= data.n ? [] : broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
+  const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`,
     one.answers.length && counted(one.answers.length, "answer"), numbers("weights", one.weights), numbers("aspirations", one.aspiration)]
   return [make("div", make("b", one.name), row < 0 ? " has chosen nothing" : [" wants ", inspectButton(row)]),
@@ -42,13 +42,12 @@ function words(one) {
 
 // The greatest loss of the verdict against a choice.
 function given(row) {
-  if (row === verdict.row) return `is ${roleOf(verdict.row)}`
-  const losses = compareRows(data, ranking.count ? ranking : data.whole, [verdict.row], row).filter(({gains}) => gains[0] < 0)
-  losses.sort((a, b) => a.shares[0] - b.shares[0])
-  if (!losses.length) return `the ${roleOf(verdict.row)} design is nowhere worse`
-  const [{column, gains, shares}] = losses
-  const loss = changeText(data, column, gains[0])
-  return `${roleOf(verdict.row)}: ${loss}${isWithin(shares[0]) ? ` (${percent(abs(shares[0]))})` : ""}`
+  const role = roleOf(verdict.row)
+  if (row === verdict.row) return `is ${role}`
+  const {gains, shares} = gainsOf(data, ranking.count ? ranking : data.whole, verdict.row, row)
+  const j = bySize(shares).find((k) => gains[k] < 0)
+  if (j === undefined) return `the ${role} design is nowhere worse`
+  return `${role}: ${changeText(data, data.objectives[j], gains[j])}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
 }
 
 function record() {

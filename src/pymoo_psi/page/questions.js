@@ -193,6 +193,6 @@ function tradeText(data, ranking, [one, relation, other]) {
   const [better, worse] = gainsAndLosses(difference, (j) =>
     `${amount(data.objectives[j], abs(difference.gains[j]))} of ${data.objectives[j].name}`)
   if (relation === "?" || !(better || worse)) return ""
-  const names = {design: capital(data.names[one]), other: data.names[other]}
+  const names = {design: data.names[one], other: data.names[other]}
   return sentence(data, relation === ">" ? "rather" : "as good", {...names, better, worse})
 }
