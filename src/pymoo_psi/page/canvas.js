@@ -184,35 +184,31 @@ function picture(section) {
   const scale = 2
   const canvas = make("canvas", {width: scale * box.width, height: scale * box.height})
   const g = canvas.getContext("2d")
-  g.scale(scale, scale)
-  g.translate(-box.left, -box.top)
+  g.setTransform(scale, 0, 0, scale, -scale * box.left, -scale * box.top)
   g.fillStyle = INK.panel
   g.fillRect(box.left, box.top, box.width, box.height)
   for (const part of section.querySelectorAll("canvas, .bar, .bar i")) {
     const {left, top, width, height} = part.getBoundingClientRect()
     g.fillStyle = getComputedStyle(part).backgroundColor
-    part.tagName === "CANVAS" && part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
+    part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
   }
-  const draw = (element, text, x, box) => {
+  const draw = (element, text, {left, top, bottom}) => {
+    if (!element.checkVisibility() || element.closest("button, option, details, .unseen, .other:not(.on)")) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
     Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle"})
-    g.fillText(text, x, (box.top + box.bottom) / 2)
+    g.fillText(text, left, (top + bottom) / 2)
   }
-  const isSeen = (element) => element.checkVisibility() && !element.closest("button, option, details, .unseen, .other:not(.on)")
-  const texts = document.createTreeWalker(section, NodeFilter.SHOW_TEXT)
   const range = document.createRange()
+  const texts = document.createTreeWalker(section, NodeFilter.SHOW_TEXT)
   while (texts.nextNode()) {
     const {currentNode: node} = texts
-    if (isSeen(node.parentElement)) for (const {0: word, index} of node.data.matchAll(/\S+/g)) {
+    for (const {0: word, index} of node.data.matchAll(/\S+/g)) {
       range.setStart(node, index)
       range.setEnd(node, index + word.length)
-      const box = range.getBoundingClientRect()
-      draw(node.parentElement, word, box.left, box)
+      draw(node.parentElement, word, range.getBoundingClientRect())
     }
   }
-  for (const field of section.querySelectorAll("input[type=text], select")) {
-    const box = field.getBoundingClientRect()
-    if (isSeen(field)) draw(field, field.selectedOptions?.[0].text ?? field.value, box.left + (field.value && !field.selectedOptions ? 7 : 0), box)
-  }
+  for (const field of section.querySelectorAll("select")) draw(field, field.selectedOptions[0].text, field.getBoundingClientRect())
+  for (const field of section.querySelectorAll("input[type=text]")) draw(field, ` ${field.value}`, field.getBoundingClientRect())
   return canvas
 }

@@ -4,23 +4,22 @@
 // where they are sorted by a column. "distance" is by place.
 function ordered(data, ranking, state) {
   const {by, name, down} = state.order
-  const {pareto, byPlace} = ranking
+  const {front, rows, pareto} = ranking
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (by === "column" || by === "label") {
-    const column = by === "label" ? null : data.by.get(name)
-    const array = column ? valuesOf(ranking, column) : data.alphabetic ??= alphabetic(data)
-    const sorted = argsort(array, state.dominated ? ranking.rows : ranking.front)
-    const known = picked(sorted, (i) => !Number.isNaN(array[i]))
-    return joined(data.prototypes, turned(known), picked(sorted, (i) => Number.isNaN(array[i]))) // missing ones last
+    const values = by === "label" ? data.alphabetic ??= alphabetic(data) : valuesOf(ranking, data.by.get(name))
+    const sorted = argsort(values, state.dominated ? rows : front)
+    const isMissing = (i) => Number.isNaN(values[i]) // these are last
+    return joined(data.prototypes, turned(picked(sorted, (i) => !isMissing(i))), picked(sorted, isMissing))
   }
-  const dominated = state.dominated ? picked(ranking.rows, (i) => !pareto[i]) : new Int32Array(0)
+  let [first, key] = [ranking.byPlace, ranking.mu1]
   if (by === "preference") {
     const {value, total, best} = preference(data, ranking, state.preference)
-    const others = picked(ranking.front, (i) => !best.includes(i))
-    const byWish = joined(best, argsort(value, argsort(total, others)))
-    return joined(data.prototypes, turned(byWish), turned(argsort(value, dominated)))
+    first = joined(best, argsort(value, argsort(total, picked(front, (i) => !best.includes(i)))))
+    key = value
   }
-  return joined(data.prototypes, turned(byPlace), turned(argsort(ranking.mu1, dominated)))
+  const dominated = state.dominated ? picked(rows, (i) => !pareto[i]) : []
+  return joined(data.prototypes, turned(first), turned(argsort(key, dominated)))
 }
 
 // The rows that a search finds by a part of a name or a text, whatever the limits, those shown first.
@@ -45,7 +44,7 @@ function alphabetic({names}) {
 // and the sum of its terms, which decides ties (selection's ReferencePoint). Without an aspiration
 // an objective is measured from its best value; weights are 1 unless given.
 function preference(data, ranking, {weights, aspiration}) {
-  const {objectives} = data
+  const {objectives, F} = data
   const value = new Float64Array(data.total).fill(NaN)
   const total = value.slice()
   if (ranking.count === 0) return {value, total, best: []}
@@ -55,27 +54,23 @@ function preference(data, ranking, {weights, aspiration}) {
   const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
   const w = ratios.map((ratio) => ratio / sum(ratios))
   const point = objectives.map(({name, maximize}, j) => {
-    const wish = entryOf(aspiration, name)
-    if (wish === undefined) return frame.ideal[j]
-    return maximize ? -wish : wish
+    const wish = entryOf(aspiration, name) ?? NaN
+    return isNumber(wish) ? (maximize ? -wish : wish) : frame.ideal[j]
   })
-  const measure = (row) => {
-    let greatest = -Infinity
-    let all = 0
+  for (const row of joined(ranking.rows, data.prototypes)) {
+    value[row] = -Infinity
+    total[row] = 0
     for (let j = 0; j < w.length; j++) {
-      const term = w[j] * ((data.F[j][row] - point[j]) / frame.scale[j])
-      if (term > greatest) greatest = term
-      all += term
+      const term = w[j] * ((F[j][row] - point[j]) / frame.scale[j])
+      if (term > value[row]) value[row] = term
+      total[row] += term
     }
-    value[row] = greatest
-    total[row] = all
   }
-  joined(ranking.rows, data.prototypes).forEach(measure)
   const noise = frame.sizes.map((size, j) =>
     LAST_PLACES * w[j] * max(size, abs(point[j] / frame.scale[j])))
-  const nearest = (list, key, tolerance) => {
-    const reach = leastOf(list.map((i) => key[i])) + tolerance
-    return list.filter((i) => key[i] <= reach)
+  const nearest = (rows, key, tolerance) => {
+    const reach = leastOf(key, rows) + tolerance
+    return rows.filter((i) => key[i] <= reach)
   }
   const best = nearest(nearest([...front], value, max(...noise)), total, sum(noise))
   return {value, total, best}

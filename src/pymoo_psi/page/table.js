@@ -1,14 +1,11 @@
 // The table of designs: only the rows in view are in the document.
 
 const table = (() => {
-  const HEIGHT = 29
+  const [HEIGHT, SEEN] = [29, 470] // of a row, and of rows, as in page.css
   const box = $("table")
-  const head = make("div.head", {role: "row"})
-  const body = make("div.body", {role: "rowgroup"})
-  box.append(head, body)
+  const [head, body] = box.children
   let cursor = 0
-  // The height is kept: asking after changes would make the browser lay out the page at every step.
-  const view = {top: 0, height: box.clientHeight}
+  let top = 0 // how far it is scrolled: asking would make the browser lay out the page at every step
   // As wide as the longest text: of numbers those at the ends of the range have it.
   const longest = (texts) => texts.reduce((most, text) => max(most, text.length), 1)
   const length = (column) => column.texts ? longest(column.texts) : isGeometric(column) ? 9
@@ -29,13 +26,12 @@ const table = (() => {
   const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
 
   const heads = columns.map((column) => {
-    const head = make("button", {title: `Sort by ${column.text}`}, broken(column.text))
-    head.onclick = () => {
+    const onclick = () => {
       change({order: {...column.order, down: isSorted(column) && !state.order.down}})
       home()
     }
-    head.onkeydown = (event) => event.stopPropagation()
-    return make(`div.cell${column.kind}`, {role: "columnheader"}, head)
+    const sort = make("button", {title: `Sort by ${column.text}`, onclick, onkeydown: (event) => event.stopPropagation()}, broken(column.text))
+    return make(`div.cell${column.kind}`, {role: "columnheader"}, sort)
   })
   head.append(...heads)
 
@@ -52,9 +48,9 @@ const table = (() => {
     cursor = max(0, min(cursor, order.length - 1))
     body.style.height = `${order.length * HEIGHT}px`
     body.style.minHeight = `${min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
-    const first = max(0, min(order.length, floor(view.top / HEIGHT)) - 2)
-    const last = min(order.length, ceil((view.top + view.height) / HEIGHT))
-    renew(body, Array.from({length: max(0, last - first)}, (_, k) => line(first + k)))
+    const first = max(0, min(order.length, floor(top / HEIGHT)) - 2)
+    const last = min(order.length, ceil((top + SEEN) / HEIGHT))
+    renew(body, [...upTo(max(0, last - first))].map((k) => line(first + k)))
     box.ariaRowCount = order.length + 1
     box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
     columns.forEach((column, k) => {
@@ -63,17 +59,22 @@ const table = (() => {
     for (const id of ["choose", "pin"]) $(id).disabled = current() < 0
   }
 
+  // The cursor is kept in view.
   function go(k) {
     cursor = max(0, min(order.length - 1, k))
-    const top = cursor * HEIGHT
-    const room = box.clientHeight - head.offsetHeight - HEIGHT
-    if (top < view.top) box.scrollTop = top
-    else if (top > view.top + room) box.scrollTop = top - room
-    view.top = box.scrollTop
+    const place = cursor * HEIGHT
+    box.scrollTop = min(place, max(top, place - box.clientHeight + head.offsetHeight + HEIGHT))
+    scrolled()
+  }
+  function scrolled() {
+    top = box.scrollTop
     show()
   }
 
-  const home = () => { box.scrollTop = cursor = 0 }
+  function home() {
+    cursor = 0
+    box.scrollTop = 0
+  }
   const current = () => order[cursor] ?? -1
 
   onKeys(box, {
@@ -89,14 +90,7 @@ const table = (() => {
   }
   body.onpointermove = (event) => mark(order[rowBelow(event)] ?? -1)
   body.onpointerleave = () => mark(-1)
-  box.onscroll = () => { // once a frame
-    view.top = box.scrollTop
-    show()
-  }
-  new ResizeObserver(() => {
-    view.height = box.clientHeight
-    if (order) show()
-  }).observe(box)
+  box.onscroll = scrolled // once a frame
   return {show, home, current}
 })()
 
