@@ -88,21 +88,19 @@ function drawDensity(g, groups, total, [least, alpha], count, former) {
   if (!width || !height) return
   const many = 2 ** ceil(Math.log2(sum(groups.map(([, rows]) => rows.length)) || 1))
   for (const [colour, rows] of groups) {
+    const last = former.get(colour) ?? {rows: [], drawn: [], counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
+    const {counts, image} = last
     const drawn = new Uint8Array(total)
-    for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
-    const last = former.get(colour)
-    const come = last ? picked(rows, (row) => !last.drawn[row]) : rows
-    const go = last ? picked(last.rows, (row) => !drawn[row]) : []
-    const isNew = !last || come.length + go.length >= rows.length
-    const counts = isNew ? new Int32Array((width + 1) * height) : last.counts
-    for (const row of isNew ? rows : come) count(counts, width + 1, row, 1)
-    if (!isNew) for (const row of go) count(counts, width + 1, row, -1)
+    for (const row of rows) {
+      drawn[row] = 1
+      if (!last.drawn[row]) count(counts, width + 1, row, 1)
+    }
+    for (const row of last.rows) if (!drawn[row]) count(counts, width + 1, row, -1)
     const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
     const shades = new Uint32Array(DARKEST + 1)
     for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - min(0.5, alpha / many)) {
       shades[k] = (round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
     }
-    const image = last?.image ?? new ImageData(width, height)
     const pixels = new Uint32Array(image.data.buffer)
     for (let y = 0, from = 0, at = 0; y < height; y++, from++) {
       let marks = 0

@@ -3,6 +3,7 @@
 
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
+const SIDES = [[1, -1], [-1, 1], [1, 0], [-1, 0], [-1, -1], [1, 1], [0, -1], [0, 1]] // of a point, where its name may be
 // The columns of both plots, across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
 
@@ -194,9 +195,8 @@ function scatter(section, place) {
       const lines = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), w * 0.6)
       const width = max(...lines.map((line) => g.measureText(line).width))
       const height = 14 * lines.length
-      const [left, up] = [-4 - width, -height - 3]
-      const places = [7, 18, 30, 46, 64, 84, 110].flatMap((r) => [[4, up - r], [left, r - 4], [r, -height / 2], [-r - width, -height / 2],
-        [left, up - r], [4, r - 4], [-width / 2, up - r], [-width / 2, r]].map(([dx, dy]) => ({row, lines, isFar: r > 18, x: u(row) + dx, y: v(row) + dy, width, height})))
+      const places = [7, 18, 30, 46, 64, 84, 110].flatMap((r) => SIDES.map(([across, down]) => ({row, lines, isFar: r > 18, width, height,
+        x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height})))
       const box = places.find(fits)
       if (!box) continue
       taken.push(box)
