@@ -231,7 +231,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     schema = tables[0].schema
     columns = []
     for j, (role, name) in enumerate(roles(tables[0])):
-        column = {
+        column: Values = {
             "field": f"c{j}",  # free of the user's characters
             "name": name,
             "unit": schema.units.get(name, ""),
