@@ -20,8 +20,10 @@ from ._costs import limit_words as limit_words
 from ._costs import none_left_sentence as none_left_sentence
 from ._costs import within_limits as within_limits
 from ._failures import failure_sentences as failure_sentences
+from ._positions import beyond_limits as beyond_limits
 from ._positions import decision_sentences as decision_sentences
 from ._positions import latest_positions as latest_positions
+from ._positions import position_sentences as position_sentences
 from ._positions import positions_frame as positions_frame
 from ._positions import ranking_without_limits as ranking_without_limits
 from ._positions import separation_sentences as separation_sentences

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Entries
+from pymoo_psi.analysis._costs import limit_words
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     capital,
@@ -58,6 +59,46 @@ def positions_frame(table: TestTable) -> pd.DataFrame:
         rows.append(row)
     frame = pd.DataFrame(rows)
     return frame.loc[:, (frame != "").any()]
+
+
+def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
+    """Return the limits and constraints that a test violates, with its value, in words by column.
+
+    Example:
+        >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+        >>> beyond_limits(table.under(limits={"f1": 1.5}), 1)
+        {'f1': 'f1 at most 1.5 (2)'}
+    """
+    mask, _ = table.violations()
+    columns = [*table.schema.constraints, *table.limits]
+    words = limit_words(table)
+    texts = {}
+    for k in np.flatnonzero(mask[row]):
+        value = table.column(columns[k])[row]
+        if isinstance(value, float):
+            value = number(value, 5)
+        value = f"{value} {table.schema.units.get(columns[k], '')}".strip()
+        texts[columns[k]] = f"{words[k]} ({value})"
+    return texts
+
+
+def position_sentences(table: TestTable) -> list[str]:
+    """Return who wants which design, whether it is beyond limits, under which, and why."""
+    names = table.names
+    sentences = []
+    for record in positions_frame(table).to_dict("records"):
+        text = f"{record['name']} wants {record['choice']}"
+        if record["choice"] in names:
+            beyond = beyond_limits(table, names.index(record["choice"]))
+            if beyond:
+                text += f": beyond {listed([*beyond.values()])}"
+        text += "."
+        if record.get("under"):
+            text += f" Under {record['under']}."
+        if record.get("why"):
+            text += f" “{record['why']}”"
+        sentences.append(text)
+    return sentences
 
 
 def written_limits(table: TestTable) -> list[str]:

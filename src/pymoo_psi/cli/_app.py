@@ -332,7 +332,7 @@ def rank() -> None:
     _file(
         "out",
         "FILE.json",
-        "Write the answers and the proposal here, as a decision.",
+        "Write the answers and the proposal here, into a new file or that of --decision.",
         default="decision.json",
     ),
     *_READING,
@@ -342,8 +342,9 @@ def prefer() -> None:
 
     Each question shows two designs and where they differ. One key answers: a or b for the design
     you would rather have, e if they are equally good, s skips, u takes the last answer back, q
-    ends. Each answer is in the file of --out at once. --decision continues from such a file, which
-    rank, page and report read, too. In a list, put an answer with a comma in quotation marks.
+    ends. Each answer is written at once, to decision.json unless --out names another file, which
+    must be new. To continue, name the same file by --decision and --out; rank, page and report
+    read it by --decision, too. In a list, put an answer with a comma in quotation marks.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv

@@ -24,7 +24,7 @@ from pymoo_psi.analysis import (
     counts_sentence,
     decision_sentences,
     none_left_sentence,
-    positions_frame,
+    position_sentences,
     separation_sentences,
     switching,
 )
@@ -35,9 +35,10 @@ from pymoo_psi.cli._console import (
     require_output,
     results_folder,
     say,
+    width,
     write_frame,
 )
-from pymoo_psi.cli._ranking import command, say_ranking
+from pymoo_psi.cli._ranking import WIDTH_OF_PIPE, command, say_ranking
 from pymoo_psi.cli._source import (
     OF_FORMULATION,
     decision_in,
@@ -52,12 +53,12 @@ from pymoo_psi.files import STUDY, suffixes_for, write_table
 from pymoo_psi.pareto import (
     RANKING_COLUMNS,
     Caution,
-    EfficiencyRanking,
     cautions_of_distances,
     explain,
     measured_in,
     ranking_frame,
     weights_sentence,
+    wrapped,
 )
 from pymoo_psi.table import POINT, RUN, TEST, TestTable
 
@@ -122,85 +123,57 @@ def run_rank(options: Options) -> int:
     table = opened_by_options(options, suffixes_for("designs"))
     if not table.feasible().any():
         raise PsiError(f"{path}: {none_left_sentence(table)}")
-    if options.out is not None:
-        ranked_frame(table, options.out)
-    ranking = table.feasible_ranking()
-    found = cautions_of_distances(ranking)
-    last: list[str] = []
+    notes: list[str] = []
     more = ": --out FILE.csv"
     if options.out is not None:
-        last.append(f"{counted(len(ranking.rows), 'design')} written to {options.out}.")
+        n_written = len(ranked_frame(table, options.out))
+        notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
         more = ""
+    found = cautions_of_distances(table.feasible_ranking())
     head = [*table.facts, counts_sentence(table), *decision_remarks(path, table)]
     head += [*separation_sentences(table), *decision_sentences(table.decision.decided)]
-    warnings = caution_lines(found, "--long")
-    say_ranking(table, ranking, head, warnings, last, _after_ranking(path, found), more)
+    following = command("pymoo-psi", "page", str(path), *typed_options(_OF_SOURCE))
+    if found and found[0].remedy:
+        column, _, _ = found[0].remedy.partition("=")
+        same = f"the same with {column} in place of {column.removeprefix('log_')} and"
+        following = [same, *command("--compute", found[0].remedy)]
+    all_by = "" if options.long else "--long"
+    say_ranking(table, found, head, [], notes, following, all_by=all_by, more=more)
     if table.decision.positions:
-        print_frame(positions_frame(table), "Positions:")
+        print_text(wrapped(position_sentences(table), width() or WIDTH_OF_PIPE))
     if options.long:
-        _say_details(table, ranking, found)
+        _say_details(table, found)
     return 0
 
 
-def caution_lines(found: Sequence[Caution], where: str) -> list[str]:
-    """Return the most serious of cautions, and how many more there are, as a line if any.
-
-    Args:
-        found: The cautions.
-        where: The option or command that shows all.
-    """
-    if not found:
-        return []
-    text = f"Caution: {found[0].sentence}"
-    if len(found) > 1:
-        text += f" ({where} shows {len(found) - 1} more.)"
-    return [text]
-
-
-def _after_ranking(path: Path, found: Sequence[Caution]) -> list[str]:
-    """Return what to do after a ranking."""
-    if found and found[0].remedy:
-        column, _, _ = found[0].remedy.partition("=")
-        objective = column.removeprefix("log_")
-        same = f"the same with {column} in place of {objective} and"
-        return [same, *command("--compute", found[0].remedy)]
-    return command("pymoo-psi", "page", str(path), *typed_options(_OF_SOURCE))
-
-
-def _say_details(table: TestTable, ranking: EfficiencyRanking, found: Sequence[Caution]) -> None:
+def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
     """Print all that is known of the best designs, and on what the proposal depends."""
-    frame = ranked_frame(table, None)
-    print_text("")
-    print_frame(_rounded(frame.head(_N_IN_DETAIL), table), "All columns, by place:")
-    if len(frame) > _N_IN_DETAIL:
-        say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
-    say(f"mu1 is the distance to the best values. {measured_in(ranking)}.")
-    say(*(f"Caution: {caution}" for caution in found[1:]))
-    why = explain(ranking)
-    say("One step away:", *why.sentences[2:])
-    weights = weights_sentence(ranking, why.row)
-    say(*filter(None, [weights]), *switching(table))
-    say(*table.remarks[len(table.facts) :])
-
-
-def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
-    """Return designs with one number format a column, and units in the headings."""
     from pymoo_psi.page import number_formats
 
-    rounded = frame.drop(columns=["mu2", "mu3", "pareto"], errors="ignore")
-    rounded = rounded.round({"mu1": 4})
+    frame = ranked_frame(table, None)
+    rounded = frame.head(_N_IN_DETAIL).drop(columns=["mu2", "mu3", "pareto"]).round({"mu1": 4})
     for name, number_format in number_formats(table).items():
         column = _beside_ranking(name)
         if column in rounded:
-            rounded[column] = [number_format.text(value) for value in rounded[column]]
+            rounded[column] = list(map(number_format.text, rounded[column]))
     if TEST in rounded:
         names = dict(zip(table.numbers.tolist(), table.names, strict=True))
         rounded[TEST] = [names[number].removeprefix(f"{TEST} ") for number in rounded[TEST]]
         rounded = rounded.drop(columns=[RUN, POINT], errors="ignore")
-    headings = {column.name: column.heading for column in table.schema.columns}
     # The number leads each part of a wide table, as dominated designs have no place.
     rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))
-    return rounded.rename(columns=headings)
+    headings = {column.name: column.heading for column in table.schema.columns}
+    print_text("")
+    print_frame(rounded.rename(columns=headings), "All columns, by place:")
+    if len(frame) > _N_IN_DETAIL:
+        say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
+    ranking = table.feasible_ranking()
+    say(f"mu1 is the distance to the best values. {measured_in(ranking)}.")
+    say(*(f"Caution: {caution}" for caution in found[1:]))
+    why = explain(ranking)
+    say("One step away:", *why.sentences[2:])
+    say(*filter(None, [weights_sentence(ranking, why.row)]), *switching(table))
+    say(*table.remarks[len(table.facts) :])
 
 
 def run_page(options: Options) -> int:

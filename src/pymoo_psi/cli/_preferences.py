@@ -128,8 +128,9 @@ class _Dialogue:
     def kept(self) -> str:
         """Where the answers are, as a sentence."""
         if not self.person.answers:
-            return "no answers"
-        return f"{counted(len(self.person.answers), 'answer')} of {self._name} in {self._out}"
+            return f"no answers; {self._out} is not written"
+        n_answers = counted(len(self.person.answers), "answer")
+        return f"{n_answers} of {self._name} written to {self._out}"
 
 
 def _pressed() -> str:

@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Sequence
 from unicodedata import combining, east_asian_width
+
+import numpy as np
 
 from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import Names, counted
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._console import print_text, width
-from pymoo_psi.pareto import EfficiencyRanking, Explanation, explain, wrapped
+from pymoo_psi.pareto import Caution, EfficiencyRanking, Explanation, explain, wrapped
 from pymoo_psi.table import TEST, TestTable
 
-_WIDTH_OF_PIPE = 80
+WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
 _LEAST_ROWS = 3
 _LINES = 24
@@ -34,27 +37,37 @@ _PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
 
 def say_ranking(
     table: TestTable,
-    ranking: EfficiencyRanking,
+    found: Sequence[Caution],
     head: Names,
-    cautions: Names,
-    last: Names,
+    reasons: Names,
+    notes: Names,
     following: Names,
+    *,
+    all_by: str,
     more: str = "",
 ) -> None:
     """Print the ranking of a table.
 
     Args:
         table: The tests.
-        ranking: Their ranking.
+        found: The cautions, of which the most serious one is printed.
         head: Lines before the designs.
-        cautions: Lines after the proposal and its costs.
-        last: Lines after these.
+        reasons: Lines after the proposal and its costs.
+        notes: Lines at the end, before the next command.
         following: The next command: its first words, and its options.
+        all_by: The option or command that shows all cautions; empty if that follows.
         more: Where designs are that are not shown.
     """
-    columns = width() or _WIDTH_OF_PIPE
+    ranking = table.feasible_ranking()
+    columns = width() or WIDTH_OF_PIPE
     above = wrapped(head, columns).splitlines()
-    below = wrapped([*_proposal(table, ranking), *cautions, *last], columns).splitlines()
+    sentences = [*_proposal(table, found), *reasons]
+    if found:
+        text = f"Caution: {found[0].sentence}"
+        if len(found) > 1 and all_by:
+            text += f" ({all_by} shows {len(found) - 1} more.)"
+        sentences.append(text)
+    below = wrapped([*sentences, *notes], columns).splitlines()
     below += _continued(f"Next: {following[0]}", following[1:], columns)
     lines = _LINES
     if len(table) <= _FEW:
@@ -74,7 +87,7 @@ def say_ranking(
 def _table(
     table: TestTable, ranking: EfficiencyRanking, n_rows: int, columns: int, more: str
 ) -> list[str]:
-    """Return the lines of the table.
+    """Return the lines of the table, which fit into a width.
 
     Args:
         table: The tests.
@@ -86,47 +99,29 @@ def _table(
     objectives = ranking.objectives
     optimal = ranking.by_place[: ranking.pareto.sum()]
     shown = optimal[:n_rows]
-    word = (table.schema.label or TEST).replace("_", " ")
-    names = [ranking.name_of(row).removeprefix(f"{word} ") for row in shown]
     numbers = []
-    for j, name in enumerate(objectives.names):
-        values = objectives.values[optimal, j]
-        ends = [values.min(), values.max()]
-        arrow = "↓"
-        if objectives.sign[j] < 0:
-            ends.reverse()
-            arrow = "↑"
-        column = NumberFormat.of(values)
-        texts = [column.text(value) for value in (*values[:n_rows], *ends)]
-        numbers.append((" ".join(str(name).split()), arrow, texts))
-    places = ["place", *map(str, ranking.place[shown]), "", ""]
-    lines = _lines(places, [word, *names, "best", "worst"], numbers, columns)
-    n_hidden = len(optimal) - len(shown)
-    if n_hidden:
-        lines.insert(1 + len(shown), f"{_BESIDE_PLACES}… {n_hidden} more{more}")
-    return lines
-
-
-def _lines(
-    places: list[str], names: list[str], numbers: list[tuple[str, str, list[str]]], columns: int
-) -> list[str]:
-    """Return a table as lines that fit into a width.
-
-    Args:
-        places: The heading of the places, and the places.
-        names: As for them.
-        numbers: The name of each objective, its direction, and its numbers.
-        columns: The width.
-    """
-    names = [" ".join(name.split()) for name in names]
+    for name, sign, values in zip(
+        objectives.names, objectives.sign, objectives.values[optimal].T, strict=True
+    ):
+        ends = np.sort(sign * values)[[0, -1]] * sign
+        text = NumberFormat.of(values).text
+        arrow = "↓" if sign > 0 else "↑"
+        numbers.append((_one_line(name), arrow, list(map(text, (*values[:n_rows], *ends)))))
+    word = (table.schema.label or TEST).replace("_", " ")
+    names = [_one_line(ranking.name_of(row).removeprefix(f"{word} ")) for row in shown]
+    names = [word, *names, "best", "worst"]
     most = max(map(_columns, names))
     least = min(most, _LEAST_LABEL)
     cells, room = _fitting(numbers, columns - len(_BESIDE_PLACES), least)
-    names = [_cut(name, min(most, max(room, least))) for name in names]
+    names = [_cut(name, max(room, least)) for name in names]
+    places = ["place", *map(str, ranking.place[shown]), "", ""]
     rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
     lines = [_GAP.join(row).rstrip() for row in rows]
-    if len(cells) < len(numbers):
-        n_folded = len(numbers) - len(cells)
+    n_hidden = len(optimal) - len(shown)
+    if n_hidden:
+        lines.insert(1 + len(shown), f"{_BESIDE_PLACES}… {n_hidden} more{more}")
+    n_folded = len(numbers) - len(cells)
+    if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
     return lines
 
@@ -151,6 +146,10 @@ def _fitting(
             if room >= least:
                 return cells, room
     return cells, room
+
+
+def _one_line(name: object) -> str:
+    return " ".join(str(name).split())
 
 
 def _columns(text: str) -> int:
@@ -184,10 +183,13 @@ def _cut(text: str, most: int) -> str:
 # The sentences
 
 
-def _proposal(table: TestTable, ranking: EfficiencyRanking) -> list[str]:
+def _proposal(table: TestTable, found: Sequence[Caution]) -> list[str]:
     """Return what is proposed, what it costs and, of repeated tests, how sure it is."""
+    ranking = table.feasible_ranking()
     why = explain(ranking)
     sentences = [_with_values(why, table)]
+    if why.ties and "tie" not in [caution.kind for caution in found[:1]]:  # which says so
+        sentences[0] += f" {why.ties}"
     if ranking.pareto.sum() > 1:
         sentences.append(why.costs)
     return [*sentences, *confidence_sentences(table, why.row)]
@@ -195,17 +197,18 @@ def _proposal(table: TestTable, ranking: EfficiencyRanking) -> list[str]:
 
 def _with_values(why: Explanation, table: TestTable) -> str:
     """Return what is proposed; a test, whose name says nothing, with its values."""
-    if table.schema.label not in (None, "row"):
-        return why.standing
-    optimal = why.ranking.rows[why.ranking.pareto]
-    row = why.ranking.rows[why.row]
     schema = table.schema
+    if schema.label not in (None, "row"):
+        return why.standing
+    ranking = why.ranking
+    optimal = ranking.rows[ranking.pareto]
+    row = ranking.rows[why.row]
     groups = []
     for names in (schema.objectives, schema.variables):
         texts = []
         for name in names[:_MOST_NAMED]:
             cells = table.column(name)
-            text = f"{cells[row]}"
+            text = str(cells[row])
             if cells.dtype.kind in "fi":
                 text = NumberFormat.of(cells[optimal]).text(cells[row])
             texts.append(f"{name} {text} {schema.units.get(name, '')}".strip())
@@ -213,7 +216,7 @@ def _with_values(why: Explanation, table: TestTable) -> str:
             texts.append("…")
         if texts:
             groups.append(", ".join(texts))
-    name = why.ranking.name_of(why.row)
+    name = ranking.name_of(why.row)
     return why.standing.replace(name, f"{name} ({'; '.join(groups)})", 1)
 
 

@@ -40,7 +40,7 @@ from pymoo_psi.analysis import (
 )
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
-from pymoo_psi.cli._documents import caution_lines, ranked_frame
+from pymoo_psi.cli._documents import ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
 from pymoo_psi.cli._ranking import command, say_ranking
 from pymoo_psi.cli._source import (
@@ -373,8 +373,7 @@ def _say_result(
     else:
         following = ["the same with --study FILE.db, which keeps the tests"]
     where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
-    cautions = [*reasons, *caution_lines(found, where)]
-    say_ranking(table, ranking, head, cautions, last, following)
+    say_ranking(table, found, head, reasons, last, following, all_by=where)
 
 
 def _added(result: Result, ranking: EfficiencyRanking, is_new: Mask) -> str:

@@ -171,9 +171,9 @@ function standingOf(data, ranking, row, dominatedBy) {
   if (dominatedBy >= 0) return sentence(data, "dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
   if (front.length === 1) return sentence(data, "single", {design})
   const names = data.objectives.filter((_, j) => frame.lengths[j] < Infinity && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const key = place[row] > 1 ? "ranked" : best.length === 1 ? "optimum" : "optima"
-  return sentence(data, key, {design, best: names.length ? sentence(data, "best", {objectives: listed(names)}) : "",
-    count: best.length, place: place[row], front: front.length})
+  const parts = {design, best: names.length ? sentence(data, "best", {objectives: listed(names)}) : "", place: place[row], front: front.length}
+  const ties = best.length > 1 ? ` ${sentence(data, "ties", {count: best.length})}` : ""
+  return place[row] > 1 ? sentence(data, "ranked", parts) : sentence(data, "optimum", parts) + ties
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;

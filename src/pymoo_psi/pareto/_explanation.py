@@ -262,7 +262,8 @@ class Explanation:
         """
         with decimal_mark(self.decimal):
             steps = [self.steps.sentence("step", k) for k in self.step_order()]
-            return (self.standing, self.costs, *self.trades, *steps)
+            standing = " ".join(filter(None, [self.standing, self.ties]))
+            return (standing, self.costs, *self.trades, *steps)
 
     @property
     def standing(self) -> str:
@@ -280,7 +281,6 @@ class Explanation:
             design = capital(design)
             return sentence("dominated", design=design, other=other, difference=difference)
         n_optimal = ranking.pareto.sum()
-        n_optima = len(ranking.salukvadze)
         if n_optimal == 1:
             return sentence("single", design=design)
         best = ""
@@ -290,8 +290,20 @@ class Explanation:
             place = ranking.place[self.row]
             design = capital(design)
             return sentence("ranked", design=design, best=best, place=place, front=n_optimal)
-        template = "optimum" if n_optima == 1 else "optima"
-        return sentence(template, design=design, best=best, count=n_optima)
+        return sentence("optimum", design=design, best=best)
+
+    @property
+    def ties(self) -> str:
+        """How many designs share the place of the proposed one; empty if none does.
+
+        Example:
+            >>> explain([[1.0, 2.0], [2.0, 1.0]], 0).ties
+            '2 designs are equally near to the best values.'
+        """
+        n_optima = len(self.ranking.salukvadze)
+        if self.row not in self.ranking.salukvadze or n_optima == 1:
+            return ""
+        return sentence("ties", count=n_optima)
 
     @property
     def costs(self) -> str:

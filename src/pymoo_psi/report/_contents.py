@@ -24,6 +24,7 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Values, counted
 from pymoo_psi.analysis import (
     alike,
+    beyond_limits,
     change_text,
     constraint_costs,
     convergence,
@@ -103,7 +104,8 @@ class Choice:
         subject = "Attention"
         if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
-        self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
+        self._cautions = cautions(self.ranking)
+        self.cautions = tuple(f"{subject}: {caution}" for caution in self._cautions)
 
     # The first sentences
 
@@ -124,10 +126,9 @@ class Choice:
             text = f"The best {others} in {_few(best)}."
         else:
             text = f"None {others} is nearer to the best values of all objectives."
-        n_equal = len(self.ranking.salukvadze)
-        if n_equal > 1:
-            text += f" {counted(n_equal, 'design')} are equally near to the best values."
-        return text
+        if any(caution.kind == "tie" for caution in self._cautions):  # it says so
+            return text
+        return f"{text} {self.explanation.ties}".strip()
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
@@ -235,13 +236,10 @@ class Choice:
                 if worse:
                     costs = _few(worse)
                 text = f"The {self.noun}: {costs}; better: {_few(better or ['nothing'])}."
-            beyond = []
+            beyond = {}
             if name in table.names:
-                row = table.names.index(name)
-                for column, words in violated(table, row).items():
-                    value = _with_unit(table, column, _cell(table.column(column)[row]))
-                    beyond.append(f"{words}: {value}")
-            yield {**record, "text": text, "beyond": beyond}
+                beyond = beyond_limits(table, table.names.index(name))
+            yield {**record, "text": text, "beyond": listed([*beyond.values()])}
 
     # The appendix
 
@@ -292,7 +290,7 @@ class Choice:
         """Return what the table of designs says of a test."""
         ranked = np.flatnonzero(self.ranking.rows == row)
         if len(ranked) == 0:
-            return f"beyond {listed([*violated(self.table, row)])}"
+            return f"beyond {listed([*beyond_limits(self.table, row)])}"
         if ranked[0] == self.row:
             return self.word
         if self.prototype is not None and self.table.names[row] in self.prototype.names:
@@ -346,14 +344,6 @@ def _few(texts: list[str]) -> str:
 
 
 # Limits
-
-
-def violated(table: TestTable, row: int) -> dict[str, str]:
-    """Return the limits and constraints that a test violates, in words by column."""
-    mask, _ = table.violations()
-    columns = [*table.schema.constraints, *table.limits]
-    words = limit_words(table)
-    return {columns[k]: words[k] for k in np.flatnonzero(mask[row])}
 
 
 def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str, str]]:
