@@ -10,7 +10,7 @@ import pytest
 
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
-from pymoo_psi.table import Decision
+from pymoo_psi.table import Decision, Formulation
 
 COST = re.compile(r"(?:What it costs: )?(\w+)(?: is)? (\S+)(?: behind the best)? \((\S+) %")
 
@@ -180,3 +180,31 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(
     for text in texts[:4]:
         assert "100000" not in text
     assert "s: test 2.4 chosen of" in texts[2]
+
+
+def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("set.csv").write_text("name,cost,mass\nA,1,9\nB,3,3\nC,9,1\n")
+    reason = "It is light, " * 30
+    positions = [
+        {"name": "Cleo", "chosen": "C", "reason": reason},
+        {"name": "Ana", "chosen": "B", "limits": {"mass": 5}},
+    ]
+    decision = Decision(
+        Formulation(limits={"cost": 4}), chosen="B", reason=reason, positions=positions
+    )
+    decision.to_json("d.json")
+    printed = said("rank", "set.csv", "--decision", "d.json")
+    assert max(map(len, printed.splitlines())) <= 80
+    text = " ".join(printed.split())
+    assert f"Cleo wants C: beyond cost at most 4 (9). “{reason.strip()}" in text
+    assert "Ana wants B. Under mass<=5." in text
+    assert text.count("equally near") + text.count("is as near") == 1
+
+
+def test_a_tie_is_said_once(said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("set.csv").write_text("name,cost,mass\nA,1,2\nB,2,1\n")
+    printed = said("rank", "set.csv")
+    assert "Caution: B is as near to the best values as A" in printed
+    assert "equally near" not in printed

@@ -236,10 +236,10 @@ class Choice:
                 if worse:
                     costs = _few(worse)
                 text = f"The {self.noun}: {costs}; better: {_few(better or ['nothing'])}."
-            beyond = {}
+            beyond: list[str] = []
             if name in table.names:
-                beyond = beyond_limits(table, table.names.index(name))
-            yield {**record, "text": text, "beyond": listed([*beyond.values()])}
+                beyond = [*beyond_limits(table, table.names.index(name)).values()]
+            yield {**record, "text": text, "beyond": beyond}
 
     # The appendix
 
