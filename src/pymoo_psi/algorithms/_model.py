@@ -85,16 +85,6 @@ class Model:
 
     # Tests under the formulation
 
-    def under(self, tests: TestTable, formulation: Formulation | None = None) -> TestTable:
-        """Return all tests of a run under its formulation or another.
-
-        Columns that no test has are refused.
-        """
-        formulation = formulation or self.formulation
-        if formulation == Formulation():
-            return tests
-        return tests.under(formulation)
-
     def under_so_far(self, tests: TestTable, formulation: Formulation | None = None) -> TestTable:
         """Return tests of a run, perhaps not yet all of them, under its formulation or another.
 
@@ -109,7 +99,7 @@ class Model:
         if missing:
             unknown = np.full(len(tests), np.nan)
             tests = tests.with_outputs(dict.fromkeys(missing, unknown))
-        return self.under(tests, formulation)
+        return tests.under(formulation)
 
     def total_violation(self, tests: TestTable) -> Array:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.

@@ -112,7 +112,7 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _under(self, tests: TestTable) -> TestTable:
         if self.termination.has_terminated():
-            return self._run.model.under(tests)
+            return tests.under(self._run.model.formulation)
         return self._run.model.under_so_far(tests)
 
     @property
@@ -611,7 +611,7 @@ def investigate(
     model = run.model
     if is_noisy:
         table = tests_to_keep(averaged_repeats(table), model, keep)
-    table = model.under(run.store.numbered(table))
+    table = run.store.numbered(table).under(model.formulation)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
     if keep != "all":  # whether all tests that are left out have failed is unknown

@@ -487,7 +487,7 @@ class SurrogateSource(Source):
             own = renumbered(tests, n_others + tests.numbers)
             tests = others.extended(own)
         formulation, _ = self._direction
-        return self._model.under(tests, formulation)
+        return tests.under(formulation)
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
