@@ -18,6 +18,7 @@ Points lie in the unit cube of the variables. ``Z`` stands for points as surroga
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -29,22 +30,13 @@ from scipy.special import ndtr
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import (
-    Covariance,
-    GaussianProcess,
-    Learned,
-    OutputFit,
-    bounded,
-)
+from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
 # An aim maps (n, d) points to the (n, m) values that a search minimises, and to their (n, c) excess
 # of each limit.
 Aim = Callable[[Array], tuple[Array, Array]]
-# A risk maps (n, e) designs, as surrogates see them, to (n,) values above 0 where a search avoids
-# designs, as their tests may fail.
-Risk = Callable[[Array], Array]
 
 # One round in this many searches only near the best tests. Far from all tests surrogates promise
 # most and are least reliable; near the best tests alone, a run that began in the wrong place would
@@ -56,9 +48,6 @@ _NEARBY_HALF_WIDTH = 0.2
 _N_NEARBY_CENTRES = 10
 # One round in this many does not avoid designs near failed ones, while failures may be random.
 _ROUNDS_PER_RISKY_ROUND = 4
-# If none of this many tests in a row has failed, designs are avoided only where a failure is more
-# probable than not, also far from all tests. Otherwise most runs with two regions stay in one.
-_SUCCESSES_BEFORE_EXPLORATION = 8
 # A design is avoided unless its distance from the nearest test with outputs is less than this share
 # of that from the nearest failed test: in the middle between both it might lie on the boundary.
 _SAFE_DISTANCE_RATIO = 0.7
@@ -112,20 +101,14 @@ def propose(
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
     seen = np.vstack([tests.Z, goal.encode(tests.pending)])
-    failures = None
-    if learned is not None:
-        failures = learned.failures
-    has_failed = tests.has_failed[-_SUCCESSES_BEFORE_EXPLORATION:].any()
-    is_last_of_turn = round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1
-    risk: Risk = _no_risk
-    if failures is not None and not has_failed:
-        risk = _improbable_success(tests, failures)
-    elif failures is not None or (has_failed and not is_last_of_turn):
-        risk = _nearness_to_failures(tests, failures)
+    # In some rounds nothing is avoided, as failures may be random.
+    is_risky = round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1
+    if is_risky and (learned is None or learned.failures is None):
+        tests = replace(tests, has_failed=np.zeros_like(tests.has_failed))
     if learned is None:
-        return _distant_points(seen, risk, batch, goal, random)
+        return _distant_points(seen, tests, batch, goal, random)
 
-    surrogates = _Surrogates(tests, goal, learned, risk)
+    surrogates = _Surrogates(tests, goal, learned)
     order = _best_tests(surrogates.T, learned, goal)[: _POPULATION_SIZE // 4]
     best = np.clip(tests.points[surrogates.rows][order], goal.low, goal.high)
     start_of_search = _start_anywhere
@@ -148,7 +131,7 @@ def propose(
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, goal.encode(proposals)])
-        rest = _distant_points(seen, risk, n_missing, goal, random)
+        rest = _distant_points(seen, tests, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
 
@@ -219,7 +202,6 @@ class _Surrogates:
         tests: The tests so far.
         goal: What the search seeks.
         learned: What is learned of the tests.
-        risk: Where failures are to be avoided.
 
     Attributes:
         rows: ``(n,)`` the rows of the tests that are learned.
@@ -230,13 +212,13 @@ class _Surrogates:
         front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
-    def __init__(self, tests: Observations, goal: Goal, learned: Learned, risk: Risk) -> None:
+    def __init__(self, tests: Observations, goal: Goal, learned: Learned) -> None:
         self.rows = np.searchsorted(tests.numbers, learned.numbers)
         self.T = learned.to(bounded(tests.Y[self.rows]))
         self.processes = learned.processes(self.T)
         self.goal = goal
         self.contraction = _contraction(learned, goal.n_obj)
-        self._risk = risk
+        self._tests = tests
         recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
         is_missing = tests.is_eligible.any() and not recent.any()
         self._is_cautious = goal.is_narrowed and is_missing
@@ -256,7 +238,8 @@ class _Surrogates:
             for j in goal.limits:
                 margins[:, j] = self.processes[j].deviation(Z)
         excess = goal.excess(T, self._learned, margins)
-        columns = [excess, self._risk(Z), goal.violations(points)]
+        risk = _failure_risk(Z, self._tests, self._learned.failures)
+        columns = [excess, risk, goal.violations(points)]
         return T[:, : goal.n_obj], np.column_stack(columns)
 
     def candidates(self, points: Array) -> _Candidates:
@@ -311,12 +294,14 @@ def _meets_requirements(points: Array, goal: Goal) -> Mask:
     return np.asarray((goal.violations(points) <= 0).all(axis=1))
 
 
-def _distant_points(seen: Array, risk: Risk, count: int, goal: Goal, random: Random) -> Array:
+def _distant_points(
+    seen: Array, tests: Observations, count: int, goal: Goal, random: Random
+) -> Array:
     """Return points far from all tests and from each other, away from failures if possible."""
     points = _random_points(count, goal, random)
     Z = goal.encode(points)
     distance = _nearest(Z, seen)
-    distance[risk(Z) > 0] *= 0.1  # chosen only if little else is left
+    distance[_failure_risk(Z, tests) > 0] *= 0.1  # chosen only if little else is left
     chosen = []
     for _ in range(count):
         row = distance.argmax()
@@ -345,35 +330,23 @@ def _nearest(A: Array, B: Array) -> Array:
     return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
 
 
-def _no_risk(Z: Array) -> Array:
-    return np.zeros(len(Z))
+def _failure_risk(Z: Array, tests: Observations, metric: Covariance | None = None) -> Array:
+    """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones.
 
-
-def _improbable_success(tests: Observations, failures: OutputFit) -> Risk:
-    """Return by how much a failure is expected to be more probable than not."""
-    rows = tests.is_known | tests.has_failed
-    has_failed = tests.has_failed[rows].astype(float)
-    covariance = Covariance(tests.Z[rows], failures.lengths)
-    process = GaussianProcess(covariance, failures.scale.to(has_failed))
-    return lambda Z: failures.scale.back(process(Z)) - 0.5
-
-
-def _nearness_to_failures(tests: Observations, failures: OutputFit | None) -> Risk:
-    """Return by how much designs are nearer to failed tests than to known ones.
-
-    Lengths in which tests fail alike are the units of the distances.
+    Args:
+        Z: ``(k, e)`` the designs.
+        tests: The tests.
+        metric: The units in which distances are measured.
     """
-    scaled: Callable[[Array], Array] = np.asarray
-    if failures is not None:
-        scaled = Covariance(tests.Z[:0], failures.lengths).scaled
-    known = scaled(tests.Z[tests.is_known])
-    failed = scaled(tests.Z[tests.has_failed])
-
-    def excess(Z: Array) -> Array:
-        distance = _nearest(scaled(Z), known)
-        return np.minimum(distance - _SAFE_DISTANCE_RATIO * _nearest(scaled(Z), failed), 1.0)
-
-    return excess
+    if not tests.has_failed.any():
+        return np.zeros(len(Z))
+    tested = tests.Z
+    if metric is not None:
+        Z = metric.scaled(Z)
+        tested = metric.scaled(tested)
+    distance = _nearest(Z, tested[tests.is_known])
+    excess = distance - _SAFE_DISTANCE_RATIO * _nearest(Z, tested[tests.has_failed])
+    return np.asarray(np.minimum(excess, 1.0))
 
 
 def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:

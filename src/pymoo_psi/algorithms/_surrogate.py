@@ -29,6 +29,7 @@ from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
+    Covariance,
     Learned,
     OutputFit,
     bounded,
@@ -114,10 +115,9 @@ class SurrogatePSI(PointAlgorithm):
         first, ...: As for :class:`PSI`. Proposals follow the objectives, limits and ranges of a
             ``formulation``, or those of the problem under ``limits``. Computed columns are computed
             from surrogates. Proposals avoid designs that are close to failed ones, in lengths that
-            are learned from failed tests and others. After eight tests without a failure, a round
-            avoids only designs that fail more probably than not. While failures may be random, such
-            a round, and one of four, avoids none. ``retry`` tests failed designs again, for example
-            after a repair of the model; it does not change earlier proposals.
+            are learned from failed tests and others. While failures may be random, one round of
+            four does not avoid them. ``retry`` tests failed designs again, for example after a
+            repair of the model; it does not change earlier proposals.
         **kwargs: The options of pymoo's algorithms.
 
     Raises:
@@ -273,7 +273,7 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learne
     if has_failed.any():
         fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
         if fit.error < _ERROR_OF_RANDOM_FAILURES:
-            learned.failures = fit
+            learned.failures = Covariance(tests.Z[:0], fit.lengths)
     return learned
 
 

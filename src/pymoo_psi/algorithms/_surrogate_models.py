@@ -467,8 +467,8 @@ class Learned:
         outputs: What is fitted, for each output.
         numbers: ``(n,)`` the numbers of the tests, in the order in which they were appended.
         left_out: The numbers of tests that are never appended.
-        failures: What is fitted to 1 for failed tests and 0 for others; ``None`` if failures do not
-            follow from the design, as far as is known.
+        failures: Designs in units in which tests fail alike if they are close together; ``None`` if
+            failures do not follow from the design, as far as is known.
     """
 
     def __init__(self, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> None:
@@ -477,7 +477,7 @@ class Learned:
             self.outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
         self.numbers = np.zeros(0, dtype=np.int64)
         self.left_out = self.numbers
-        self.failures: OutputFit | None = None
+        self.failures: Covariance | None = None
         self._covariances = [Covariance(Z[:0], output.lengths) for output in self.outputs]
 
     def to(self, Y: Array) -> Array:
