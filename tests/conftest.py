@@ -108,6 +108,16 @@ def said(capsys):
 
 
 @pytest.fixture
+def undrawn(monkeypatch):
+    """Leave the pictures of reports out, which take most of the time."""
+    from matplotlib.figure import Figure
+
+    from tests.helpers.drawn import saved_empty
+
+    monkeypatch.setattr(Figure, "savefig", saved_empty)
+
+
+@pytest.fixture
 def study_file(tmp_path):
     """Where a study may be; it is not there yet."""
     return tmp_path / "s.db"

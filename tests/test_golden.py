@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import re
 import shlex
 import shutil
@@ -29,6 +28,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from pymoo_psi.cli import main
+from tests.helpers.drawn import saved_empty
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -99,13 +99,6 @@ def normalized(text, folder):
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
-def undrawn(figure, file, *args, **options):
-    if isinstance(file, str | os.PathLike):
-        Path(file).touch()
-    else:
-        file.write("" if isinstance(file, io.TextIOBase) else b"")
-
-
 @contextmanager
 def workplace(folder):
     """The inputs in a folder, as seen from a pipe; figures take no time."""
@@ -115,7 +108,7 @@ def workplace(folder):
         patch.syspath_prepend(str(folder))
         patch.setenv("COLUMNS", "100")
         patch.setenv("NO_COLOR", "1")
-        patch.setattr(Figure, "savefig", undrawn)
+        patch.setattr(Figure, "savefig", saved_empty)
         yield
     sys.modules.pop("cantilever", None)
 

@@ -4,10 +4,8 @@ import os
 import sys
 
 import pytest
-from matplotlib.figure import Figure
 
 from pymoo_psi.cli import main
-from tests.test_golden import undrawn as saved_empty
 
 os.environ.pop("COLUMNS", None)  # as pytest-xdist sets it
 
@@ -125,9 +123,3 @@ def run(capsys, tmp_path, monkeypatch, in_folder):
 def said(run, said):
     """As everywhere, in the folder with the models."""
     return said
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Leave the pictures of reports out, which take most of the time."""
-    monkeypatch.setattr(Figure, "savefig", saved_empty)

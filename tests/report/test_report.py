@@ -13,6 +13,7 @@ from pymoo_psi import Decision, Formulation, TestTable, cautions, lp_tau, repres
 from pymoo_psi.files import read_table
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
+from tests.helpers.draws import seeds
 
 
 class Reader(HTMLParser):
@@ -66,6 +67,8 @@ def beams(n=96, **more):
         reasons={int(number): "no mesh: too slender" for number in slender}, **more,
     )  # fmt: skip
 
+
+undrawn = pytest.mark.usefixtures("undrawn")
 
 LIMITS = {"mass": 55, "stress": 70}
 TABLE = beams()
@@ -144,7 +147,8 @@ def is_written(text, value):
     return abs(float(text) - value) <= 0.5000001 * unit
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(12))
+@undrawn
 def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     frame = offers(seed)
     most = int(frame["price"].quantile(0.7))
@@ -214,7 +218,8 @@ COST = re.compile(r"(price|battery|speed)(?: is)? ([\d. ]+)(?: behind the best)?
 CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(8))
+@undrawn
 def test_positions_say_what_the_proposal_costs(seed):
     frame = offers(seed)
     most = int(frame["price"].quantile(0.7))
@@ -260,6 +265,7 @@ def test_positions_say_what_the_proposal_costs(seed):
     assert is_written(found[5], 100 * following)
 
 
+@undrawn
 def test_a_chosen_design_stands_beside_the_proposed_one():
     numbers = TABLE.numbers[LIMITED.feasible()]
     best, other = numbers[LIMITED.feasible_ranking().salukvadze[0]], numbers[-1]
@@ -274,6 +280,7 @@ def test_a_chosen_design_stands_beside_the_proposed_one():
     assert str(report).startswith(f"Report on a choice: test {other} chosen of ")
 
 
+@undrawn
 def test_a_choice_has_its_reason_and_cautions(beam):
     chosen = LIMITED.under(
         replace(LIMITED.decision, chosen=LIMITED.best().names[0], reason="It is cheap.")
@@ -286,6 +293,7 @@ def test_a_choice_has_its_reason_and_cautions(beam):
     )
 
 
+@undrawn
 def test_what_is_known_of_the_design_is_shown():
     """Texts and outputs; the cell of another design is empty."""
     table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
@@ -294,6 +302,7 @@ def test_what_is_known_of_the_design_is_shown():
     assert not [t for t in lines(decision_report(table, design=1), "Values") if "maker" in t]
 
 
+@undrawn
 def test_cautions_say_that_they_are_about_the_optimum():
     """Where another design is chosen they would be taken for its own, and so would their lack."""
     F = [[0.0, 4.0], [1.0, 1.0], [0.5, 1.33], [4.0, 0.0]]
@@ -306,6 +315,7 @@ def test_cautions_say_that_they_are_about_the_optimum():
     assert [line.replace(mark, "Attention: ") for line in other if mark in line] == cautions != []
 
 
+@undrawn
 def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
     path = tmp_path / "offers.csv"
     path.write_text("offer;price;days\nA;4748,36;10\nB;3085,5;39,25\nC;5200,25;8\n", "utf-8")
@@ -315,6 +325,7 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
     assert "days 29,2 higher" in " ".join(lines(report, "One step away"))
 
 
+@undrawn
 def test_counts_add_up(beam):
     said, *_, failed_as, rule = lines(beam, "What was tested")
     ok, designs, *limits, failed, front = map(int, re.findall(r"(\d+) ", said))
@@ -327,6 +338,7 @@ def test_counts_add_up(beam):
     assert f" height / width <= 4 would have avoided {failed} of {failed} failures" in rule
 
 
+@undrawn
 def test_a_limit_costs_what_would_be_had_without_it(beam):
     """The best of all designs that keep the others: what a ranking without the limit has."""
     free = TABLE.under(limits={"stress": 70}).feasible()
@@ -339,6 +351,7 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
     assert is_written(found[2], now)
 
 
+@undrawn
 def test_many_designs_have_representatives():
     own = pd.DataFrame(TABLE.F * [1, -1], columns=["mass", "stiffness"], index=TABLE.numbers)
     own = own[LIMITED.feasible()]
@@ -347,6 +360,7 @@ def test_many_designs_have_representatives():
     assert f"design | {head}" in lines(decision_report(LIMITED), "Representatives")
 
 
+@undrawn
 def test_many_objectives_are_folded_but_complete():
     rng = np.random.default_rng(1)
     names = [f"o{i}" for i in range(40)]
@@ -389,6 +403,7 @@ def test_nothing_is_loaded_and_nothing_runs(html):
     assert not re.search(r"url\(|@import", html)
 
 
+@undrawn
 def test_no_design_left_reports_what_stands_in_the_way():
     report = decision_report(beams().under(limits={"mass": 5.0, "stress": 70}))
     assert report.ranking is None
@@ -401,6 +416,7 @@ def test_no_design_left_reports_what_stands_in_the_way():
     assert "Some are within it." in effects[effects.index("stress at most 70 MPa") + 1]
 
 
+@undrawn
 def test_limits_on_integers_among_other_kinds_are_reported():
     X = np.array([[0.5, 2], [0.25, 3]], dtype=object)
     schema = Schema.of(2, 1, kinds=["real", "integer"])
@@ -453,6 +469,7 @@ def written(tmp_path):
     return tmp_path / "report.html", table
 
 
+@undrawn
 def test_the_sheet_has_the_decision_of_the_group(written):
     path, table = written
     html = path.read_text("utf-8")
