@@ -27,6 +27,7 @@ REMEDY = "reload it and what imports it (importlib.reload) and make the problem 
 
 _INSTALLED = (os.path.dirname(os.__file__), os.path.dirname(__file__))
 _NOTED: dict[str, bytes] = {}  # the hash of the file of a module as it was imported last
+_LOOKED_AT: set[str] = set()  # modules that are noted or not of users; there are thousands
 
 
 def watch() -> None:
@@ -58,13 +59,15 @@ def version_of(file: str) -> bytes:
 
 def versions() -> dict[str, bytes]:
     """Return the versions of the modules of users that this process has, by their names."""
-    current = {}
-    for name, module in list(sys.modules.items()):
+    for name in set(sys.modules) - _LOOKED_AT:
         if name not in _NOTED:  # imported before this package, or found by another finder
-            _note(name, getattr(module, "__file__", None))
-        if name in _NOTED and name != "__main__":
-            current[name] = _NOTED[name]
-    return current
+            _note(name, getattr(sys.modules.get(name), "__file__", None))
+        _LOOKED_AT.add(name)
+    return {
+        name: version
+        for name, version in _NOTED.items()
+        if name in sys.modules and name != "__main__"
+    }
 
 
 def require_unchanged(model: Any) -> None:
