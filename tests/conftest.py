@@ -82,6 +82,12 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("slow")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem):
+    """Let tests share kept workers, which differ by their environment: without pytest's variable."""
+    os.environ.pop("PYTEST_CURRENT_TEST", None)
+
+
 @pytest.fixture
 def draws(request):
     """Return the seeds of n random examples: a quarter of them, or all in the slow tests."""

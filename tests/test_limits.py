@@ -238,7 +238,7 @@ def left_of_report(sections, title):
     ]
 
 
-def test_figures_and_reports_speak_of_the_designs_left(draws):
+def test_figures_and_reports_speak_of_the_designs_left(draws, undrawn):
     compared = 0
     for example in map(Example, draws(12)):
         assert not example.is_empty

@@ -19,6 +19,7 @@ from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Formulation
 from tests.helpers.beams import OBJECTIVES, beams, page_of_beams
+from tests.helpers.draws import rarely
 from tests.helpers.exact_csv import EXACT
 from tests.helpers.formulas import CELLS, INERT
 from tests.helpers.processes import LONG
@@ -968,7 +969,7 @@ OVERLAPS = """(charts) => charts.map(({names}) => names.filter((a, k) => names.s
     a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)).length)"""
 
 
-@pytest.mark.parametrize("n", [12, 480, 6000])
+@pytest.mark.parametrize("n", [480, *rarely(12, 6000)])
 def test_every_design_is_drawn(show, n):
     """What lies beyond an axis, or has no value in it, is counted on the chart."""
     frame = fronts(n)
@@ -989,7 +990,7 @@ def test_every_design_is_drawn(show, n):
     assert reader.ask("D.plots[0].drawn")["beyond"] == 0
 
 
-@pytest.mark.parametrize("width", [390, 768, 1440, 2560])
+@pytest.mark.parametrize("width", [390, 1440, *rarely(768, 2560)])
 def test_names_never_cover_one_another(show, width):
     page = decision_page(fronts(12).drop(columns="heat"), [f"f{j + 1}" for j in range(4)])
     reader = show(page, width=width)
