@@ -86,12 +86,16 @@ def test_one_criterion_and_an_optimum_on_no_test_point():
 
 
 @pytest.mark.parametrize("limit", [(5.0, 30.0), *rarely((None, 20.0), (60.0, None))])
-def test_limits_on_a_maximised_objective_are_on_its_negative(limit):
-    """Maximised under its name, f1 is -F; the designs are those for the same limit on F."""
+def test_a_maximised_objective_is_its_negative(limit):
+    """Its limits and fixed range, too: maximised under its name, f1 is -F, and no design differs."""
     bnh, (low, high) = get_problem("bnh"), limit
     turned = tuple(None if end is None else -end for end in (high, low))
-    plain = run(bnh, 32, limits={"f1": limit}).table
-    maximised = run(bnh, 32, maximize=["f1"], limits={"f1": turned}).table
+    ranges = {"f1": (0, 136), "f2": (4, 50)}
+    asked = Formulation(limits={"f1": limit}, ranges=ranges)
+    plain = run(bnh, 32, formulation=asked).table
+    ranges["f1"] = (-136, 0)
+    asked = Formulation(maximize=["f1"], limits={"f1": turned}, ranges=ranges)
+    maximised = run(bnh, 32, formulation=asked).table
     np.testing.assert_array_equal(maximised.X, plain.X)
     np.testing.assert_array_equal(maximised.column("f1"), -plain.column("f1"))
     inside = (plain.F[20:, 0] >= (low or -np.inf)) & (plain.F[20:, 0] <= (high or np.inf))

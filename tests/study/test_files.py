@@ -3,6 +3,7 @@
 import errno
 import os
 import sqlite3
+import sys
 from contextlib import closing
 from pathlib import Path
 
@@ -53,6 +54,15 @@ def refused_and_left(path, message):
     for call in calls(path):
         refused(message, call, error=StudyCorruptError)
     assert contents(path.parent) == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it lists what a process has open")
+def test_a_study_is_open_only_while_it_is_used(study):
+    """Elsewhere, an open file can be neither moved nor deleted."""
+    study.facts()
+    study.append(block(9, 2))
+    opened = {os.path.realpath(entry) for entry in Path("/proc/self/fd").iterdir()}
+    assert os.path.realpath(study.path) not in opened
 
 
 # Not there, foreign
