@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
-from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import ElementwiseProblem
@@ -70,12 +69,18 @@ def nsga3():
     return NSGA3(reference_directions(2, 10), pop_size=10)
 
 
+def cmaes():
+    from pymoo.algorithms.soo.nonconvex.cmaes import CMAES  # it takes a second to import
+
+    return CMAES(x0=np.full(3, 0.4))
+
+
 RUNS = {
     "nsga2": (Model, lambda: NSGA2(10)),
     "nsga3": (Model, nsga3),
     "nsga3-failing": (lambda stop=None: Model(stop, fails=True), nsga3),
     "de": (lambda stop=None: Model(stop, n_obj=1), lambda: DE(10)),
-    "cmaes": (lambda stop=None: Model(stop, n_obj=1), lambda: CMAES(x0=np.full(3, 0.4))),
+    "cmaes": (lambda stop=None: Model(stop, n_obj=1), cmaes),
     "mixed": (Mixed, lambda: MixedVariableGA(10, survival=RankAndCrowding())),
 }
 

@@ -16,7 +16,6 @@ from pymoo_psi.files import read_table
 from tests.helpers.processes import posix, until
 from tests.helpers.refusals import refused
 
-Client = pytest.importorskip("distributed").Client
 pytestmark = posix
 PYTHON = [sys.executable, "-W", "ignore", "-m"]
 
@@ -39,6 +38,7 @@ class Sum(ElementwiseProblem):
 @pytest.fixture
 def cluster(tmp_path):
     """A scheduler and two workers: their processes, and a client."""
+    distributed = pytest.importorskip("distributed")  # which takes long, for slow tests only
     file = tmp_path / "scheduler.json"
     options = ["--scheduler-file", str(file), "--no-dashboard"]
     worker = [*PYTHON, "distributed.cli.dask_worker", *options, "--no-nanny", "--nthreads", "1"]
@@ -49,7 +49,7 @@ def cluster(tmp_path):
         environment = os.environ | {"CLUSTER": "1"}
         processes.append(subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL))
         assert until(file.exists)
-    with Client(scheduler_file=str(file), timeout=2, set_as_default=False) as client:
+    with distributed.Client(scheduler_file=str(file), timeout=2, set_as_default=False) as client:
         client.wait_for_workers(2)
         yield processes, client
     for process in processes:
