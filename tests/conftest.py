@@ -17,10 +17,10 @@ gc.set_threshold(20_000, 20, 20)
 
 # On a busy machine, any example may take long.
 UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("untimed", max_examples=15, **UNTIMED)
+settings.register_profile("untimed", max_examples=10, **UNTIMED)
 # A run that decides on a change draws the same examples as the one before it; whoever works on the
 # code draws others each time, and so finds what nobody has thought of.
-settings.register_profile("same", max_examples=15, derandomize=True, **UNTIMED)
+settings.register_profile("same", max_examples=10, derandomize=True, **UNTIMED)
 settings.register_profile("slow", max_examples=60, derandomize=True, **UNTIMED)
 
 # What `pytest -m quick` runs: the mathematics of every subpackage, without processes, files in bulk,

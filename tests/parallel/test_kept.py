@@ -11,6 +11,7 @@ import pytest
 
 from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import EvaluationError
+from tests.helpers.draws import rarely
 from tests.helpers.processes import posix
 from tests.helpers.refusals import refused
 
@@ -264,7 +265,7 @@ except WorkerError as error:
 """
 
 
-@pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
+@pytest.mark.parametrize("runner", ["ProcessRunner", *rarely("JoblibRunner")])
 def test_workers_with_two_versions_are_refused(tmp_path, runner):
     """One imports a module before it is edited, another one after; the script never does."""
     done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")

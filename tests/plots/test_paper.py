@@ -9,6 +9,7 @@ from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.plots import paper_figures, save_figures
 from tests.helpers.drawn import assert_whole
+from tests.helpers.draws import rarely
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def test_curves_of_motion_stop_at_the_transition(case, figures):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF-"), (".svg", b"<?xml")]
+    ("suffix", "start"), [(".svg", b"<?xml"), *rarely((".png", b"\x89PNG"), (".pdf", b"%PDF-"))]
 )
 def test_figures_are_written_in_each_format(figures, tmp_path, suffix, start):
     (path,) = save_figures([("figure_7", figures[7])], tmp_path, 30, suffix)
