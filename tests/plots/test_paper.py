@@ -58,10 +58,9 @@ def test_curves_of_motion_stop_at_the_transition(case, figures):
     np.testing.assert_array_equal(friction[: way.slipping.sum()], way.friction[way.slipping, 0])
 
 
-@pytest.mark.parametrize(
-    ("suffix", "start"), [(".svg", b"<?xml"), *rarely((".png", b"\x89PNG"), (".pdf", b"%PDF-"))]
-)
-def test_figures_are_written_in_each_format(figures, tmp_path, suffix, start):
+@pytest.mark.parametrize("suffix", [".svg", *rarely(".png", ".pdf")])
+def test_figures_are_written_in_each_format(figures, tmp_path, suffix):
+    start = {".png": b"\x89PNG", ".pdf": b"%PDF-", ".svg": b"<?xml"}[suffix]
     (path,) = save_figures([("figure_7", figures[7])], tmp_path, 30, suffix)
     assert path.name == f"figure_7{suffix}"
     assert path.read_bytes().startswith(start)
