@@ -13,6 +13,7 @@ from pymoo_psi import (
     PSI,
     ExecutorRunner,
     Formulation,
+    LPTauSampling,
     QMCSampling,
     SphereChute,
     VectorizedSphereChute,
@@ -214,6 +215,11 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
             "a name in limits must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'",
         ),
         (8, {"retry": "all"}, "retry must be one of 'failed', 'incomplete', got 'all'"),
+        (
+            8,
+            {"sampling": LPTauSampling(first=2)},
+            "first of LPTauSampling must be 1 here, got 2; give fi",
+        ),
     ],
 )
 def test_mistakes(n, options, message):
@@ -231,6 +237,11 @@ def test_mistakes(n, options, message):
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
         (lambda: PSI(8, share=(1, 2, 3)), "share must be a pair"),
         (lambda: PSI(8, share="12"), "share must be a pair"),
+        (lambda: PSI(8, share=3), r"share must be a pair \(k, n\), the k-th of n parts, got 3"),
+        (
+            lambda: investigate(Problem(n_var=1, n_obj=1, xl=0, xu=1, vtype=complex), 4),
+            "vtype of the problem must be float, int or bool, got <class 'complex'>",
+        ),
         (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
         (lambda: PSI(10, n_jobs=2), "'n_jobs'; workers are the problem's: .*runner = JoblibRunner"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),

@@ -92,13 +92,23 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
             "row 3 (line 4) holds no number in the column 'x'",
         ),
         ("solve bnh --study s.db --from set.csv", "row 3, x1 must be one real number, got nan"),
+        ("rank ''", "a file or folder must have a name, got ''"),
+        ("rank set.csv --compute =f1", "--compute must be of the form name=expression"),
+        ("rank set.csv --units f1=kg,f1=g", "column=unit, once for each name, got f1=g"),
+        ("solve chute --limits f1>=3,f1>=4", "once for each side of a column, got f1>=4"),
+        ("solve bnh --jobs 2 --cluster s.json", "--jobs must be left out with --cluster, got 2"),
+        ("solve bnh --cluster s.json --algorithm nsga3", "--algorithm psi if a problem takes many"),
+        (
+            "solve bnh --points +4 --algorithm nsga3 --study s.db",
+            "--algorithm must be psi or surrogate for --points +N, got 'nsga3'",
+        ),
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(words, message, said, tmp_path):
     (tmp_path / "pyproject.toml").write_text("[project]\n")
     text = "x,x1,x2,g1,g2,f1,f2\n1,1,1,0,0,1,5\n2,2,2,0,0,2,4\n,,3,0,0,3,3\n"
     (tmp_path / "set.csv").write_text(text)
-    err = said(*words.split(), code=2)
+    err = said(*shlex.split(words), code=2)
     assert message in err
     assert err.startswith("pymoo-psi: error: ")
     assert {*os.listdir(tmp_path)} <= {"models.py", "pyproject.toml", "set.csv", "r"}

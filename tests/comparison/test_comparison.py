@@ -232,6 +232,9 @@ def test_runs_on_another_problem_are_refused(tmp_path):
     ("change", "message"),
     [
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
+        ({"n_evaluations": []}, r"n_evaluations must be one or more integers, got \[\]"),
+        ({"algorithms": []}, r"algorithms must be one or more, such as psi, .* got \[\]"),
+        ({"problem": get_problem("sphere")}, "objectives of problem must be at least 2, got 1"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
         ({"algorithms": {"a": NSGA2}}, "a name, an algorithm or a function.*give lambda n: NSGA2"),
         ({"reference_front": [[1, 2, 3]]}, r"reference_front must be of shape \(1, 2\)"),
@@ -239,7 +242,7 @@ def test_runs_on_another_problem_are_refused(tmp_path):
 )
 def test_wrong_arguments_are_named(change, message):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"]} | change
-    refused(message, compare, get_problem("bnh"), **arguments)
+    refused(message, compare, **{"problem": get_problem("bnh")} | arguments)
 
 
 def test_an_objective_with_equal_optima_tells_runs_apart():

@@ -107,6 +107,16 @@ def test_a_page_opens_with_a_decision(tmp_path):
     assert len(page.table) == 400  # limits can be moved on the page
 
 
+REJECTED = TestTable.of([1], [[0.0]], [[1.0, 2.0]], [[1.0]])
+
+
+@pytest.mark.parametrize(
+    ("table", "received"), [(REJECTED, "in 1 design"), (REJECTED.take([]), "in 0 designs")]
+)
+def test_a_page_needs_a_feasible_design(table, received):
+    refused(f"of one feasible design or more, got none {received}", decision_page, table)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -14,6 +14,7 @@ from pymoo_psi.files import read_table
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
 from tests.helpers.draws import seeds
+from tests.helpers.refusals import refused
 
 
 class Reader(HTMLParser):
@@ -370,6 +371,17 @@ def test_many_objectives_are_folded_but_complete():
     assert [re.match(r"o\d+", row)[0] for row in rows] == names
     frame = pd.DataFrame(rng.random((20_000, 2)), columns=["a", "b"])
     assert "The first 30 of 20 000 designs" in Reader(decision_report(read_table(frame))).sections
+
+
+@pytest.mark.parametrize(
+    ("table", "options", "message"),
+    [
+        (TABLE.take([]), {}, "the table must be one with tests and objectives"),
+        (LIMITED, {"design": 96}, "design must be the number or label of a feasible test, got 96"),
+    ],
+)
+def test_mistakes(table, options, message):
+    refused(message, decision_report, table, **options)
 
 
 EVIL = "<script>alert(1)</script> & \"'$x_{$ <u>"
