@@ -1,5 +1,6 @@
 """The numbers of a column: one format, told apart, in order, never off by more than half a digit."""
 
+import math
 from decimal import Decimal
 from fractions import Fraction
 
@@ -79,6 +80,7 @@ def test_integers_stay_integers(values):
         ([0.1 + 0.2, 0.7], ["0.3", "0.7"]),
         ([100000.25, 100000.75], ["100\N{NO-BREAK SPACE}000.250", "100\N{NO-BREAK SPACE}000.750"]),
         ([-0.0, 1.0], ["0", "1"]),
+        ([1.5, math.inf, -math.inf, math.nan], ["1.5", "∞", "-∞", "—"]),
     ],
 )
 def test_numbers_as_a_reader_expects_them(values, texts):

@@ -5,6 +5,7 @@ import pickle
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -167,7 +168,29 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
 
 # Errors
 
-PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [1.0]])
+FG = ([[1.0, 2.0], [2.0, 1.0]], [[0.0], [1.0]])
+PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], *FG)
+
+
+@pytest.mark.parametrize(
+    "X", [pd.DataFrame({"x1": [0.0, 1.0]}), [{"x1": 0.0}, {"x1": 1.0}], np.array([[0.0], [1.0]])]
+)
+def test_designs_are_rows_mappings_or_a_frame(X):
+    assert TestTable.of([1, 2], X, *FG).equals(PLAIN)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        "a table",
+        PLAIN.take([0]),
+        PLAIN.with_outputs({"m": [1, 2]}),
+        TestTable.of([1, 2], [[0.0], [1.5]], *FG),
+        TestTable.of([1, 2], [[0.0], [1.0]], *FG, schema=Schema.of(1, 2, 1, kinds=["integer"])),
+    ],
+)
+def test_tables_of_other_values_or_columns_are_not_equal(other):
+    assert not PLAIN.equals(other)
 
 
 @pytest.mark.parametrize(
