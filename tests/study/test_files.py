@@ -59,8 +59,8 @@ def refused_and_left(path, message):
 @pytest.mark.skipif(sys.platform != "linux", reason="it lists what a process has open")
 def test_a_study_is_open_only_while_it_is_used(study):
     """Elsewhere, an open file can be neither moved nor deleted."""
-    study.facts()
     study.append(block(9, 2))
+    study.facts()
     opened = {os.path.realpath(entry) for entry in Path("/proc/self/fd").iterdir()}
     assert os.path.realpath(study.path) not in opened
 
