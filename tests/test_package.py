@@ -52,11 +52,13 @@ def reported(tmp_path_factory):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_type_checkers_find_every_public_name(reported):
     """Names must be public explicitly, with a py.typed."""
     assert "names.py" not in reported
 
 
+@pytest.mark.slow
 def test_type_checkers_know_the_words_of_arguments(reported):
     last = 2 + 3 * len(WORDS)
     for line in range(last - len(WORDS) + 1, last + 1):
