@@ -464,7 +464,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert taken == [decision.decided, of_ben, {}]
 
 
-def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folder):
+def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folder, undrawn):
     solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--box", "x1=0.1:0.9"]
     said(*solve, "--points", "32", "--study", "s.db")
     said("page", "s.db", "--out", "p.html")
@@ -668,7 +668,7 @@ def test_a_brush_rejects_no_better_design(reader, frame, k):
     assert None not in reader.state["limits"][OBJECTIVES[k]]
 
 
-def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said):
+def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said, undrawn):
     Path("f.csv").write_text("gain,cost\n-.31415,9\n20000.5,5\n3000.25,7\n-4000,11\n0,4\n")
     words = ("f.csv", "--maximize", "gain")  # which turns the sign of a zero
     printed = said("rank", *words)
