@@ -1,28 +1,35 @@
 """How much a person regrets what :class:`pymoo_psi.Preferences` proposes after a few questions.
 
 Usage:
-    python -m benchmarks.questions [--people 100] [--set test|more|chosen]
+    python -m benchmarks.questions [--people 100] [--set test|more|chosen] [--bounds]
 
-Hidden people have weights, uniform on the simplex, and answer by their weighted distance, some of
-them wrongly. The regret of a design is the share of the difference between the person's best and
-median design that it loses. Fronts have at most 200 designs. Those of TEST and MORE were used for
-nothing before: the constants of the method were chosen with those of CHOSEN and with random fronts.
+Hidden people have weights, uniform on the simplex, and answer by their weighted distance. The
+regret of a design is the share of the difference between the person's best and median design that
+it loses. Wrong answers are not drawn: the regret is the mean over all sequences of right and wrong
+ones, each with its probability. Fronts have at most 200 designs. Those of TEST and MORE were used
+for nothing before: the constants of the method were chosen with those of CHOSEN and with random
+fronts.
 
-For comparison: as many random pairs of designs with the same model of answers; weights that the
-person states, each wrong by a factor between 1/2 and 2, in the best design of
-:class:`pymoo_psi.CompromiseProgramming`; and COMET (``pip install pymcdm``), which asks about pairs
-of made-up designs, three values an objective: 36 questions for two objectives, 351 for three.
+For comparison: as many random pairs of designs with the same model of answers, SERIES series of
+them; weights that the person states, each wrong by a factor between 1/2 and 2, in the best design
+of :class:`pymoo_psi.CompromiseProgramming`; and COMET (``pip install pymcdm``), which asks about
+pairs of made-up designs, three values an objective: 36 questions for two objectives, 351 for three.
+
+``--bounds`` prints how little anybody could regret who knows that people measure by p = 2 and give
+one wrong answer in ten: by the pairs of the front, the best next one of all; and by any questions
+at all, each of which may split the weights into any two sets, with the best design for each
+sequence of answers. The last is a local optimum by the Lloyd algorithm, the best of RESTARTS.
 """
 
 from __future__ import annotations
 
 import argparse
-import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from benchmarks.comparison_problems import kept_reference
@@ -41,7 +48,8 @@ Array = NDArray[np.float64]
 N_DESIGNS = sized(200, 30)
 ASKED = sized((0, 1, 2, 3, 5, 8), (0, 1))
 # The hidden norm, and the share of wrong answers.
-CASES = ((2, 0.0), (2, 0.1), (1, 0.0), (np.inf, 0.0))
+WRONG = 0.1
+CASES = ((2, 0.0), (2, WRONG), (1, 0.0), (np.inf, 0.0))
 WORDS = {2: "p = 2", 1: "p = 1", np.inf: "p = ∞"}
 CHOSEN = (
     "chute-full-0.2",
@@ -66,6 +74,11 @@ REFERENCES = (
     "stepped_cantilever",
 )
 ANSWERS_SEED = 64
+SERIES = sized(5, 2)  # of random pairs
+BOUNDED = sized((3, 5), (1,))  # numbers of answers
+N_BOUND = sized(1024, 20)  # people
+N_PAIRS = sized(4000, 20)
+RESTARTS = sized(30, 2)
 
 
 def crash(x: Array) -> Array:
@@ -126,56 +139,129 @@ def distances_of(F: Array, weights: Array, p: float) -> Array:
     return np.linalg.norm(weights[:, None] * F, ord=p, axis=2)
 
 
-class Questions:
-    """The questions about a front after any answers, each computed once for all people."""
-
-    def __init__(self, F: Array) -> None:
-        self.person = Preferences(F)
-        self.known: dict[tuple[tuple[int, int], ...], tuple[int, Any]] = {}
-
-    def after(self, answers: tuple[tuple[int, int], ...]) -> tuple[int, Any]:
-        """Return the proposal and the question after answers: pairs, the better design first."""
-        if answers not in self.known:
-            proposal = answered(self.person, answers)
-            self.known[answers] = proposal, self.person.question()
-        return self.known[answers]
+def regrets_of(F: Array, weights: Array, p: float) -> Array:
+    """Return ``(people, designs)`` regrets: 0 of the best design, 1 of the median one."""
+    distances = distances_of(F, weights, p)
+    least = distances.min(axis=1, keepdims=True)
+    return (distances - least) / (np.median(distances, axis=1, keepdims=True) - least)
 
 
-def answered(person: Preferences, answers: tuple[tuple[int, int], ...]) -> int:
-    """Return the proposal after these answers instead of those that were given."""
-    while person.answers:
-        person.take_back()
-    for better, worse in answers:
-        person.answer(better, worse)
-    return int(person.best)
+class Dialogue:
+    """All sequences of answers to the questions about a front, each asked once for all people.
+
+    Attributes:
+        depth: The most answers.
+        nodes: For each sequence of answers, which says for each question whether its first design
+            is preferred: the proposal and the next question, None if there is none.
+    """
+
+    def __init__(self, F: Array, depth: int, pairs: Sequence[tuple[int, int]] = ()) -> None:
+        """Ask the questions of the method, or these pairs."""
+        self.depth = depth
+        self.nodes: dict[tuple[bool, ...], tuple[int, tuple[int, int] | None]] = {}
+        self._person = Preferences(F)
+        self._pairs = pairs
+        self._visit(())
+
+    def _visit(self, answers: tuple[bool, ...]) -> None:
+        pair = None
+        if len(answers) < self.depth:
+            pair = self._person.question() if not self._pairs else self._pairs[len(answers)]
+        self.nodes[answers] = self._person.best, pair
+        if pair is None:
+            return
+        for is_first in (True, False):
+            self._person.answer(*(pair if is_first else pair[::-1]))
+            self._visit((*answers, is_first))
+            self._person.take_back()
+
+    def regrets(self, regrets: Array, share: float) -> Array:
+        """Return ``(people, depth + 1)`` expected regrets after 0, 1, 2, … answers.
+
+        Args:
+            regrets: ``(people, designs)`` the regret of each design, by which people answer.
+            share: The probability that an answer is wrong.
+        """
+        expected = np.zeros((len(regrets), self.depth + 1))
+        chances = {(): np.ones(len(regrets))}
+        for answers, (proposal, pair) in self.nodes.items():  # each after what precedes it
+            chance = chances[answers]
+            asked = len(answers)
+            if pair is None:  # the proposal stays
+                expected[:, asked:] += (chance * regrets[:, proposal])[:, None]
+                continue
+            expected[:, asked] += chance * regrets[:, proposal]
+            is_first = np.where(regrets[:, pair[0]] <= regrets[:, pair[1]], 1 - share, share)
+            chances[(*answers, True)] = chance * is_first
+            chances[(*answers, False)] = chance * (1 - is_first)
+        return expected
 
 
-def dialogues(questions: Questions, distances: Array, wrong: Array, pairs: Array | None) -> Array:
-    """Return ``(people, counts)`` designs that are proposed after numbers of questions.
+def best_pairs(regrets: Array, share: float, depth: int, generator: Generator) -> list[float]:
+    """Return the mean regret after 0, 1, 2, … answers of who knows the law of the answers.
+
+    Each question is the pair, of at most N_PAIRS, after whose answer the regret is the least.
 
     Args:
-        questions: Those about the front.
-        distances: ``(people, designs)`` the distances by which people answer.
-        wrong: ``(people, questions)`` which answers are wrong.
-        pairs: ``(people, questions, 2)`` the pairs to ask; those of the method unless given.
+        regrets: ``(people, designs)`` those of people as likely as each other.
+        share: The probability that an answer is wrong.
+        depth: The most answers.
+        generator: Draws the pairs.
     """
-    proposals = np.zeros((len(distances), max(ASKED) + 1), dtype=int)
-    for k, values in enumerate(distances):
-        answers: tuple[tuple[int, int], ...] = ()
-        for n in range(max(ASKED) + 1):
-            if pairs is None:
-                proposals[k, n], pair = questions.after(answers)
-            else:
-                proposals[k, n] = answered(questions.person, answers)
-                pair = pairs[k, n]
-            if pair is None:
-                proposals[k, n:] = proposals[k, n]
-                break
-            one, other = pair
-            if (values[one] > values[other]) != wrong[k, n]:
-                one, other = other, one
-            answers = (*answers, (int(one), int(other)))
-    return proposals[:, ASKED]
+    one, other = generator.permutation(np.transpose(np.triu_indices(regrets.shape[1], 1)))[
+        :N_PAIRS
+    ].T
+    is_first = np.unique((regrets[:, one] < regrets[:, other]).T, axis=0)
+    chances_of_first = np.where(is_first, 1 - share, share)
+    level = [np.full(len(regrets), 1 / len(regrets))]
+    means = []
+    for _ in range(depth + 1):
+        means.append(sum((chances @ regrets).min() for chances in level))
+        following = []
+        for chances in level:
+            first = (chances_of_first * chances) @ regrets
+            after = first.min(axis=1) + (chances @ regrets - first).min(axis=1)
+            best = chances_of_first[after.argmin()]
+            following += [chances * best, chances * (1 - best)]
+        level = following
+    return means
+
+
+def any_questions(regrets: Array, share: float, depth: int, generator: Generator) -> float:
+    """Return the least mean regret found after answers to questions of any kind.
+
+    In turn, each person answers so that the expected regret is the least, and each sequence of
+    answers gets the best design.
+
+    Args:
+        regrets: As for :func:`best_pairs`.
+        share: As there.
+        depth: The number of answers.
+        generator: Draws the designs to begin with.
+    """
+    n_people, n_designs = regrets.shape
+    least = np.inf
+    for _ in range(RESTARTS):
+        designs = generator.integers(n_designs, size=2**depth)
+        before = np.inf
+        mean = np.inf
+        while mean == np.inf or mean < before - 1e-5:
+            before = mean
+            expected = regrets[:, designs]
+            choices = []
+            while expected.shape[1] > 1:
+                first, second = expected[:, ::2], expected[:, 1::2]
+                choices.append(np.where(first <= second, 1 - share, share))
+                expected = choices[-1] * first + (1 - choices[-1]) * second
+            chances = np.ones((n_people, 1))
+            for choice in reversed(choices):
+                both = np.stack([chances * choice, chances * (1 - choice)], axis=2)
+                chances = both.reshape(n_people, -1)
+            losses = chances.T @ regrets / n_people
+            designs = losses.argmin(axis=1)
+            mean = losses.min(axis=1).sum()
+        least = min(least, mean)
+    return least
 
 
 def comet(F: Array, distances: Callable[[Array], Array]) -> int:
@@ -189,52 +275,60 @@ def comet(F: Array, distances: Callable[[Array], Array]) -> int:
     return int(COMET(levels, FunctionExpert(answer))(F).argmax())
 
 
-def study(name: str, n_people: int) -> list[dict[str, Any]]:
+def study(name: str, n_people: int, seed: int) -> list[dict[str, Any]]:
     """Return the regret of each person, method, case and number of questions."""
     F = front_of(name)
     n, m = F.shape
-    generator = np.random.default_rng(ANSWERS_SEED)
+    generator = np.random.default_rng([ANSWERS_SEED, seed])
     weights = generator.dirichlet(np.ones(m), n_people)
-    draws = generator.random((n_people, max(ASKED) + 1))
-    pairs = generator.integers(n, size=(n_people, max(ASKED) + 1, 2))
-    pairs[..., 1] = (pairs[..., 0] + 1 + pairs[..., 1] % (n - 1)) % n  # two different ones
     stated = weights * 2 ** generator.uniform(-1, 1, weights.shape)
-    questions = Questions(F)
+    depth = max(ASKED)
+    dialogues = {"questions": [Dialogue(F, depth)], "random pairs": []}
+    for _ in range(SERIES):
+        pairs = [tuple(generator.choice(n, 2, replace=False).tolist()) for _ in range(depth)]
+        dialogues["random pairs"].append(Dialogue(F, depth, pairs))
     rows = []
     for p, share in CASES:
-        distances = distances_of(F, weights, p)
-        least = distances.min(axis=1)
-        stake = np.median(distances, axis=1) - least
+        regrets = regrets_of(F, weights, p)
+        case = f"{WORDS[p]}, {share:.0%} wrong"
 
-        def keep(method: str, asked: Any, proposals: Array) -> None:
-            lost = np.take_along_axis(distances, proposals[:, None], axis=1)[:, 0]  # noqa: B023
-            regrets = (lost - least) / stake  # noqa: B023
-            case = f"{WORDS[p]}, {share:.0%} wrong"  # noqa: B023
-            for regret in regrets:
+        def keep(method: str, asked: Any, values: Array) -> None:
+            for value in values:
                 rows.append(
-                    {
-                        "front": name,
-                        "case": case,
-                        "method": method,
-                        "asked": asked,
-                        "regret": regret,
-                    }
+                    {"front": name, "case": case, "method": method, "asked": asked, "regret": value}  # noqa: B023
                 )
 
-        wrong = draws < share
-        for method, asked_pairs in (("questions", None), ("random pairs", pairs)):
-            proposals = dialogues(questions, distances, wrong, asked_pairs)
-            for asked, column in zip(ASKED, proposals.T, strict=True):
-                keep(method, asked, column)
+        for method, series in dialogues.items():
+            means = np.mean([one.regrets(regrets, share) for one in series], axis=0)
+            for asked in ASKED:
+                keep(method, asked, means[:, asked])
+        people = np.arange(n_people)
         if share == 0:
-            keep("stated weights", "–", distances_of(F, stated, 2).argmin(axis=1))
+            keep("stated weights", "–", regrets[people, distances_of(F, stated, 2).argmin(axis=1)])
             if COMET is not None and m <= 3:
                 proposals = []
                 for w in weights:
                     of = lambda made_up, w=w: distances_of(made_up, w[None], p)[0]  # noqa: E731, B023
                     proposals.append(comet(F, of))
-                keep("COMET", 3**m * (3**m - 1) // 2, np.array(proposals))
+                keep("COMET", 3**m * (3**m - 1) // 2, regrets[people, proposals])
     return rows
+
+
+def print_bounds(names: Sequence[str]) -> None:
+    """Print for each front and in the mean how little anybody could regret."""
+    rows = {}
+    for seed, name in enumerate(names):
+        F = front_of(name)
+        generator = np.random.default_rng([ANSWERS_SEED, seed])
+        regrets = regrets_of(F, generator.dirichlet(np.ones(F.shape[1]), N_BOUND), 2)
+        by_pairs = best_pairs(regrets, WRONG, BOUNDED[-1], generator)
+        row = {f"best pairs, {n}": by_pairs[n] for n in BOUNDED}
+        for n in BOUNDED:
+            row[f"any questions, {n}"] = any_questions(regrets, WRONG, n, generator)
+        rows[name] = row
+    frame = pd.DataFrame(rows).T
+    frame.loc["mean"] = frame.mean()
+    print(f"With {WRONG:.0%} wrong, after so many questions:\n{frame.round(3).to_string()}")
 
 
 def table(frame: pd.DataFrame) -> list[str]:
@@ -261,11 +355,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--people", type=int, default=sized(100, 2))
     parser.add_argument("--set", choices=[*SETS], default="test")
+    parser.add_argument("--bounds", action="store_true")
     options = parser.parse_args()
     names = SETS[options.set][: sized(None, 2)]
-    rows = itertools.chain.from_iterable(study(name, options.people) for name in names)
-    frame = pd.DataFrame(rows)
     print(describe_machine())
+    if options.bounds:
+        print_bounds(names)
+        return
+    rows = []
+    for seed, name in enumerate(names):
+        rows += study(name, options.people, seed)
+    frame = pd.DataFrame(rows)
     print(f"{len(names)} fronts ({', '.join(names)}), {options.people} people each")
     print("\n".join(table(frame)))
     of_method = frame[frame["method"] == "questions"]

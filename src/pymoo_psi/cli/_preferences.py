@@ -13,19 +13,18 @@ import click
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.analysis import latest_positions
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, require_output, say
 from pymoo_psi.cli._source import decision_in, opened, say_source
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import Preferences
-from pymoo_psi.table import Decision, TestTable, entries_of
+from pymoo_psi.table import TestTable, entries_of
 
 Answer: TypeAlias = tuple[str, str, str]
 
 _KEYS = "a, b: this one rather; e: equal; s: skip; u: take back; q: end"
-_RELATIONS = {"a": ">", "e": "=", "s": "?"}
+_ANSWERS = {"a": (0, ">", 1), "b": (1, ">", 0), "e": (0, "=", 1), "s": (0, "?", 1)}
 _N_DIFFERENCES = 12  # columns in which two designs differ, the objectives first
 _NOBODY = "me"  # the name of a person who gives none
 
@@ -37,7 +36,7 @@ def run_prefer(options: Options) -> int:
         rule = "given where no terminal can be asked"
         raise invalid("--answers", rule, Received("a pipe"), '--answers "A>B, C=D"')
     table = opened(options.file, options, decision_in(options))
-    dialogue = _Dialogue(table, _person_in(options.person, table.decision), options.out)
+    dialogue = _Dialogue(table, options.person, options.out)
     for entry in entries_of(options.answers):
         dialogue.person.add(*_answer_in(entry, table))
     say_source(options.file, table)
@@ -65,20 +64,29 @@ class _Dialogue:
             them.
     """
 
-    def __init__(self, table: TestTable, name: str, out: Path) -> None:
+    def __init__(self, table: TestTable, name: str | None, out: Path) -> None:
+        """Take the former answers of a person.
+
+        Raises:
+            ArgumentValueError: There are positions of several people, and none is named.
+        """
+        # By name the latest, as positions are in the order of their dates.
+        former = {position["name"]: position["answers"] for position in table.decision.positions}
+        if name is None:
+            if len(former) > 1:
+                rule = "given, as there are several positions"
+                raise invalid("--as", rule, Received(", ".join(former)))
+            name = [*former, _NOBODY][0]
         self.person = Preferences(table)
         self.foreign: list[Answer] = []
         self._table = table
         self._name = name
         self._out = out
-        for position in latest_positions(table.decision.positions):
-            if position["name"] != name:
-                continue
-            for answer in position["answers"]:
-                try:
-                    self.person.add(*answer)
-                except PsiError:
-                    self.foreign.append(answer)
+        for answer in former.get(name, []):
+            try:
+                self.person.add(*answer)
+            except PsiError:
+                self.foreign.append(answer)
 
     def ask(self) -> None:
         """Ask until no question is left or the person ends; each answer is saved at once.
@@ -97,10 +105,9 @@ class _Dialogue:
                 return
             if key == "u":
                 self.person.take_back()
-            elif key == "b":
-                self.person.answer(pair[1], pair[0])
             else:
-                self.person.add(pair[0], _RELATIONS[key], pair[1])
+                first, relation, second = _ANSWERS[key]
+                self.person.add(pair[first], relation, pair[second])
             self.save()
             say(self.person.sentences[0])
             pair = self.person.question()
@@ -112,7 +119,7 @@ class _Dialogue:
         decision = self._table.decision
         position = {
             "name": self._name,
-            "date": f"{datetime.now(timezone.utc):%Y-%m-%dT%H:%M:%S.%f}"[:-3] + "Z",
+            "date": datetime.now(timezone.utc).isoformat(timespec="milliseconds"),
             "chosen": best,
             "limits": {name: limit.plain for name, limit in self._table.limits.items()},
             "reason": reason,
@@ -141,7 +148,7 @@ def _pressed() -> str:
             key = str(click.getchar()).lower()
         except EOFError:
             return "q"
-        if key in (*_RELATIONS, "b", "u", "q"):
+        if key in (*_ANSWERS, "u", "q"):
             return key
 
 
@@ -161,20 +168,6 @@ def _show(table: TestTable, one: str, other: str) -> None:
         lines.append([schema[name].heading, *texts])
     frame = pd.DataFrame(lines, columns=["", f"a: {one}", f"b: {other}"])
     print_frame(frame.head(_N_DIFFERENCES), "Which one would you rather have?")
-
-
-def _person_in(name: str | None, decision: Decision) -> str:
-    """Return the name of the person who answers.
-
-    Raises:
-        ArgumentValueError: There are positions of several people, and none is named.
-    """
-    if name is not None:
-        return name
-    names = [position["name"] for position in latest_positions(decision.positions)]
-    if len(names) > 1:
-        raise invalid("--as", "given, as there are several positions", Received(", ".join(names)))
-    return str([*names, _NOBODY][0])
 
 
 def _answer_in(entry: str, table: TestTable) -> Answer:

@@ -1,23 +1,22 @@
 // "Help me choose": which of two designs somebody would rather have, and what the answers say.
 
-let model = null // what is known before the first answer, of the ranking `modelled`
-let modelled = null
+let model = null // what is known before the first answer
 let sayings = new Map() // what answers say, by their text
 let question = null // the two rows that are asked about
 
+// What the answers that count say, `counting`, and the rest of it.
 function said(answers) {
-  if (modelled !== ranking) [model, modelled, sayings] = [new Preferences(data, ranking), ranking, new Map()]
-  const counted = countedAnswers(data, ranking, answers)
-  const key = counted.join(";")
-  if (!sayings.has(key)) sayings.set(key, model.after(counted))
+  if (model?.front !== ranking.front) [model, sayings] = [new Preferences(data, ranking), new Map()]
+  const counting = countedAnswers(data, ranking, answers)
+  const key = counting.join(";")
+  if (!sayings.has(key)) sayings.set(key, {counting, ...model.after(counting)})
   return sayings.get(key)
 }
 
 function openQuestions() {
   show("questions", true)
   update()
-  $("questions").focus()
-  $("questions").scrollIntoView({block: "nearest"})
+  $("questions").focus() // which scrolls to it
 }
 function closeQuestions() {
   show("questions", false)
@@ -29,32 +28,30 @@ function answer(relation, first = 0) {
   change({answers: [...state.answers, [called(question[first]), relation, called(question[1 - first])]]})
   update()
 }
-const forget = () => change({answers: state.answers.slice(0, -1)})
 
-const ANSWERS = {a: () => answer(">"), b: () => answer(">", 1), e: () => answer("="), s: () => answer("?"), u: forget, escape: closeQuestions}
+const ANSWERS = {a: () => answer(">"), b: () => answer(">", 1), e: () => answer("="), s: () => answer("?"),
+  u: () => change({answers: state.answers.slice(0, -1)}), escape: closeQuestions}
 
-// One of two designs: only where it differs from the other, its objectives large.
+// One of two designs: only where it differs from the other, its objectives first and large.
 function card(row, other, letter) {
-  const list = (columns, kind) => columns.filter((column) => cellText(column, row) !== cellText(column, other)).map((column) =>
-    make(`div.${kind}`, make("dt", column.name), make("dd", isNumber(column.values[row]) && !column.texts ? withUnit(column, cellText(column, row)) : cellText(column, row))))
-  const others = limitable.filter((column) => !isObjective(column))
+  const differing = limitable.filter((column) => cellText(column, row) !== cellText(column, other))
   return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {ariaLabel: `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
-    make("dl", list(data.objectives, "large"), list(others, "small").slice(0, 8)))
+    make("dl", differing.slice(0, 12).map((column) => make(isObjective(column) ? "div.large" : "div", make("dt", column.label), make("dd", cellText(column, row))))))
 }
 
 function showQuestions() {
   if (dragging || $("questions").hidden) return
   question = null
   if (ranking.count) {
-    const {row, regret, shares, enough, question: pair} = said(state.answers)
-    question = pair
-    const counting = countedAnswers(data, ranking, state.answers)
-    const answered = counting.filter(([, relation]) => relation !== "?").length
+    const told = said(state.answers)
+    const {row, counting} = told
     const leftOut = state.answers.length - counting.length
+    const answers = counted(counting.filter(([, relation]) => relation !== "?").length, "answer")
+    question = told.question
     renew("answer-words",
-      make("p", sentence(data, "preferred", {answers: counted(answered, "answer"), design: called(row), share: percent(shares.get(row) ?? 0), regret: percent(regret)})),
+      make("p", sentence(data, "preferred", {answers, design: called(row), share: percent(told.shares.get(row)), regret: percent(told.regret)})),
       make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
-      !pair && make("p", sentence(data, enough ? "enough" : "none left")),
+      !question && make("p", sentence(data, told.regret < ENOUGH ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`),
       make("ul", makeAll("li", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean))))
   } else renew("answer-words", make("p", "No design is left."))
@@ -64,7 +61,7 @@ function showQuestions() {
   $("back").disabled = !state.answers.length
 }
 
-// Of several people the share of each design, and the design with the greatest smallest one.
+// Of several people the shares of designs: first the one with the greatest smallest share.
 function showShares() {
   if (dragging) return
   const held = latest(state.positions).filter(({answers}) => answers.length)
@@ -72,17 +69,16 @@ function showShares() {
   show("shares", isShown)
   if (!isShown) return
   const all = held.map(({answers}) => said(answers).shares)
-  const designs = [...all[0].keys()].map((row) => {
-    const shares = all.map((one) => one.get(row))
-    return {row, shares, least: min(...shares), most: max(...shares)}
-  }).sort((a, b) => b.most - a.most || a.row - b.row)
-  const common = designs.reduce((a, b) => round(b.least / TIE) > round(a.least / TIE) ? b : a)
-  const shown = designs.filter((one, k) => (k < 6 && one.most >= 0.01) || one === common)
+  const rows = [...all[0].keys()]
+  const ends = (sign) => rows.map((row) => endOf(all.map((shares) => shares.get(row)), sign))
+  const [least, most] = [ends(1), ends(-1)]
+  const [common] = bySize(least)
+  const shown = [...new Set([common, ...bySize(most).slice(0, 5)])].map((k) => rows[k])
   renew("shares-table",
     make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
-    make("tbody", shown.map(({row, shares}) => make("tr", head("row", inspectButton(row)),
-      shares.map((share) => make("td.number", percent(share)))))))
-  renew("shares-words", sentence(data, "common", {design: called(common.row), share: percent(common.least)}))
+    make("tbody", shown.map((row) => make("tr", head("row", inspectButton(row)),
+      all.map((shares) => make("td.number", percent(shares.get(row))))))))
+  renew("shares-words", sentence(data, "common", {design: called(shown[0]), share: percent(least[common])}))
 }
 
 function buildQuestions() {

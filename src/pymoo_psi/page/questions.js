@@ -1,185 +1,153 @@
 // A few questions find the design that a person wants (pareto's Preferences, by the same steps; the
 // reasons for its numbers stand there).
 
-const NORMS = [[2, 1024, 0.8], [1, 256, 0.1], [Infinity, 256, 0.1]] // with their weights and probability
-const [PROPOSED, OF_MEDIAN, ASKED] = [256, 128, 12] // the most designs
-const [SHARPNESS, MISTAKES, CERTAIN, ENOUGH, OPEN] = [60, 0.15, 0.9, 0.01, 1e-3]
-const [VISIBLE, ALIKE] = [0.01, 0.04] // in units of the ranges
+const [N_WEIGHTS, N_OTHERS, AVERAGED, LIKELIEST, ASKED] = [1024, 128, 128, 256, 12]
+const [SHARPNESS, MISTAKES, CERTAIN, ENOUGH] = [30, 0.12, 0.9, 0.01]
+const [VISIBLE, ALIKE, CHEBYSHEV_SUM] = [0.01, 0.04, 1e-9]
 const RELATIONS = [">", "=", "?"] // the first is preferred, both are as good, the question was skipped
 
-// The places of values, the greatest first, and the first of the greatest; what differs by less than
-// TIE is equal.
-const bySizes = (values) => [...values.keys()].sort((a, b) => round(values[b] / TIE) - round(values[a] / TIE) || a - b)
+// The first of the greatest values; what differs by less than TIE is equal.
 function firstGreatest(values) {
   const reach = endOf(values, -1) - TIE
   return values.findIndex((value) => value >= reach)
 }
 
-// What is known of a person before the first answer.
-//   steps             for each objective, how far the front is from its best values; what is seen
-//   terms             for each of the m objectives that have a weight, what it weighs
-//   weights, norms    m for each of n; prior, their probabilities
-//   candidates        places in the front of what can be proposed
-//   values            of the candidates, for each weight; winners, the candidate that it proposes
+// What is known of a person before the first answer. Designs are places in the front.
+//   steps         for each objective, how far they are from its best value; what is seen
+//   terms         of each design, what the weights multiply, those of repeated objectives left out
+//   weights       the first of them measure by the norm 1, others by the greatest part, most by 2
+//   candidates    what can be proposed: the designs that are the best for some weights
+//   winners       for each weight, which of these is the best
+//   scales        for each weight, the least distance and what is at stake
+//   values        for each weight, of the candidates: 1 for the best one, 0 for an average one
 class Preferences {
   constructor(data, {front, frame}) {
     this.front = front
     const columns = data.F.map((column, j) => Float64Array.from(front, (i) => max(0, (column[i] - frame.ideal[j]) / frame.scale[j])))
-    const most = max(...columns.map((column) => endOf(column, -1))) || 1
     const varied = columns.filter((column) => endOf(column, -1) > endOf(column, 1))
-    const scaled = (varied.length ? varied : columns.slice(0, 1)).map((column) => column.map((term) => term / most))
-    this.steps = scaled.map((column) => {
+    this.steps = varied.map((column) => {
       const [low, high] = [endOf(column, 1), endOf(column, -1)]
-      return column.map((term) => (term - low) / max(high - low, 1e-300))
+      return column.map((term) => (term - low) / (high - low))
     })
     const isAlike = (one, other) => sqrt(sum(one.map((step, i) => (step - other[i]) ** 2)) / front.length) <= ALIKE
-    this.terms = scaled.filter((_, j) => this.steps.findIndex((other) => isAlike(other, this.steps[j])) === j)
-    this.m = this.terms.length
-    this.norms = NORMS.flatMap(([p, count]) => Array(count).fill(p))
-    this.prior = Float64Array.from(NORMS.flatMap(([, count, share]) => Array(count).fill(share / count)))
-    this.weights = Float64Array.from(NORMS.flatMap(([, count]) => this.simplex(data.points, count)))
-    this.n = this.norms.length
-    this.findCandidates()
+    const weighted = varied.filter((_, j) => this.steps.findIndex((other) => isAlike(other, this.steps[j])) === j)
+    const all = upTo(front.length)
+    this.terms = Array.from(all, (i) => weighted.map((column) => column[i]))
+    this.weights = simplexWeights(data.points, weighted.length)
+    const nearest = this.weights.map((_, w) => {
+      const distances = this.distances(w, all)
+      return distances.indexOf(endOf(distances, 1))
+    })
+    this.candidates = [...new Set(nearest)].sort((a, b) => a - b)
+    this.winners = nearest.map((place) => this.candidates.indexOf(place))
+    const step = ceil(front.length / AVERAGED)
+    const some = all.filter((i) => i % step === 0)
+    this.scales = this.weights.map((_, w) => {
+      const least = endOf(this.distances(w, this.candidates), 1)
+      return [least, max(sum(this.distances(w, some)) / some.length - least, 1e-12)]
+    })
+    this.values = this.weights.map((_, w) => this.valued(w, this.candidates))
   }
 
-  // Weights that lie evenly on the simplex, of the first points of the LPτ sequence.
-  simplex(points, count) {
-    const weights = []
-    for (let i = 0; i < count; i++) {
-      let left = 1
-      for (let rest = this.m - 1; rest > 0; rest--) {
-        const point = points[this.m - 1 - rest][i] / 1024 + 0.5 / count
-        const share = left * (1 - (point % 1) ** (1 / rest))
-        weights.push(max(0, share))
-        left -= share
-      }
-      weights.push(max(0, left))
-    }
-    return weights
-  }
-
-  // The distances of some designs of the front by a weight. Loops over columns, as there are many.
   distances(w, places) {
-    const norm = this.norms[w]
+    const weight = this.weights[w]
     const result = new Float64Array(places.length)
-    this.terms.forEach((column, j) => {
-      const share = this.weights[w * this.m + j]
-      for (let k = 0; k < places.length; k++) {
-        const part = share * column[places[k]]
-        if (norm === 1) result[k] += part
-        else if (norm === 2) result[k] += part * part
-        else if (part > result[k]) result[k] = part
+    for (let k = 0; k < places.length; k++) {
+      const terms = this.terms[places[k]]
+      let total = 0
+      let square = 0
+      let greatest = 0
+      for (let j = 0; j < terms.length; j++) {
+        const part = weight[j] * terms[j]
+        total += part
+        square += part * part
+        if (part > greatest) greatest = part
       }
-    })
-    return norm === 2 ? result.map(sqrt) : result
-  }
-
-  // The nearest design by a weight. By the greatest term, the sum of all tells designs apart for which
-  // that is the same.
-  nearest(w, places) {
-    const distances = this.distances(w, places)
-    if (this.norms[w] === Infinity) this.terms.forEach((column, j) => {
-      const share = 1e-9 * this.weights[w * this.m + j]
-      for (let i = 0; i < column.length; i++) distances[i] += share * column[i]
-    })
-    return distances.indexOf(endOf(distances, 1))
-  }
-
-  findCandidates() {
-    const n = this.front.length
-    const firsts = new Map() // of equal designs
-    const all = upTo(n)
-    const first = all.map((i) => {
-      const key = this.terms.map((column) => column[i]).join()
-      if (!firsts.has(key)) firsts.set(key, i)
-      return firsts.get(key)
-    })
-    const counts = new Float64Array(n)
-    for (let w = 0; w < this.n; w++) counts[first[this.nearest(w, all)]] += this.prior[w]
-    this.candidates = bySizes(counts).slice(0, PROPOSED).filter((i) => counts[i] > 0).sort((a, b) => a - b)
-    const few = min(n, OF_MEDIAN)
-    const some = upTo(few).map((i) => floor(i * n / few))
-    this.scales = [] // the least distance and what is at stake
-    this.values = []
-    for (let w = 0; w < this.n; w++) {
-      const others = this.distances(w, some).sort()
-      const own = this.distances(w, this.candidates)
-      const least = endOf(own, 1)
-      const middle = (others[(few - 1) >> 1] + others[few >> 1]) / 2
-      this.scales.push([least, max(max(middle, others[few - 1] / 4) - least, 1e-12)])
-      this.values.push(this.valued(w, own))
-    }
-    this.winners = this.values.map(firstGreatest)
-  }
-
-  valued(w, distances) {
-    const [least, stake] = this.scales[w]
-    return distances.map((distance) => max(1 - (distance - least) / stake, -1))
-  }
-
-  // The sums over all weights of their chances times the values of the candidates.
-  expected(chances) {
-    const result = new Float64Array(this.candidates.length)
-    for (let w = 0; w < this.n; w++) {
-      const values = this.values[w]
-      for (let j = 0; j < values.length; j++) result[j] += chances[w] * values[j]
+      result[k] = w >= 2 * N_OTHERS ? sqrt(square) : w < N_OTHERS ? total : greatest + CHEBYSHEV_SUM * total
     }
     return result
+  }
+
+  valued(w, places) {
+    const [least, stake] = this.scales[w]
+    return this.distances(w, places).map((distance) => 1 - (distance - least) / stake)
   }
 
   // What answers say: lists of a row, a relation and another row, all of the front.
   //   row, regret    the proposal and its expected regret
   //   shares         the probability that a row is the best, a Map
-  //   question       two rows, or null; `enough` if another answer is not worth it
+  //   question       two rows, or null where another answer is not worth it
   after(answers) {
-    let {prior: chances} = this
-    const asked = new Set()
+    let chances = this.weights.map(() => 1 / N_WEIGHTS)
     for (const [one, relation, other] of answers) {
-      asked.add(pairKey(one, other))
       if (relation === "?") continue
       const places = [one, other].map((row) => this.front.indexOf(row))
       chances = chances.map((chance, w) => {
-        const c = chanceOf(...this.valued(w, this.distances(w, places)))
+        const c = chanceOf(...this.valued(w, places))
         return chance * (relation === "=" ? 4 * c * (1 - c) : c)
       })
       const total = sum(chances)
       chances = chances.map((chance) => chance / total)
     }
-    const expected = this.expected(chances)
+    const expected = expectedValues(chances, this.values)
     const best = firstGreatest(expected)
     const regret = max(0, 1 - endOf(expected, -1))
-    const likely = new Float64Array(expected.length)
-    for (let w = 0; w < this.n; w++) likely[this.winners[w]] += chances[w]
-    const rowOfCandidate = (k) => this.front[this.candidates[k]]
-    const shares = new Map([...likely.keys()].map((k) => [rowOfCandidate(k), likely[k]]))
-    const enough = regret < ENOUGH
+    const likely = this.candidates.map(() => 0)
+    this.winners.forEach((k, w) => { likely[k] += chances[w] })
+    const rows = this.candidates.map((place) => this.front[place])
+    const shares = new Map(rows.map((row, k) => [row, likely[k]]))
     likely[best] += 1
-    const pair = enough ? null : this.question(chances, expected, likely, asked)
-    return {row: rowOfCandidate(best), regret, shares, enough, question: pair && pair.map(rowOfCandidate)}
+    const question = regret < ENOUGH ? null : this.question(chances, bySize(likely).slice(0, LIKELIEST), answers)
+    return {row: rows[best], regret, shares, question}
   }
 
-  // The pair of candidates after whose answer the proposal is expected to be regretted least.
-  question(chances, expected, likely, asked) {
-    const some = bySizes(likely).slice(0, ASKED).filter((c) => likely[c] > 0)
-    let [pair, most] = [null, -Infinity]
-    some.forEach((a, at) => some.slice(at + 1).forEach((b) => {
-      const [one, other] = [this.candidates[a], this.candidates[b]]
-      const visible = this.steps.filter((column) => abs(column[one] - column[other]) >= VISIBLE - TIE).length
-      if (visible < 2 || asked.has(pairKey(this.front[one], this.front[other]))) return
-      const prefers = chances.map((chance, w) => chance * chanceOf(this.values[w][a], this.values[w][b]))
+  // The rows of two of the likeliest candidates after whose comparison the proposal is expected to be
+  // regretted least.
+  question(chances, likeliest, answers) {
+    const values = this.values.map((own) => Float64Array.from(likeliest, (k) => own[k]))
+    const expected = expectedValues(chances, values)
+    const places = likeliest.slice(0, ASKED).map((k) => this.candidates[k])
+    let [question, most] = [null, -Infinity]
+    places.forEach((one, a) => places.forEach((other, b) => {
+      const rows = [this.front[one], this.front[other]]
+      const visible = this.steps.filter((column) => abs(column[one] - column[other]) >= VISIBLE - TIE)
+      const isKnown = answers.some(([first, , second]) => rows.includes(first) && rows.includes(second))
+      if (b <= a || visible.length < 2 || isKnown) return
+      const prefers = chances.map((chance, w) => chance * chanceOf(values[w][a], values[w][b]))
       const share = sum(prefers)
-      const certainty = (share - MISTAKES / 2) / (1 - MISTAKES)
-      if (!(certainty > 1 - CERTAIN && certainty < CERTAIN)) return
-      const favoured = this.expected(prefers)
-      const after = endOf(favoured, -1) + endOf(expected.map((value, c) => value - favoured[c]), -1) + OPEN * share * (1 - share)
-      if (after > most + TIE) [pair, most] = [[a, b], after]
+      if (!(share > 1 - CERTAIN && share < CERTAIN)) return
+      const favoured = expectedValues(prefers, values)
+      const after = endOf(favoured, -1) + endOf(expected.map((value, k) => value - favoured[k]), -1)
+      if (after > most + TIE) [question, most] = [rows, after]
     }))
-    return pair
+    return question
   }
 }
 
-const pairKey = (one, other) => [one, other].sort((a, b) => a - b).join()
-const chanceOf = (one, other) => (1 - MISTAKES) / (1 + Math.exp(-SHARPNESS * (one - other))) + MISTAKES / 2
+// The sums over all weights of their chances times the values of designs.
+function expectedValues(chances, values) {
+  const result = new Float64Array(values[0].length)
+  for (let w = 0; w < chances.length; w++) {
+    const [chance, own] = [chances[w], values[w]]
+    for (let k = 0; k < own.length; k++) result[k] += chance * own[k]
+  }
+  return result
+}
+
+const chanceOf = (one, other) => (1 + (1 - MISTAKES) * Math.tanh(SHARPNESS * (one - other))) / 2
+
+// Weights that lie evenly on the simplex, of the first points of the LPτ sequence.
+function simplexWeights(points, m) {
+  return Array.from({length: N_WEIGHTS}, (_, i) => {
+    let left = 1
+    const weights = []
+    for (let rest = m - 1; rest > 0; rest--) {
+      weights.push(left * (1 - ((points[m - 1 - rest][i] + 0.5) / N_WEIGHTS) ** (1 / rest)))
+      left -= weights.at(-1)
+    }
+    return [...weights, left]
+  })
+}
 
 // The answers of names that count here: those on designs that no other dominates.
 function countedAnswers(data, {pareto}, answers) {

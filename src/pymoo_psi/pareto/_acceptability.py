@@ -26,7 +26,7 @@ _N_WEIGHTS_OF_MANY = 2048
 _AT_ONCE = 1 << 18  # distances that are computed at once, so that they fit in a cache
 _ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
-_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
+CHEBYSHEV_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _FACTOR = 2.0  # the factor between weights in the sentence
 
 
@@ -212,10 +212,9 @@ def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> In
     if not np.isinf(p):
         weights = weights**p
         designs = designs**p  # no root is taken, as it changes no order
-    different = np.arange(len(designs))
-    if places > 1:
-        _, different = np.unique(designs, axis=0, return_index=True)
-        places = min(places, len(different))
+    _, different = np.unique(designs, axis=0, return_index=True)
+    different.sort()
+    places = min(places, len(different))
     nearest = np.empty((len(weights), places), dtype=np.int64)
     parts = [(np.arange(len(weights)), different, np.ascontiguousarray(designs[different].T))]
     while parts:
@@ -231,7 +230,7 @@ def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> In
             continue
         distances = part @ terms
         if np.isinf(p):
-            distances *= _SUM
+            distances *= CHEBYSHEV_SUM
             distances += (part[:, :, None] * terms).max(axis=1)
         for place in range(places):
             best = distances.argmin(axis=1)

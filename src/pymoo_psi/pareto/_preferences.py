@@ -27,6 +27,7 @@ from pymoo_psi._numbers import decimal_mark, percent
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid
 from pymoo_psi.pareto._acceptability import (
+    CHEBYSHEV_SUM,
     nearest_designs,
     require_norm,
     simplex_weights,
@@ -44,21 +45,17 @@ RELATIONS = (">", "=", "?")
 """Of two designs the first is preferred, both are equally good, or the question is skipped."""
 
 _N_WEIGHTS = 1024
-# A person may mean another norm than the assumed one: each of these has this many weights, and all
-# of them together this probability.
+# A person may mean another norm than the assumed one: an eighth of the weights measures by each.
 _ORDERS = (1.0, 2.0, np.inf)
-_N_OTHERS = 256
-_OF_OTHERS = 0.2
-_N_DESIGNS = 256  # designs that can be proposed
-_N_MEDIAN = 128  # designs of whose values the median is taken
+_N_OTHERS = 128
+_N_AVERAGED = 128  # designs of whose distances the average is taken
+_N_LIKELIEST = 256  # designs among which the proposal after an answer is looked for
 _N_ASKED = 12  # designs of which pairs are asked
-_SHARPNESS = 60.0  # a difference of a twentieth of what is at stake is told by a chance of 95 %
-_MISTAKES = 0.15  # the share of answers that have nothing to do with the values
+_SHARPNESS = 30.0  # a difference of a twentieth of what is at stake is told by a chance of 95 %
+_MISTAKES = 0.12  # the share of answers that have nothing to do with the values
 _VISIBLE = 0.01  # the least difference in two objectives that people can weigh, in ranges
-_CERTAIN = 0.9  # an answer of this probability, mistakes aside, is not asked for
+_CERTAIN = 0.9  # an answer of this probability is not asked for
 _ENOUGH = 0.01  # the expected regret at which the questions end
-_WORST = -1.0  # a bad design for weights that are hardly possible does not decide
-_OPEN = 1e-3  # what an open answer counts where no single answer changes the proposal
 _TIE = 1e-9  # what differs by less is equal
 
 
@@ -66,16 +63,16 @@ class Preferences(Shown):
     """What answers to questions say about the designs of a Pareto set.
 
     The value of a design for some weights is linear in the weighted distance of
-    :class:`pymoo_psi.CompromiseProgramming`: 1 for the best design, 0 for the median one of the
-    Pareto set, at least -1. The proposal has the greatest expected value, and its
-    expected regret is what this lacks of 1. An objective that nearly repeats an earlier one has no
-    weight of its own, so that nothing counts twice.
+    :class:`pymoo_psi.CompromiseProgramming`: 1 for the best design, 0 for the average distance of
+    the Pareto set. The proposal has the greatest expected value, and its expected regret is what
+    this lacks of 1. An objective that nearly repeats an earlier one has no weight of its own, so
+    that nothing counts twice.
 
     Args:
         F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
             accepts: a test table, a frame, a result of pymoo, a ranking.
-        p: Order of the norm that is assumed, from 1 to 32, or ``numpy.inf``. One of five persons
-            is expected to measure by another one of 1, 2 and infinity.
+        p: Order of the norm that is assumed, from 1 to 32, or ``numpy.inf``. One of eight
+            persons is expected to measure by each other one of 1, 2 and infinity.
         factor: Only weights between 1 / factor and factor times equal ones; all unless given.
         normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
         maximize: As for :func:`pymoo_psi.rank_of_efficiency`.
@@ -91,11 +88,10 @@ class Preferences(Shown):
         >>> F = [[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]]
         >>> person = Preferences(F)
         >>> person.best, person.question()
-        (2, (1, 3))
-        >>> person.answer(1, 3)
+        (2, (2, 1))
         >>> person.answer(1, 2)
         >>> person.best, round(person.regret, 2)
-        (1, 0.06)
+        (1, 0.11)
     """
 
     def __init__(
@@ -115,57 +111,44 @@ class Preferences(Shown):
         self._front, terms, weighted = weighted_terms(self.ranking)
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.
-        self._steps = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
-        has_weight = originals(self._steps) == np.arange(len(weighted))
+        steps = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
+        has_weight = originals(steps) == np.arange(len(weighted))
         self._weighted: Rows = weighted[has_weight]
         self._terms: Array = terms[:, has_weight]
-        m = len(self._weighted)
+        weights = simplex_weights(_N_WEIGHTS, len(self._weighted), factor)
         others = [order for order in _ORDERS if order != p]
-        self._weights = {float(p): simplex_weights(_N_WEIGHTS, m, factor)}
-        prior = [np.full(_N_WEIGHTS, (1 - _OF_OTHERS) / _N_WEIGHTS)]
-        for order in others:
-            self._weights[order] = simplex_weights(_N_OTHERS, m, factor)
-            prior.append(np.full(_N_OTHERS, _OF_OTHERS / len(others) / _N_OTHERS))
-        self._answers: list[tuple[int, str, int]] = []  # of Pareto-optimal designs, by position
-        self._chances = [np.concatenate(prior)]  # of the weights, after 0, 1, 2, … answers
-        self._find_candidates()
+        parts = np.split(weights, _N_OTHERS * np.arange(1, len(others) + 1))
+        self._weights = dict(zip([*others, p], parts, strict=True))
+        # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
+        self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
+        self._answers: list[tuple[int, str, int]] = []
+        # What can be proposed are the designs that are the best for some weights.
+        best = [nearest_designs(self._terms, w, q, 1)[:, 0] for q, w in self._weights.items()]
+        candidates, self._winners = np.unique(np.concatenate(best), return_inverse=True)
+        self._rows: Rows = self._front[candidates]
+        self._steps: Array = steps[candidates]
+        self._least = self._distances(candidates).min(axis=1, keepdims=True)
+        n = len(self._front)
+        some = np.arange(0, n, -(-n // _N_AVERAGED))
+        average = self._distances(some).mean(axis=1, keepdims=True)
+        self._stake = np.maximum(average - self._least, 1e-12)
+        self._values = self._values_of(candidates)
 
-    def _find_candidates(self) -> None:
-        """Find the designs that are the best for some weights, and what is at stake."""
-        _, first = np.unique(self._terms, axis=0, return_index=True)
-        different = np.sort(first)
-        nearest = []
-        for p, weights in self._weights.items():
-            nearest.append(nearest_designs(self._terms[different], weights, p, 1)[:, 0])
-        best = different[np.concatenate(nearest)]
-        counts = np.bincount(best, self._chances[0], len(self._front))
-        most = by_size(counts)[:_N_DESIGNS]
-        self._candidates: Rows = np.sort(most[counts[most] > 0])
-        k = min(len(self._front), _N_MEDIAN)
-        others = self._distances(np.arange(k) * len(self._front) // k)
-        self._least = self._distances(self._candidates).min(axis=1)
-        # Of few designs, the median one may be the best one.
-        stake = np.maximum(np.median(others, axis=1), others.max(axis=1) / 4) - self._least
-        self._stake = np.maximum(stake, 1e-12)
-        self._values = self._values_of(self._candidates)
-        most_valued = self._values.max(axis=1)[:, None]
-        self._winners: Rows = (self._values >= most_valued - _TIE).argmax(axis=1)
-
-    def _distances(self, rows: Rows) -> Array:
-        """``(n_weights, k)`` weighted distances of some Pareto-optimal designs."""
-        terms = self._terms[rows]
+    def _distances(self, positions: Rows) -> Array:
+        """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""
+        terms = self._terms[positions]
         blocks = []
         for p, weights in self._weights.items():
             if np.isinf(p):
-                blocks.append((weights[:, None] * terms).max(axis=2))
+                greatest = (weights[:, None] * terms).max(axis=2)
+                blocks.append(greatest + CHEBYSHEV_SUM * weights @ terms.T)
             else:
                 blocks.append((weights**p @ (terms**p).T) ** (1 / p))
         return np.concatenate(blocks)
 
-    def _values_of(self, rows: Rows) -> Array:
-        """``(n_weights, k)`` values of Pareto-optimal designs: 1 the best one, 0 the median."""
-        losses = (self._distances(rows) - self._least[:, None]) / self._stake[:, None]
-        return np.asarray(np.maximum(1 - losses, _WORST))
+    def _values_of(self, positions: Rows) -> Array:
+        """``(n_weights, k)`` values of Pareto-optimal designs: 1 the best one, 0 the average."""
+        return np.asarray(1 - (self._distances(positions) - self._least) / self._stake)
 
     # What the answers say
 
@@ -176,11 +159,7 @@ class Preferences(Shown):
         Between them is ">" if the first is preferred, "=" if they are equally good, "?" if the
         question was skipped.
         """
-        answers = []
-        for one, relation, other in self._answers:
-            names = [self._name(row) for row in self._front[[one, other]]]
-            answers.append((names[0], relation, names[1]))
-        return answers
+        return [(self._name(a), relation, self._name(b)) for a, relation, b in self._answers]
 
     @property
     def _expected(self) -> Array:
@@ -190,7 +169,7 @@ class Preferences(Shown):
     @property
     def row(self) -> int:
         """The row in the ranking of the design that is proposed."""
-        return int(self._front[self._candidates[_first_greatest(self._expected)]])
+        return int(self._rows[_first_greatest(self._expected)])
 
     @property
     def best(self) -> Any:
@@ -199,7 +178,7 @@ class Preferences(Shown):
 
     @property
     def regret(self) -> float:
-        """The expected regret of the proposal; 1 is that of the median design."""
+        """The expected regret of the proposal; 1 is that of the average distance."""
         return max(float(1 - self._expected.max()), 0.0)
 
     @property
@@ -208,9 +187,9 @@ class Preferences(Shown):
 
         Of equal designs the first one has it.
         """
-        shares = np.zeros(len(self.ranking.pareto))
-        np.add.at(shares, self._front[self._candidates[self._winners]], self._chances[-1])
-        return shares
+        winners = self._rows[self._winners]
+        shares = np.bincount(winners, self._chances[-1], len(self.ranking.pareto))
+        return np.asarray(shares, dtype=float)
 
     @property
     def weights(self) -> pd.DataFrame:
@@ -254,11 +233,10 @@ class Preferences(Shown):
         """
         import pandas as pd
 
-        rows = self._front[self._candidates]
         objectives = self.ranking.objectives
-        names = list(map(self._name, rows))
-        frame = pd.DataFrame(objectives.values[rows], names, list(objectives.names))
-        frame["share"] = self.shares[rows]
+        names = list(map(self._name, self._rows))
+        frame = pd.DataFrame(objectives.values[self._rows], names, list(objectives.names))
+        frame["share"] = self.shares[self._rows]
         return frame.sort_values("share", ascending=False, kind="stable")
 
     @property
@@ -269,8 +247,8 @@ class Preferences(Shown):
             >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
             >>> person.answer(0, 1)
             >>> print(person)
-            Proposed after 1 answer: design 0, with a probability of 81 % the best for this
-            person. The expected regret is 31 % of what is at stake.
+            Proposed after 1 answer: design 0, with a probability of 84 % the best for this
+            person. The expected regret is 28 % of what is at stake.
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)
@@ -304,8 +282,8 @@ class Preferences(Shown):
         ranking = with_units(self.ranking, units)
         sentences = []
         for one, relation, other in self._answers:
-            pair = compare_designs(ranking, rows=self._front[[other, one]].tolist())
-            if relation in _TRADES and pair.gains[1].min() < 0 < pair.gains[1].max():
+            pair = compare_designs(ranking, rows=[other, one])
+            if relation in _TRADES and pair.gains.any():
                 with decimal_mark(self.decimal):
                     better, worse = pair.amounts(1)
                 sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
@@ -329,30 +307,29 @@ class Preferences(Shown):
         if self.regret < _ENOUGH:
             return None
         chances = self._chances[-1]
-        expected = self._expected
-        likely = self.shares[self._front[self._candidates]]
-        likely[_first_greatest(expected)] += 1  # the proposal is asked about in any case
-        asked = by_size(likely)[:_N_ASKED]
-        asked = asked[likely[asked] > 0]
+        likely = np.bincount(self._winners, chances)
+        likely[_first_greatest(self._expected)] += 1  # the proposal is asked about in any case
+        likeliest = by_size(likely)[:_N_LIKELIEST]
+        values = self._values[:, likeliest]
+        expected = chances @ values
         answered = [{one, other} for one, _, other in self._answers]
-        pair = None
+        question = None
         most = -np.inf
-        for a, b in combinations(asked, 2):
-            one, other = self._candidates[[a, b]].tolist()
-            differs = np.abs(self._steps[one] - self._steps[other]) >= _VISIBLE - _TIE
-            if differs.sum() < 2 or {one, other} in answered:
+        for a, b in combinations(range(min(_N_ASKED, len(likeliest))), 2):
+            pair = likeliest[[a, b]]
+            rows = self._rows[pair].tolist()
+            differs = np.abs(np.diff(self._steps[pair], axis=0)) >= _VISIBLE - _TIE
+            if differs.sum() < 2 or {*rows} in answered:
                 continue
-            prefers = chances * _chance(self._values[:, a], self._values[:, b])
-            share = prefers.sum()
-            without_mistakes = (share - _MISTAKES / 2) / (1 - _MISTAKES)
-            if not 1 - _CERTAIN < without_mistakes < _CERTAIN:
+            prefers = chances * _chance(values[:, a], values[:, b])
+            if not 1 - _CERTAIN < prefers.sum() < _CERTAIN:
                 continue
-            in_favour = prefers @ self._values
-            after = in_favour.max() + (expected - in_favour).max() + _OPEN * share * (1 - share)
+            in_favour = prefers @ values
+            after = in_favour.max() + (expected - in_favour).max()
             if after > most + _TIE:
                 most = after
-                pair = self._name(self._front[one]), self._name(self._front[other])
-        return pair
+                question = self._name(rows[0]), self._name(rows[1])
+        return question
 
     def answer(self, better: Any, worse: Any) -> None:
         """Take an answer: one design is preferred to another one.
@@ -381,17 +358,17 @@ class Preferences(Shown):
         """
         if relation not in RELATIONS:
             raise invalid("the relation of an answer", f"one of {' '.join(RELATIONS)}", relation)
-        pair = [self._position(one), self._position(other)]
-        if pair[0] == pair[1]:
+        rows = [self._row(one), self._row(other)]
+        if rows[0] == rows[1]:
             raise invalid("the designs of an answer", "two different ones", one)
         chances = self._chances[-1]
         if relation != "?":
-            chance = _chance(*self._values_of(np.array(pair)).T)
+            chance = _chance(*self._values_of(np.searchsorted(self._front, rows)).T)
             if relation == "=":
                 chance = 4 * chance * (1 - chance)
             chances = chances * chance
         self._chances.append(chances / chances.sum())
-        self._answers.append((pair[0], relation, pair[1]))
+        self._answers.append((rows[0], relation, rows[1]))
 
     def take_back(self) -> None:
         """Forget the last answer, if there is one."""
@@ -399,13 +376,13 @@ class Preferences(Shown):
             self._answers.pop()
             self._chances.pop()
 
-    def _position(self, design: Any) -> int:
-        """Return which one of the Pareto-optimal designs a design is."""
+    def _row(self, design: Any) -> int:
+        """Return the row of a Pareto-optimal design."""
         row = self.ranking.row_of(design)
         if not self.ranking.pareto[row]:
             rule = "Pareto optimal, as no other one can be the best"
             raise invalid("a design that is compared", rule, design)
-        return int(np.searchsorted(self._front, row))
+        return row
 
     def _name(self, row: int) -> Any:
         """Return what a design of the ranking is called: a row of an array, a label as a text."""
@@ -421,8 +398,8 @@ _TRADES = {">": "rather", "=": "as good"}  # the templates
 
 def _chance(values: Array, others: Array) -> Array:
     """Return the chance that designs of some values are preferred to those of others."""
-    logistic = 1 / (1 + np.exp(-_SHARPNESS * (values - others)))
-    return np.asarray((1 - _MISTAKES) * logistic + _MISTAKES / 2)
+    logistic = np.tanh(_SHARPNESS * (values - others))
+    return np.asarray((1 + (1 - _MISTAKES) * logistic) / 2)
 
 
 def _first_greatest(values: Array) -> int:
