@@ -50,8 +50,8 @@ from pymoo_psi.cli._source import (
     typed_options,
 )
 from pymoo_psi.files import read_table, suffixes_for
-from pymoo_psi.parallel import Runner, progress_bar
-from pymoo_psi.pareto import EfficiencyRanking, cautions_of_distances, listed
+from pymoo_psi.parallel import progress_bar
+from pymoo_psi.pareto import cautions_of_distances, listed
 from pymoo_psi.problems import (
     FailureTolerant,
     problem_name,
@@ -78,24 +78,6 @@ _USED_BY = (
 
 Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What to search.
-
-    Attributes:
-        problem: The problem.
-        n_points: How many designs to evaluate, in all or more.
-        options: The options of the run, with the formulation that applies: that of the command upon
-            that of the problem.
-        runner: What evaluates a problem that takes many designs at once, if not this process.
-    """
-
-    problem: Problem
-    n_points: int
-    options: RunOptions
-    runner: Runner | None
 
 
 @dataclass(frozen=True)
@@ -140,15 +122,19 @@ def run_solve(options: Options) -> int:
     if getattr(options, "try"):  # a keyword of Python, as "from" is
         return try_program(options.problem, problem, n_points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    plan = _plan(options, problem, n_points, settings)
+    model = Model(problem, settings)  # after this only the search can fail
+    require_free_names((*model.schema.names, *model.formulation.computed))
+    runner = set_runner(problem, options)
     _import(problem, options, settings)
+    settings = replace(settings, formulation=model.formulation, runner=runner)
     study = options.study and options.study.absolute()  # a model may change the working directory
     known = _known_tests(options.study)
-    result = _search(options, plan)
+    result = _search(options, problem, n_points, settings)
     subject = f"{problem_name(problem)} by {options.algorithm}"
     if study is not None:
         subject = str(options.study)
-        result = _result(plan, read_table(study, repeats=False), result.n_evaluated)
+        tests = read_table(study, repeats=False)
+        result = _result(problem, settings, tests, result.n_evaluated)
     is_new = ~np.isin(result.tests.numbers, known)
     reasons = _reasons(result, is_new, is_continued=len(known) > 0)
     if not result.table.feasible().any():
@@ -163,7 +149,7 @@ def run_solve(options: Options) -> int:
     return 0
 
 
-# The plan
+# What can be refused before the search
 
 
 def _require_effect(options: Options, more: bool) -> None:
@@ -181,15 +167,6 @@ def _require_effect(options: Options, more: bool) -> None:
         raise invalid(words[0], "used with --study", Received("no --study"))
 
 
-def _plan(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Plan:
-    """Return the plan, after what can be refused before the search."""
-    model = Model(problem, settings)
-    require_free_names((*model.schema.names, *model.formulation.computed))
-    settings = replace(settings, formulation=model.formulation)
-    runner = set_runner(problem, options)
-    return Plan(problem, n_points, settings, runner)
-
-
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
     """Take the tests of ``--from`` into the study, if it is given."""
     source = getattr(options, "from")
@@ -202,12 +179,12 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
 # The search
 
 
-def _search(options: Options, plan: Plan) -> Result:
+def _search(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Result:
     """Search; an interrupt says how the search continues."""
     search = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[options.algorithm]
     try:
         with stored_at_termination(), _watched(options), progress_bar(True) as show:
-            return search(plan, show)
+            return search(problem, n_points, settings, show)
     except KeyboardInterrupt:
         place = f"see {options.study};"
         if options.study is None:
@@ -234,20 +211,19 @@ def _show_counts(show: Show, statuses: Counter[str], n_left: int) -> None:
     show(n_tests / max(1, n_tests + n_left), note)
 
 
-def _under(tests: TestTable, plan: Plan) -> TestTable:
-    """Return tests under the formulation of a plan, as far as it can be applied."""
+def _under(tests: TestTable, settings: RunOptions) -> TestTable:
+    """Return tests under the formulation of a run, as far as it can be applied."""
     # The first tests may all have failed or not been run; their outputs are then unknown.
     has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
     if not has_values.any():
         return tests
-    return tests.under(plan.options.formulation)
+    return tests.under(settings.formulation)
 
 
-def _by_psi(plan: Plan, show: Show) -> Result:
+def _by_psi(problem: Problem, n_points: int, settings: RunOptions, show: Show) -> Result:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move.
-    block_size = min(65_536, max(64, -(-plan.n_points // 32)))
-    options = replace(plan.options, block_size=block_size, runner=plan.runner)
+    block_size = min(65_536, max(64, -(-n_points // 32)))
     statuses: Counter[str] = Counter()
     called = []
 
@@ -258,64 +234,57 @@ def _by_psi(plan: Plan, show: Show) -> Result:
                 tables.append(block.tests)
                 called.append(block.n_called)
                 # Under the formulation, so that a column that is not there is refused at once.
-                statuses.update(_under(block.tests, plan).status.tolist())
+                statuses.update(_under(block.tests, settings).status.tolist())
                 _show_counts(show, statuses, run.n_left)
         return by_number(tables)
 
-    _, tests = repeated_tests(tested, plan.problem, plan.n_points, options)
-    return _result(plan, tests, sum(called))
+    run_options = replace(settings, block_size=block_size)
+    _, tests = repeated_tests(tested, problem, n_points, run_options)
+    return _result(problem, settings, tests, sum(called))
 
 
-def _by_surrogate(plan: Plan, show: Show) -> Result:
+def _by_surrogate(problem: Problem, n_points: int, settings: RunOptions, show: Show) -> Result:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
-    options = plan.options
-    algorithm = SurrogatePSI(
-        plan.n_points,
-        formulation=options.formulation,
-        sampling=options.sampling,
-        study=options.study,
-        study_key=options.study_key,
-        retry=options.retry,
-        more=options.more,
-    )
+    names = ("formulation", "sampling", "study", "study_key", "retry", "more")
+    keywords = {name: getattr(settings, name) for name in names}
 
     def callback(algorithm: SurrogatePSI) -> None:
         statuses = Counter(replace(algorithm.table, decision=Decision()).status.tolist())
         _show_counts(show, statuses, algorithm.n_left)
 
-    algorithm = minimize(plan.problem, algorithm, seed=options.seed, callback=callback).algorithm
-    return _result(plan, replace(algorithm.table, decision=Decision()), algorithm.evaluator.n_eval)
+    algorithm = SurrogatePSI(n_points, **keywords)
+    algorithm = minimize(problem, algorithm, seed=settings.seed, callback=callback).algorithm
+    tests = replace(algorithm.table, decision=Decision())
+    return _result(problem, settings, tests, algorithm.evaluator.n_eval)
 
 
-def _result(plan: Plan, tests: TestTable, n_evaluated: int) -> Result:
+def _result(problem: Problem, settings: RunOptions, tests: TestTable, n_evaluated: int) -> Result:
     """Return the result of tests all of which are ranked."""
-    under = _under(tests, plan)
-    table = under
-    if getattr(plan.problem, "noisy", False):
-        table = _under(averaged_repeats(tests), plan)
-    return Result(under, table, n_evaluated)
+    under = _under(tests, settings)
+    if getattr(problem, "noisy", False):
+        return Result(under, _under(averaged_repeats(tests), settings), n_evaluated)
+    return Result(under, under, n_evaluated)
 
 
-def _by_nsga3(plan: Plan, show: Show) -> Result:
-    options = plan.options
+def _by_nsga3(problem: Problem, n_points: int, settings: RunOptions, show: Show) -> Result:
     with TemporaryDirectory() as folder:
         # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
         # names no study, a temporary one keeps the tests for the table.
         recorded = Recorded(
-            FailureTolerant(with_requirements(plan.problem)),
-            study=options.study or Path(folder, "tests.db"),
-            study_key=options.study_key,
-            retry=options.retry,
+            FailureTolerant(with_requirements(problem)),
+            study=settings.study or Path(folder, "tests.db"),
+            study_key=settings.study_key,
+            retry=settings.retry,
         )
 
         def callback(algorithm: Any) -> None:
-            show(algorithm.evaluator.n_eval / plan.n_points)
+            show(algorithm.evaluator.n_eval / n_points)
 
-        outcome = nsga3(recorded, n_evaluations=plan.n_points, seed=options.seed, callback=callback)
+        outcome = nsga3(recorded, n_evaluations=n_points, seed=settings.seed, callback=callback)
         table = recorded.table
     tests = table.take(np.isin(table.numbers, [*recorded.returned]))
-    result = _result(plan, tests, recorded.n_evaluated)
+    result = _result(problem, settings, tests, recorded.n_evaluated)
     # pymoo has no F if no design is feasible.
     designs = outcome.pop if outcome.F is None else outcome.opt
     is_returned = np.isin(tests.numbers, designs.get("test_point"))
@@ -358,7 +327,7 @@ def _say_result(
     if len(table) < len(result.tests):
         head.insert(0, f"{counted(len(result.tests), 'test')}, of which ranked:")
     if not is_new.all():
-        head.append(_added(result, ranking, is_new))
+        head.append(_added(result, is_new))
     last = []
     if options.out is not None:
         last.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
@@ -376,30 +345,30 @@ def _say_result(
     say_ranking(table, found, head, reasons, last, following, all_by=where)
 
 
-def _added(result: Result, ranking: EfficiencyRanking, is_new: Mask) -> str:
+def _added(result: Result, is_new: Mask) -> str:
     """Return what this run has added to the tests of a study, and whether the proposal is new."""
+    tests = result.tests
+    table = result.table
     n_new = int(is_new.sum())
     if not n_new:
         again = f", {result.n_evaluated} evaluated again" if result.n_evaluated else ""
         return f"This run: no new test{again}."
-    n_failed = int(result.tests.failed()[is_new].sum())
-    text = f"This run: {counted(n_new, 'test')}"
+    added = np.isin(table.numbers, tests.numbers[is_new])
+    n_failed = (tests.failed() & is_new).sum()
+    ranking = table.feasible_ranking()
+    n_optimal = (added[ranking.rows] & ranking.pareto).sum()
+    parts = [f"{n_optimal} {'is' if n_optimal == 1 else 'are'} not dominated"]
     if n_failed:
-        text += f", of which {n_failed} failed"
-    table = result.table
-    new = np.isin(table.numbers[ranking.rows], result.tests.numbers[is_new])
-    n_optimal = int((new & ranking.pareto).sum())
-    verb = "is" if n_optimal == 1 else "are"
-    text += f"{' and' if n_failed else ', of which'} {n_optimal} {verb} not dominated"
-    before = table.take(~np.isin(table.numbers, result.tests.numbers[is_new]))
-    if not before.feasible().any():
-        return f"{text}."
-    former = before.best().numbers[0]
-    numbers = table.numbers[ranking.rows]
-    if numbers[ranking.salukvadze[0]] == former:
-        return f"{text}; the proposal is as before."
-    name = ranking.name_of(numbers.tolist().index(former))
-    return f"{text}; the proposal is new (before: {name})."
+        parts.insert(0, f"{n_failed} failed")
+    text = f"This run: {counted(n_new, 'test')}, of which {' and '.join(parts)}"
+    before = table.take(~added)
+    if before.feasible().any():
+        (former,) = before.best().names
+        if former == ranking.name_of(ranking.salukvadze[0]):
+            text += "; the proposal is as before"
+        else:
+            text += f"; the proposal is new (before: {former})"
+    return f"{text}."
 
 
 def _not_run(problem: Problem, result: Result) -> list[str]:
