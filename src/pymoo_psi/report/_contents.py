@@ -43,7 +43,6 @@ from pymoo_psi.pareto import (
     compare_designs,
     explain,
     listed,
-    nearest_to_ideal,
     representatives,
     weight_shares,
     within_range,
@@ -100,6 +99,11 @@ class Choice:
             self.word, self.noun = "chosen", "choice"
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
+        self._beside: list[tuple[str, TestTable]] = []
+        if not self.is_optimum:
+            self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
+        if prototype is not None:
+            self._beside.append(("present design", prototype))
         self.explanation = explain(self.ranking, row=self.row)
         subject = "Attention"
         if not self.is_optimum:  # the cautions are about the optimum
@@ -146,24 +150,34 @@ class Choice:
         for j, name in enumerate(objectives.names):
             values = objectives.values[:, j]
             ends = (self.ranking.nadir[j], self.ranking.ideal[j])
-            places, is_log = plots.places_between(values, *ends)
-            ticks = np.unique(np.round(_TICKS * places[self.ranking.pareto]).astype(int))
+            front, is_log = plots.places_between(values[self.ranking.pareto], *ends)
+            ticks = np.unique(np.round(_TICKS * front).astype(int))
+            marked = [values[[self.row]]]
+            for _, designs in self._beside:
+                marked.append(designs.column(name).astype(float))
+            marks = np.concatenate(marked)
+            places, _ = plots.places_between(marks, *ends)
+            write = self.formats[name].text
+            (value, place), *others = zip(map(write, marks), places.tolist(), strict=True)
             hint = "less is better"
             if objectives.sign[j] < 0:
                 hint = "more is better"
             if is_log:
                 hint += ", log axis"
+            behind = percent(self.explanation.shares[j])
+            if not within_range(self.explanation.shares[j]):
+                behind = self.amount(name, self.explanation.behind[j])
             row = {
                 "name": name,
                 "unit": objectives.units.get(name, ""),
                 "hint": hint,
-                "value": self.formats[name].text(values[self.row]),
-                "worst": self.formats[name].text(ends[0]),
-                "best": self.formats[name].text(ends[1]),
-                "behind": self._behind(j),
-                "place": places[self.row],
+                "value": value,
+                "worst": write(ends[0]),
+                "best": write(ends[1]),
+                "behind": behind,
+                "place": place,
                 "ticks": "".join(f"M{tick} 0v10" for tick in ticks),
-                "others": self._others(name, ends),
+                "others": others,
                 "error": "",
             }
             if has_errors(self.table):
@@ -172,31 +186,11 @@ class Choice:
             rows.append(row)
         return rows
 
-    def _behind(self, j: int) -> str:
-        """Return how far the design is behind the best: a share, or beyond the range an amount."""
-        share = self.explanation.shares[j]
-        if within_range(share):
-            return percent(share)
-        return self.amount(self.ranking.objectives.names[j], self.explanation.behind[j])
-
-    def _others(self, name: str, ends: tuple[float, float]) -> list[tuple[str, float]]:
-        """Return value and place of the proposed design, if it is another, and existing ones."""
-        values = []
-        if not self.is_optimum:
-            values.append(self.table.column(name)[self.ranking.rows[self.optimum]])
-        if self.prototype is not None:
-            values += self.prototype.column(name).tolist()
-        places, _ = plots.places_between(np.array(values, dtype=float), *ends)
-        texts = [self.formats[name].text(value) for value in values]
-        return list(zip(texts, places.tolist(), strict=True))
-
     def others(self) -> list[str]:
         """Return what is beside the design: the proposed one, if it is another; existing ones."""
         names = []
-        if not self.is_optimum:
-            names.append(f"proposed: {self.ranking.name_of(self.optimum)}")
-        if self.prototype is not None:
-            names += [f"present design: {name}" for name in self.prototype.names]
+        for word, designs in self._beside:
+            names += [f"{word}: {name}" for name in designs.names]
         return names
 
     # Differences
@@ -403,13 +397,11 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
     omitted = [*table.formulation.omitted]
     if name in table.schema.constraints:
         omitted.append(name)
-    tests = table.under(limits=limits, omitted=omitted)
-    rows = np.flatnonzero(tests.feasible())
-    nearest = rows[nearest_to_ideal(tests.F[rows], choice.ranking.frame)]
-    if choice.ranking.rows[choice.optimum] in nearest:
+    ranking = table.under(limits=limits, omitted=omitted).feasible_ranking()
+    if choice.ranking.rows[choice.optimum] in ranking.rows[ranking.salukvadze]:
         yield "Without it the proposal is the same."
     else:
-        yield f"Without it {table.names[nearest[0]]} is proposed."
+        yield f"Without it {ranking.name_of(ranking.salukvadze[0])} is proposed."
     gains = []
     for objective, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
         now = cost[f"{objective}_feasible"]
