@@ -30,7 +30,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Entries, Head, Mask, Names, counted, invalid
+from pymoo_psi._validation import Array, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
 RowsByLine: TypeAlias = dict[int, list[Any]]
@@ -98,20 +98,6 @@ class Cells:
     columns: dict[str, list[Any]]
     rows: Sequence[int]
     lines: Sequence[int] = ()
-
-    @classmethod
-    def of(cls, columns: Entries) -> Cells:
-        """Return the cells of a data frame, or of columns by name.
-
-        Raises:
-            ArgumentValueError: The columns differ in length, or two have one name.
-        """
-        names = [*columns]
-        cells = {str(name): np.asarray(columns[name], dtype=object).tolist() for name in names}
-        n_rows, *others = {*map(len, cells.values())} or {0}
-        if len(cells) < len(names) or others:
-            raise UnfitError("its columns differ in length, or two have one name")
-        return cls(cells, range(1, n_rows + 1))
 
     def kept(self, is_kept: Collection[Any]) -> Cells:
         """Return the rows that a mask selects."""
@@ -296,7 +282,9 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
             head = {"label": label, "variables": levels}
             cells.insert(0, label, [", ".join(map(str, key)) for key in frame.index])
     cells = cells.astype(object)
-    return Cells.of(cells.where(cells.notna(), None)), head
+    cells = cells.where(cells.notna(), None)
+    columns = {name: column.tolist() for name, column in cells.items()}
+    return Cells(columns, range(1, len(frame) + 1)), head
 
 
 # From cells to numbers

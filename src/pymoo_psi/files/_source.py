@@ -227,8 +227,8 @@ def _content(
     F = real_array("source", source, "or give the path of a file")
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-    names = [f"f{j + 1}" for j in range(F.shape[1])]
-    return Cells.of(dict(zip(names, F.T, strict=True))), {"objectives": names}
+    columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
+    return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
 
 
 def _named(cells: Cells, head: Head, units: Entries) -> tuple[Cells, Head]:
@@ -269,7 +269,9 @@ def _content_of_file(
         return content
     cells, head = content
     if not isinstance(cells, Cells):  # of a format that a user has added
-        cells = Cells.of(cells)
+        import pandas as pd
+
+        cells, _ = cells_of_frame(pd.DataFrame(dict(cells), dtype=object))
     return cells, head
 
 
