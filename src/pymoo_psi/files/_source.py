@@ -13,7 +13,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -176,7 +175,7 @@ def read_table(
         table: TestTable = content
         if has_cells:
             cells, head = content
-            cells, head = _named(cells, head, asked.formulation.units)
+            cells = _named(cells, head, asked.formulation.units)
             if repeats in cells.columns:
                 head = {**head, "label": repeats}
             if decimal:
@@ -231,11 +230,11 @@ def _content(
     return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
 
 
-def _named(cells: Cells, head: Head, units: Entries) -> tuple[Cells, Head]:
+def _named(cells: Cells, head: Head, units: Entries) -> Cells:
     """Return cells under the names of columns without units."""
     stated, _ = stated_by_designs(head)
     names = names_of([*cells.columns], {**units, **stated.formulation.units})
-    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True))), head
+    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True)))
 
 
 def _table_of_population(population: Any) -> TestTable:
@@ -277,10 +276,10 @@ def _content_of_file(
 
 def source_columns(
     source: FilePath | Any,
-    units: Entries = MappingProxyType({}),
+    units: Entries,
     *,
-    decimal: str | None = None,
-    sheet: str | None = None,
+    decimal: str | None,
+    sheet: str | None,
 ) -> tuple[Cells, dict[str, TextColumn]]:
     """Return the cells of a source that is no table of tests, and its columns with their numbers.
 
@@ -297,7 +296,8 @@ def source_columns(
     content = _content(source, sheet=sheet)
     if isinstance(content, TestTable) or MARK in content[1]:
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    cells, head = _named(*content, units)
+    cells, head = content
+    cells = _named(cells, head, units)
     columns = read_columns(cells, decimal, separator=head.get("separator", ""))
     for name, column in columns.items():
         if column.unit and column.unit != units.get(name):
