@@ -66,10 +66,10 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
     start = first - 1
     stop = start + n_points
     directions = _directions()[:n_dim]
-    low_bits = (n_points - 1).bit_length()
-    low = _table(directions, low_bits)
-    # The indices lie in at most two aligned blocks of 2^low_bits, and within one of them the bits
-    # above low_bits do not change.
+    # Within an aligned block of 2^low_bits indices the bits above low_bits do not change: about as
+    # many blocks as each has indices are two small tables, whose combinations are the points.
+    low_bits = (n_points - 1).bit_length() // 2
+    low = _points(directions, np.arange(1 << low_bits, dtype=np.uint64))
     blocks = np.arange(start >> low_bits, ((stop - 1) >> low_bits) + 1, dtype=np.uint64)
     high = _points(directions, blocks << np.uint64(low_bits))
     points = (high[:, None, :] ^ low).reshape(-1, n_dim)
@@ -84,24 +84,16 @@ def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> Array:
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
-def _table(directions: Integers, bits: int) -> Integers:
-    """Return the points of index 0 to 2^bits − 1 as integers, doubling the table bit by bit.
+def _points(directions: Integers, indices: Integers) -> Integers:
+    """Return the points of any indices as integers.
 
     Args:
-        directions: (d, 52) V_jk · 2^52.
-        bits: 0 to 52.
+        directions: ``(d, 52)`` V_jk · 2^52.
+        indices: ``(n,)`` any below 2^52.
 
     Returns:
-        (2^bits, d) coordinates · 2^52.
+        ``(n, d)`` coordinates · 2^52.
     """
-    table = np.zeros((1 << bits, len(directions)), dtype=np.uint64)
-    for k in range(bits):
-        table[1 << k : 2 << k] = table[: 1 << k] ^ directions[:, k]
-    return table
-
-
-def _points(directions: Integers, indices: Integers) -> Integers:
-    """Return the (n, d) points of any (n,) indices as integers, as `_table` does."""
     points = np.zeros((len(indices), len(directions)), dtype=np.uint64)
     for k in range(int(indices.max(initial=0)).bit_length()):
         bits = indices >> np.uint64(k) & np.uint64(1)
