@@ -93,8 +93,8 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
     for name in dict.fromkeys([*schema.objectives, *schema.values]):
         limit = table.limits.get(name, Limit())  # infinite at both ends if it is one on texts
         sides = (
-            ("lower", -1.0, limit.low, Limit(high=limit.high)),
-            ("upper", 1.0, limit.high, Limit(low=limit.low)),
+            ("lower", -1.0, limit.low, limit._replace(low=-np.inf)),
+            ("upper", 1.0, limit.high, limit._replace(high=np.inf)),
         )
         for end, sign, present, free in sides:
             is_set = bool(np.isfinite(present))

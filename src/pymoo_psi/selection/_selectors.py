@@ -375,7 +375,7 @@ def _norm(terms: Array, p: float) -> Array:
     largest = terms.max(axis=1)
     divisor = np.where(largest > 0, largest, 1.0)
     shares = terms / divisor[:, None]
-    return np.asarray(largest * (shares**p).sum(axis=1) ** (1 / p))
+    return np.asarray(largest * np.linalg.norm(shares, ord=p, axis=1))
 
 
 def _bulges(d: Array) -> Array:
