@@ -5,8 +5,8 @@ Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995)
 look at the ordered test tables, set limits on the objectives, take the Pareto set of the designs
 that are feasible then, and refine the bounds for the next investigation.
 
-A :class:`TestTable` has the columns as evaluated, and a formulation. What follows from both is its
-:class:`View`; :meth:`TestTable.under` returns the same columns with another view.
+A :class:`TestTable` has the columns as evaluated, and a formulation. The arrays that follow from
+both are those of :class:`View`; :meth:`TestTable.under` returns the same columns with another one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import compress
 from typing import TYPE_CHECKING, Any
@@ -61,7 +61,6 @@ from pymoo_psi.table._decision import Decision, decision_of
 from pymoo_psi.table._designs import designs_of
 from pymoo_psi.table._formulation import Formulation, FormulationFields
 from pymoo_psi.table._head import columns_of, marked
-from pymoo_psi.table._limits import Limit
 from pymoo_psi.table._schema import (
     EQUALITY,
     INEQUALITY,
@@ -82,7 +81,7 @@ from pymoo_psi.table._schema import (
     error_column,
     result_columns,
 )
-from pymoo_psi.table._view import STATUSES, View
+from pymoo_psi.table._view import View
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,7 +92,7 @@ _ROUNDING = 1e-9  # the relative difference of results that two machines have co
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TestTable(Shown):
+class TestTable(View, Shown):
     """A table of tests or designs, in the order of testing.
 
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
@@ -133,20 +132,11 @@ class TestTable(Shown):
 
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
-    evaluated: Schema
-    data: Data
-    numbers: Integers
-    failures: Mapping[int, str] = field(default_factory=dict)
-    decision: Decision = field(default_factory=Decision)
     problem: Entries | None = None
     facts: tuple[str, ...] = ()
     decimal: str = "."
     separator: str = ","
     n_stored: int = 0
-
-    def __post_init__(self) -> None:
-        """Make the numbers read-only, as the data are."""
-        self.numbers.setflags(write=False)
 
     @classmethod
     def of(
@@ -209,15 +199,13 @@ class TestTable(Shown):
         for cells in data.values():
             require_shape("a column of X", cells, (n,))
         matrices = {}
-        for (name, array), role in zip(
-            arrays.items(), (OBJECTIVE, INEQUALITY, EQUALITY), strict=True
-        ):
-            names = schema.of_role(role)
-            require_shape(name, array, (n, len(names)))
-            turned = schema.maximize if role == OBJECTIVE else ()
-            for column, cells in zip(names, array.T, strict=True):
-                data[column] = -cells if column in turned else cells
-            matrices[Data.key(names, turned)] = array
+        roles = (OBJECTIVE, INEQUALITY, EQUALITY)
+        for (name, array), role in zip(arrays.items(), roles, strict=True):
+            columns = schema.with_role(role)
+            require_shape(name, array, (n, len(columns)))
+            for column, cells in zip(columns, array.T, strict=True):
+                data[column.name] = -cells if column.maximize else cells
+            matrices[columns] = array
         failures = _writable_reasons(reasons or {}, numbers)
         table = cls(schema, Data(data, matrices), numbers, failures)
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
@@ -303,137 +291,6 @@ class TestTable(Shown):
         schema = self.evaluated.with_columns(*columns.values())
         return replace(self, evaluated=schema, data=self.data.with_columns(cells_by_name))
 
-    # The view
-
-    @cached_property
-    def view(self) -> View:
-        """The arrays under the formulation."""
-        formulation = self.decision.formulation
-        return View(self.evaluated, self.data, self.numbers, self.failures, formulation)
-
-    @property
-    def formulation(self) -> Formulation:
-        """Objectives, limits, ranges, normalisation, computed columns.
-
-        Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
-            >>> table.under(limits="f1<=1.5").formulation
-            Formulation(limits={'f1': [None, 1.5]})
-        """
-        return self.decision.formulation
-
-    @property
-    def schema(self) -> Schema:
-        """The columns, in the roles that the formulation gives them.
-
-        Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1, 3], [2, 2]])
-            >>> table.under(objectives=["f2"]).schema.outputs
-            ('f1',)
-        """
-        return self.view.schema
-
-    @property
-    def X(self) -> AnyArray:
-        """``(n, n_var)`` designs.
-
-        They are float64; int64 or bool if all variables are integers or all binary; object if they
-        differ, or are choices.
-
-        Example:
-            >>> TestTable.of([1, 2], [[1, "oak"], [2, "tin"]], [[1], [2]]).X.tolist()
-            [[1, 'oak'], [2, 'tin']]
-        """
-        return self.view.X
-
-    @property
-    def F(self) -> Array:
-        """``(n, m)`` objectives, all minimised; NaN or infinite where a design failed.
-
-        Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
-            >>> table.under(maximize=["f1"]).F.tolist()
-            [[-1.0], [-2.0]]
-        """
-        return self.view.F
-
-    @property
-    def G(self) -> Array:
-        """``(n, n_ieq)`` inequality constraints, met where <= 0.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]], G=[[-1], [0.5]]).G.tolist()
-            [[-1.0], [0.5]]
-        """
-        return self.view.G
-
-    @property
-    def H(self) -> Array:
-        """``(n, n_eq)`` equality constraints, met where ``|h|`` is within the tolerance.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]], H=[[0], [0.5]]).status.tolist()
-            ['ok', 'infeasible']
-        """
-        return self.view.H
-
-    @property
-    def limits(self) -> dict[str, Limit]:
-        """The limits by column, in the order of the table's columns, those on texts last.
-
-        Example:
-            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
-            >>> [limit.written(name) for name, limit in table.under(
-            ...     limits="x1=tin, f1<=1.5").limits.items()]
-            ['f1<=1.5', 'x1=tin']
-        """
-        return self.view.limits
-
-    @property
-    def status(self) -> NDArray[np.str_]:
-        """``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed".
-
-        It follows from constraints, limits and reasons; a test whose objectives could not be
-        computed failed.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status.tolist()
-            ['ok', 'failed']
-        """
-        return np.asarray(np.array(STATUSES)[self.view.codes])
-
-    @property
-    def reasons(self) -> Mapping[int, str]:
-        """Why tests failed, by their numbers.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).reasons
-            {2: 'f1 is inf'}
-        """
-        return self.view.reasons
-
-    def failed(self) -> Mask:
-        """``(n,)`` which tests failed.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).failed()
-            array([False,  True])
-        """
-        return self.view.has_status("failed")
-
-    def feasible(self) -> Mask:
-        """``(n,)`` which designs are "ok": constraints and limits are met, objectives finite.
-
-        Example:
-            >>> X, F, G = [[0.1], [0.5], [0.9]], [[1], [2], [3]], [[0.5], [0.0], [0.0]]
-            >>> table = TestTable.of([1, 2, 3], X, F, G)
-            >>> table.feasible()
-            array([False,  True,  True])
-            >>> table.under(limits={"f1": 2}).feasible()
-            array([False,  True, False])
-        """
-        return self.view.has_status("ok")
-
     def pareto(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the feasible ones.
 
@@ -448,7 +305,7 @@ class TestTable(Shown):
             >>> table.under(limits={"f1": 1.5}).pareto()
             array([ True, False, False])
         """
-        return np.array(self.view.pareto)
+        return self._front.copy()
 
     @property
     def repeats(self) -> Mask:
@@ -461,7 +318,7 @@ class TestTable(Shown):
             >>> table.repeats
             array([False, False,  True])
         """
-        return self.view.repeated(np.arange(len(self)))
+        return self._repeated(np.arange(len(self)))
 
     def violations(self) -> tuple[Mask, tuple[str, ...]]:
         """Return which constraints and limits each design violates, and their names.
@@ -478,7 +335,7 @@ class TestTable(Shown):
             ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
         """
         texts = [limit.written(name) for name, limit in self.limits.items()]
-        mask = self.view.violated()
+        mask = self._violated()
         mask[self.failed()] = False
         return mask, (*self.schema.constraints, *texts)
 
@@ -549,8 +406,8 @@ class TestTable(Shown):
 
         A range that is 0 fits only where designs do not differ.
         """
-        self.view.require_met_texts()
-        candidates = self.view.has_status("ok")
+        self._require_met_texts()
+        candidates = self.feasible()
         ranges = self.formulation.ranges or {}
         objectives = self.schema.objectives
         if ranges and {*ranges} != {*objectives}:
@@ -583,10 +440,6 @@ class TestTable(Shown):
         return tuple(remarks)
 
     # Rows and columns
-
-    def __len__(self) -> int:
-        """Return the number of tests."""
-        return len(self.numbers)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -625,7 +478,7 @@ class TestTable(Shown):
             >>> table.column("width"), table["gain"]
             (array([0.1, 0.5]), array([0.8, 0.9]))
         """
-        return self.view.columns[known_name("column", name, self.columns)]
+        return self._columns[known_name("column", name, self.columns)]
 
     def __getitem__(self, name: str) -> AnyArray:
         """Return the ``(n,)`` values of a column: :meth:`column`."""
@@ -660,9 +513,9 @@ class TestTable(Shown):
             selected = {*numbers.tolist()}
             failures = {number: why for number, why in failures.items() if number in selected}
         table = replace(self, data=self.data.take(rows), numbers=numbers, failures=failures)
-        if "pareto" in vars(self.view) and self.view.pareto[rows].all():
+        if "_front" in vars(self) and self._front[rows].all():
             # A part of a Pareto set is one: the search is not done twice.
-            table.view.pareto = np.ones(len(rows), dtype=bool)
+            vars(table)["_front"] = np.ones(len(rows), dtype=bool)
         return table
 
     def sorted_by(self, objective: str) -> TestTable:
@@ -782,7 +635,7 @@ class TestTable(Shown):
         """
         import pandas as pd
 
-        rows = np.flatnonzero(self.view.pareto)
+        rows = np.flatnonzero(self._front)
         labels = pd.Index(self.numbers[rows], name=TEST)
         if self.schema.label is not None:
             labels = pd.Index(np.array(self.names)[rows], name=self.schema.label)
@@ -812,10 +665,10 @@ class TestTable(Shown):
 
     @cached_property
     def _feasible_ranking(self) -> EfficiencyRanking:
-        rows = np.flatnonzero(self.view.has_status("ok"))
-        rows = rows[~self.view.repeated(rows)]
+        rows = np.flatnonzero(self.feasible())
+        rows = rows[~self._repeated(rows)]
         return self._ranking_of(
-            rows, self.view.pareto[rows], [self._names[row] for row in rows.tolist()]
+            rows, self._front[rows], [self._names[row] for row in rows.tolist()]
         )
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
@@ -1115,8 +968,11 @@ class TestTable(Shown):
             >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status_counts()
             '1 ok, 0 infeasible, 1 failed'
         """
-        counts = [f"{self.view.has_status(status).sum()} {status}" for status in STATUSES]
-        return ", ".join(counts).replace("failed", self.schema.words["failed"])
+        n_failed = self.failed().sum()
+        n_ok = self.feasible().sum()
+        n_infeasible = len(self) - n_ok - n_failed
+        word = self.schema.words["failed"]
+        return f"{n_ok} ok, {n_infeasible} infeasible, {n_failed} {word}"
 
     def to_frame(self) -> pd.DataFrame:
         """Return the table with one row per test.
@@ -1157,7 +1013,7 @@ class TestTable(Shown):
         columns[results["status"]] = self.status.astype(object)
         columns[results["violated"]] = np.fromiter(violated, object)
         columns[results["reason"]] = np.fromiter(reasons, object)
-        columns[results["pareto"]] = self.view.pareto
+        columns[results["pareto"]] = self._front
         return columns
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
@@ -1208,7 +1064,7 @@ class TestTable(Shown):
 
 def has_errors(table: TestTable) -> bool:
     """Whether the feasible designs have a standard error of each objective."""
-    designs = table.view.has_status("ok")
+    designs = table.feasible()
     for name in map(error_column, table.schema.objectives):
         if name not in table.schema.outputs or not np.isfinite(table.column(name)[designs]).all():
             return False
