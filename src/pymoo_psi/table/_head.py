@@ -157,13 +157,17 @@ def columns_of(table: Any, number: str = TEST) -> Columns:
                 if type(cell) is int and abs(cell) < 2**63:
                     columns[column.name][i] = cell
     results = result_columns(table.columns)
-    reasons = np.full(len(table), "", dtype=object)
-    # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
-    if table.reasons:
-        reasons[:] = [table.reasons.get(number, "") for number in table.numbers.tolist()]
     columns[results["status"]] = table.status.astype(object)
-    columns[results["reason"]] = reasons
+    columns[results["reason"]] = reason_cells(table)
     return columns
+
+
+def reason_cells(table: Any) -> NDArray[np.object_]:
+    """``(n,)`` why the tests of a :class:`TestTable` failed, empty texts of others."""
+    failed = table.failed()
+    cells = np.full(len(table), "", dtype=object)
+    cells[failed] = [table.reasons[number] for number in table.numbers[failed].tolist()]
+    return cells
 
 
 def columns_of_designs(names: Names, kinds: Sequence[Kind], X: AnyArray) -> Columns:

@@ -20,7 +20,7 @@ from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, plain
 from pymoo_psi._output import Shown
@@ -60,7 +60,7 @@ from pymoo_psi.table._data import Data
 from pymoo_psi.table._decision import Decision, decision_of
 from pymoo_psi.table._designs import designs_of
 from pymoo_psi.table._formulation import Formulation, FormulationFields
-from pymoo_psi.table._head import columns_of, marked
+from pymoo_psi.table._head import columns_of, marked, reason_cells
 from pymoo_psi.table._schema import (
     EQUALITY,
     INEQUALITY,
@@ -188,29 +188,24 @@ class TestTable(View, Shown):
         if schema is not None:
             variables = instance("schema", schema, Schema).with_role(VARIABLE)
         data, designs = designs_of(X, variables)
-        arrays: dict[str, Array] = {}
-        for name, values in (("F", F), ("G", G), ("H", H)):
-            array = np.zeros((n, 0)) if values is None else real_array(name, values)
-            arrays[name] = np.array(array, order="C")
+        arrays = {OBJECTIVE: _matrix("F", F, n), INEQUALITY: _matrix("G", G, n)}
+        arrays[EQUALITY] = _matrix("H", H, n)
         if schema is None:
-            widths = [_width(array) for array in arrays.values()]
-            schema = Schema.of(tuple(data), *widths)
+            schema = Schema.of([*data], *(array.shape[-1] for array in arrays.values()))
         schema = schema.with_columns(*designs)
         for cells in data.values():
             require_shape("a column of X", cells, (n,))
         matrices = {}
-        roles = (OBJECTIVE, INEQUALITY, EQUALITY)
-        for (name, array), role in zip(arrays.items(), roles, strict=True):
+        for (role, array), name in zip(arrays.items(), "FGH", strict=True):
             columns = schema.with_role(role)
             require_shape(name, array, (n, len(columns)))
             for column, cells in zip(columns, array.T, strict=True):
                 data[column.name] = -cells if column.maximize else cells
             matrices[columns] = array
-        failures = _writable_reasons(reasons or {}, numbers)
-        table = cls(schema, Data(data, matrices), numbers, failures)
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
-        table = table.with_outputs({**unknown, **(outputs or {})})
-        return table.with_notes(notes or {}, label)
+        failures = _writable_reasons(reasons or {}, numbers)
+        table = cls(schema, Data(data | unknown, matrices), numbers, failures)
+        return table.with_outputs(outputs or {}).with_notes(notes or {}, label)
 
     @classmethod
     def empty(cls, schema: Schema | None = None) -> TestTable:
@@ -246,16 +241,12 @@ class TestTable(View, Shown):
             >>> table.with_outputs({"heat": [3, 4]})["heat"]
             array([3., 4.])
         """
-        if not outputs:
-            return self
-        columns = [*self.evaluated.columns]
-        data = {}
+        data: Columns = {}
         for name, values in outputs.items():
             data[name] = np.array(real_array(f"the output {name!r}", values))
             require_shape(f"the output {name!r}", data[name], (len(self),))
-            if name not in self.evaluated.outputs:
-                columns.append(Column(name, OUTPUT))
-        schema = replace(self.evaluated, columns=tuple(columns))
+        new = [Column(name, OUTPUT) for name in data if name not in self.evaluated.outputs]
+        schema = replace(self.evaluated, columns=(*self.evaluated.columns, *new))
         return replace(self, evaluated=schema, data=self.data.with_columns(data))
 
     def with_notes(self, notes: Mapping[str, Any], label: str | None = None) -> TestTable:
@@ -270,26 +261,23 @@ class TestTable(View, Shown):
             >>> table.with_notes({"model": ["A", "B"]}, "model").names
             ['A', 'B']
         """
-        if not notes and label is None:
-            return self
-        cells_by_name: Columns = {}
-        columns = {column.name: column for column in self.evaluated.with_role(LABEL, NOTE)}
+        data: Columns = {}
         for name, values in mapping("notes", notes, "columns to cells").items():
             listed = collection(f"the note {name!r}", values, "a list of cells")
-            cells = np.fromiter(map(plain, listed), object)
-            if name in self.evaluated.values or cells.shape != (len(self),):
+            data[name] = np.fromiter(map(plain, listed), object)
+            if name in self.evaluated.values or len(listed) != len(self):
                 raise invalid(
                     "a note",
                     f"{len(self)} cells long and named unlike other columns",
-                    Received(f"{name!r} of {len(cells)}"),
+                    Received(f"{name!r} of {len(listed)}"),
                 )
-            cells_by_name[name] = cells
-            columns[name] = Column(name, NOTE, Kind.CHOICE)
-        label = known_name("label", label, columns) if label is not None else self.evaluated.label
-        for name, column in columns.items():
-            columns[name] = column._replace(role=LABEL if name == label else NOTE)
-        schema = self.evaluated.with_columns(*columns.values())
-        return replace(self, evaluated=schema, data=self.data.with_columns(cells_by_name))
+        new = [Column(name, NOTE, Kind.CHOICE) for name in data if name != self.evaluated.label]
+        schema = self.evaluated.with_columns(*new)
+        if label is not None:
+            known_name("label", label, schema.notes)
+            roles = dict.fromkeys(schema.notes, NOTE) | {label: LABEL}
+            schema = schema.changed(role=roles)
+        return replace(self, evaluated=schema, data=self.data.with_columns(data))
 
     def pareto(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the feasible ones.
@@ -679,14 +667,14 @@ class TestTable(View, Shown):
         F = Objectives.of(self.F[rows]).values * schema.sign + 0.0  # no -0.0
         numbers = self.numbers[rows].tolist()
         objectives = Objectives(F, schema.sign, schema.objectives, labels, numbers, schema.units)
-        ends: dict[str, Array] = {}
+        ideal = nadir = None
         ranges = self.formulation.ranges
         if ranges:
-            pairs = np.array([ranges[name] for name in schema.objectives], dtype=float).T
-            ideal, nadir = np.sort(pairs * schema.sign, axis=0) * schema.sign
-            ends = {"ideal": ideal, "nadir": nadir}
+            low, high = np.array([ranges[name] for name in schema.objectives]).T
+            ideal = np.where(schema.sign > 0, low, high)
+            nadir = np.where(schema.sign > 0, high, low)
         normalize = self.formulation.normalize
-        return ranking_of(objectives, pareto, rows, normalize=normalize, **ends)
+        return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
 
     def _none_feasible(self) -> ArgumentValueError:
         """Return the error of a table without a feasible design."""
@@ -846,13 +834,24 @@ class TestTable(View, Shown):
         earlier = first[later]
         # As evaluated: a failure is a result, and by rounding one of two may exceed a limit.
         status = [replace(table, decision=Decision()).status for table in (self, other)]
-        whole._require_one_result(earlier, later, np.concatenate(status))
+        optional = {*whole.evaluated.outputs, *whole.evaluated.notes}
         columns: Columns = {}
-        for name in (*whole.evaluated.outputs, *whole.evaluated.notes):
-            cells = whole.data[name].copy()
-            unknown = blank(cells[earlier])
-            cells[earlier[unknown]] = cells[later[unknown]]
-            columns[name] = cells
+        for name, cells in [*whole.data.items(), ("status", np.concatenate(status))]:
+            one = cells[earlier]
+            two = cells[later]
+            differing = unequal(one, two, _ROUNDING)
+            if name in optional:  # not every table has them
+                differing &= ~(blank(one) | blank(two))
+                columns[name] = cells.copy()
+                columns[name][earlier] = np.where(blank(one), two, one)
+            for i in np.flatnonzero(differing)[:1]:
+                test = whole.take([later[i]]).names[0]
+                raise invalid(
+                    "tests",
+                    "the same for each number",
+                    Received(f"{one[i]} and {two[i]} as {name} of {test}"),
+                    "do not join runs of different problems, bounds or versions",
+                )
         return replace(whole, data=whole.data.with_columns(columns)).take(rows)
 
     def _stacked(self, tables: Sequence[TestTable]) -> TestTable:
@@ -899,25 +898,6 @@ class TestTable(View, Shown):
         if column.role in NUMBERS_ROLES:
             return np.full(len(self), np.nan)
         return np.full(len(self), None)
-
-    def _require_one_result(self, earlier: Rows, later: Rows, status: NDArray[np.str_]) -> None:
-        """Refuse tests whose results differ from those of the first test with the same number."""
-        optional = {*self.evaluated.outputs, *self.evaluated.notes}  # not every table has them
-        for name, column in {**self.data, "status": status}.items():
-            one = column[earlier]
-            other = column[later]
-            differing = unequal(one, other, _ROUNDING)
-            if name in optional:
-                differing &= ~(blank(one) | blank(other))
-            if differing.any():
-                i = differing.argmax()
-                test = self.take([later[i]]).names[0]
-                raise invalid(
-                    "tests",
-                    "the same for each number",
-                    Received(f"{one[i]} and {other[i]} as {name} of {test}"),
-                    "do not join runs of different problems, bounds or versions",
-                )
 
     def equals(self, other: object) -> bool:
         """Whether another table is equal in every column, value and decision.
@@ -1005,25 +985,25 @@ class TestTable(View, Shown):
         """
         mask, names = self.violations()
         violated = [", ".join(compress(names, row)) for row in mask.tolist()]
-        reasons = [self.reasons.get(number, "") for number in self.numbers.tolist()]
         columns: Columns = {TEST: self.numbers}
         for name in self.columns:
             columns[name] = self.column(name)
         results = result_columns(self.columns)
         columns[results["status"]] = self.status.astype(object)
         columns[results["violated"]] = np.fromiter(violated, object)
-        columns[results["reason"]] = np.fromiter(reasons, object)
-        columns[results["pareto"]] = self._front
+        columns[results["reason"]] = reason_cells(self)
+        columns[results["pareto"]] = self.pareto()
         return columns
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        # The Pareto set of a million tests is not needed for ten rows.
+        frame = self.take(np.arange(len(self))[:n]).to_frame()
         results = result_columns(self.columns)
-        frame = self.take(np.arange(min(n, len(self)))).to_frame().drop(columns=results["pareto"])
+        dropped = [results["pareto"]]  # that of ten rows is another one than that of all
+        for name in (results["violated"], results["reason"]):
+            if not frame[name].any():
+                dropped.append(name)
         headings = {column.name: column.heading for column in self.schema.columns}
-        texts = (results["violated"], results["reason"])
-        empty = [name for name in texts if not frame[name].any()]
-        return frame.drop(columns=empty).rename(columns=headings), len(self)
+        return frame.drop(columns=dropped).rename(columns=headings), len(self)
 
     def to_csv(self, path: FilePath) -> None:
         """Write the table; :func:`read_table` reads it back without a change.
@@ -1129,9 +1109,11 @@ def _writable_reasons(reasons: Mapping[int, str], numbers: Integers) -> dict[int
     return writable
 
 
-def _width(array: Array) -> int:
-    """Return how many columns a matrix has."""
-    return int(np.atleast_1d(array).shape[-1])
+def _matrix(name: str, values: ArrayLike | None, n: int) -> Array:
+    """Return values as a new matrix of n rows; without any it has no columns."""
+    if values is None:
+        return np.zeros((n, 0))
+    return np.array(real_array(name, values), order="C", ndmin=1)
 
 
 def checked_numbers(value: ArrayLike) -> Integers:
