@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import chain
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -28,6 +27,7 @@ from pymoo_psi._validation import (
     Names,
     Received,
     Rows,
+    Values,
     finite_number,
     instance,
     integer,
@@ -113,7 +113,7 @@ class Column(NamedTuple):
         unit = unit_text(self.name, self.unit)
         kind = self.kind
         if kind is not None:
-            kind = Kind(known_name(f"the kind of {self.name!r}", kind, [*map(str, _KINDS)]))
+            kind = Kind(known_name(f"the kind of {self.name!r}", kind, _KINDS))
         lower = _bound(self.lower)
         upper = _bound(self.upper)
         if lower is not None and upper is not None and lower > upper:
@@ -215,29 +215,28 @@ class Schema:
         if len(kinds) not in (0, n_var):
             rule = f"{n_var} kinds, one for each variable"
             raise invalid("kinds", rule, Received(len(kinds)))
-        ends = np.full((2, n_var), np.nan)
-        for row, (side, bounds) in enumerate((("lower", lower), ("upper", upper))):
-            if bounds is not None:
-                array = real_array(side, bounds)
-                require_shape(side, array, (n_var,))
-                ends[row] = array
-        columns = []
-        for j, name in enumerate(designs):
-            kind: Any = kinds[j] if kinds else None
-            columns.append(Column(name, VARIABLE, kind, lower=ends[0, j], upper=ends[1, j]))
-        groups = (
-            (OBJECTIVE, column_names("objectives", objectives, "f")),
-            (INEQUALITY, column_names("inequalities", inequalities, "g")),
-            (EQUALITY, column_names("equalities", equalities, "h")),
-            (OUTPUT, column_names("outputs", outputs)),
-        )
-        for role, names in groups:
+        columns = [Column(name, VARIABLE, None) for name in designs]
+        groups = {
+            OBJECTIVE: column_names("objectives", objectives, "f"),
+            INEQUALITY: column_names("inequalities", inequalities, "g"),
+            EQUALITY: column_names("equalities", equalities, "h"),
+            OUTPUT: column_names("outputs", outputs),
+        }
+        for role, names in groups.items():
             columns += [Column(name, role) for name in names]
+        changes: dict[str, Values] = {
+            "kind": dict(zip(designs, kinds, strict=False)),
+            "maximize": dict.fromkeys(column_names("maximize", maximize), True),
+        }
+        for name in changes["maximize"]:
+            known_name("maximize", name, (*groups[OBJECTIVE], *groups[OUTPUT]))
+        for side, bounds in (("lower", lower), ("upper", upper)):
+            if bounds is not None:
+                ends = real_array(side, bounds)
+                require_shape(side, ends, (n_var,))
+                changes[side] = dict(zip(designs, ends.tolist(), strict=True))
         schema = cls(tuple(columns), eq_tolerance)
-        for name in column_names("maximize", maximize):
-            known_name("maximize", name, schema.objectives + schema.outputs)
-        is_maximized = dict.fromkeys(maximize, True)
-        return schema.changed(maximize=is_maximized).with_units(units or {})
+        return schema.changed(**changes).with_units(units or {})
 
     # Columns
 
@@ -256,23 +255,14 @@ class Schema:
         Raises:
             ArgumentValueError: There is no such column.
         """
-        if name not in self._by_name:
-            known_name("column", name, self._by_name)
-        return self._by_name[name]
-
-    @cached_property
-    def _by_role(self) -> dict[str, list[Column]]:
-        by_role: dict[str, list[Column]] = {role: [] for role in ROLES}
-        for column in self.columns:
-            by_role[column.role].append(column)
-        return by_role
+        return self._by_name[known_name("column", name, self._by_name)]
 
     def with_role(self, *roles: str) -> tuple[Column, ...]:
-        """Return the columns of some roles, in the order of these."""
-        return tuple(chain.from_iterable(map(self._by_role.__getitem__, roles)))
+        """Return the columns of some roles, in the order of the columns."""
+        return tuple(column for column in self.columns if column.role in roles)
 
     def of_role(self, *roles: str) -> tuple[str, ...]:
-        """Return the names of the columns of some roles, in the order of these."""
+        """Return the names of the columns of some roles, in the order of the columns."""
         return tuple(map(_NAME, self.with_role(*roles)))
 
     @cached_property
@@ -303,7 +293,7 @@ class Schema:
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """The names of label and notes: columns of texts, and whatever else a file has."""
-        return tuple(column.name for column in self.columns if column.role in (LABEL, NOTE))
+        return self.of_role(LABEL, NOTE)
 
     @cached_property
     def label(self) -> str | None:
@@ -379,9 +369,10 @@ class Schema:
         Raises:
             ArgumentValueError: There is no such column.
         """
-        for name in unit_texts(units):
+        texts = unit_texts(units)
+        for name in texts:
             known_name("units", name, self.names)
-        return self.changed(unit=unit_texts(units))
+        return self.changed(unit=texts)
 
     def with_columns(self, *columns: Column) -> Schema:
         """Return it with further columns, or other ones in the place of those with their names.
@@ -416,13 +407,13 @@ class Schema:
         """
         columns = []
         for column in other.columns:
-            present = self._by_name.get(column.name)
-            if present is None:
-                columns.append(column._replace(role=NOTE) if column.role == LABEL else column)
-            elif present.kind is None:
-                columns.append(present._replace(kind=column.kind))
-            elif {present.kind, column.kind} == {Kind.INTEGER, Kind.REAL}:
-                columns.append(present._replace(kind=Kind.REAL))
+            if column.name not in self.names and column.role == LABEL:
+                column = column._replace(role=NOTE)
+            present = self._by_name.get(column.name, column)
+            kind = present.kind or column.kind
+            if {kind, column.kind} == {Kind.INTEGER, Kind.REAL}:
+                kind = Kind.REAL
+            columns.append(present._replace(kind=kind))
         return self.with_columns(*columns)
 
     # Designs
@@ -513,8 +504,9 @@ def unit_texts(units: Any) -> dict[str, str]:
     """Return units by column as texts that every file can hold, without those that are empty."""
     texts = {}
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
-        if unit_text(name, unit):
-            texts[str(name)] = unit_text(name, unit)
+        text = unit_text(name, unit)
+        if text:
+            texts[str(name)] = text
     return texts
 
 
@@ -535,23 +527,30 @@ def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
         ArgumentTypeError: A cell is not of the kind.
     """
     array = values if isinstance(values, np.ndarray) else np.fromiter(values, object)
-    if kind is None:
-        kind = kind_of_cells(array)
+    kind = kind or kind_of_cells(array)
     dtype = np.dtype(DTYPES[kind])
     if array.dtype == dtype != np.object_:
         return array
     cells = np.empty(len(array), dtype)
     for i, cell in enumerate(map(plain, array.tolist())):
-        is_of_kind = type(cell) is _TYPES.get(kind, type(cell))
-        if not is_of_kind and not (type(cell) in (int, float) and _TYPES[kind](cell) == cell):
+        if not _is_of_kind(cell, kind):
             message = f"X must hold {kind.value} values for {name}, got {cell!r:.80}"
             raise ArgumentTypeError(message)
-        is_whole = isinstance(cell, int) and abs(cell) < 2**63
-        if not is_whole and not isinstance(cell, (float, str)):
+        is_huge = isinstance(cell, int) and abs(cell) >= 2**63
+        if is_huge or not isinstance(cell, (int, float, str)):
             rule = "a number, an integer within int64, True, False or text"
             raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
         cells[i] = cell
     return cells
+
+
+def _is_of_kind(cell: Any, kind: Kind) -> bool:
+    """Whether a cell is of the type of a kind, or a number that is equal to one of it."""
+    if kind is Kind.CHOICE or type(cell) is _TYPES[kind]:
+        return True
+    if type(cell) not in (int, float):
+        return False
+    return kind.real or (kind is Kind.INTEGER and cell == cell // 1) or cell in (0, 1)
 
 
 def kind_of_cells(array: AnyArray) -> Kind:
