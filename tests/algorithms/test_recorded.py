@@ -242,7 +242,7 @@ def test_a_corrected_test_of_another_run_has_new_values(study_file):
     problem = recorded(Model(), study_file)
     assert values(problem, first.X)[0].tolist() == first.F.tolist()
     study = Study(study_file)
-    columns = study.contents(1, 1)[1]
+    columns = rows(study.contents()[1], slice(0, 1))
     with study.changes() as database:
         database.correct(1, "corrected")
     study.append(columns | {"f1": np.array([7.0])})

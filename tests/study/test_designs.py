@@ -38,4 +38,4 @@ def test_an_option_is_restricted_by_its_type():
 @pytest.mark.parametrize("suffix", ["-journal", "-wal", "-SHM", ".pymoo-psi-lock"])
 def test_files_that_belong_to_a_study_are_refused(suffix, study_file):
     name = f"{study_file}{suffix}"
-    refused("study must be named unlike files beside", investigate, Typed(), 4, study=name)
+    refused("study must be a database with a name such as", investigate, Typed(), 4, study=name)

@@ -44,7 +44,7 @@ def calls(path):
         lambda: read(path),
         lambda: study.begin(HEAD),
         lambda: study.append(block(1, 1)),
-        lambda: study.contents(1, 5)[1],
+        lambda: study.contents()[1],
     )
 
 
@@ -99,7 +99,7 @@ def test_a_replaced_study_is_noticed(study, tmp_path):
     begun(tmp_path / "other").append(block(1, 20))  # of the same problem
     os.replace(tmp_path / "other", study.path)
     before = contents(tmp_path)
-    for call in (lambda: study.append(block(13, 4)), lambda: study.contents(1, 8)[1]):
+    for call in (lambda: study.append(block(13, 4)), lambda: study.contents()[1]):
         refused("has taken its place, and was left as it is", call, error=StudyMismatchError)
     assert contents(tmp_path) == before
 

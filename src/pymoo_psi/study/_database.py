@@ -316,13 +316,10 @@ class Database:
         """
         stored = self.head
         self._set_head(beside(head, stored), columns_of_head(stored))
-        if completed is not None:
-            self._complete(completed)
-
-    def _complete(self, completed: Callable[[Columns], Columns]) -> None:
-        """Write values of stored tests that follow from others."""
         tests = self.tests()
-        columns = completed(tests)
+        columns = {}
+        if completed is not None:
+            columns = completed(tests)
         if columns:
             self.widen(columns)
             cells = self._cells(columns)
@@ -489,7 +486,7 @@ class Database:
         Raises:
             StudyCorruptError: A cell cannot be read.
         """
-        ends = min(first, LAST), min(last, LAST)
+        ends = first, last
         source = "tests WHERE test BETWEEN ? AND ? AND status NOT NULL ORDER BY test"
         columns = self._selected(source, ends, "test")
         if self.count("runs") > 1:

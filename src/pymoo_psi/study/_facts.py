@@ -117,10 +117,8 @@ class Facts(NamedTuple):
         """The least and the greatest bounds of all runs, as entries of the head."""
         bounds = {}
         for side, hull in (("lower", np.fmin), ("upper", np.fmax)):
-            ends = [run.identity[side] for run in self.runs]
-            if side in self.head and ends:
-                bounds[side] = ends[0]
-            if side in self.head and len(ends) > 1:
+            if side in self.head:
+                ends = [run.identity[side] for run in self.runs]
                 bounds[side] = hull.reduce(np.array(ends, dtype=np.float64)).tolist()
         return bounds
 
@@ -348,7 +346,5 @@ def beside(head: Head, stored: Head) -> Values:
 def with_outputs(head: Head, names: Collection[str]) -> Values:
     """Return a head in which columns of values that it lacks are outputs."""
     present = {*columns_of_head(head), *NOT_VALUES}
-    outputs = [*head.get("outputs", ()), *(name for name in names if name not in present)]
-    if not outputs:
-        return dict(head)
-    return {**head, "outputs": outputs}
+    outputs = [name for name in names if name not in present]
+    return {**head, "outputs": [*head.get("outputs", ()), *outputs]}

@@ -56,13 +56,13 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
         raise invalid("the runs and test points of a study", rule, Received("some that recur"))
     with created(file, stored_head) as database:
         for number, identity in identities.items():
-            database.add_run(identity, int(number))
-        for number in identities:
-            (rows,) = np.nonzero(columns["run"] == int(number))
+            run = int(number)
+            database.add_run(identity, run)
+            (rows,) = np.nonzero(columns["run"] == run)
             for start in range(0, len(rows), _AT_A_TIME):
                 part = rows[start : start + _AT_A_TIME]
                 tests = {name: column[part] for name, column in columns.items()}
-                database.append(int(number), tests, 0)
+                database.append(run, tests, 0)
 
 
 def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:

@@ -20,7 +20,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-_LOCK = ".pymoo-psi-lock"  # appended to the name of a study, for its first run
+_LOCK = ".pymoo-psi-lock"  # the end of the name of a lock
 # The ends of the names of files that SQLite, and this package, keep beside a study and delete.
 BESIDE = ("-journal", "-wal", "-shm", _LOCK)
 # Seconds between two attempts to lock a study, the first ones and the later ones: hundreds of
@@ -207,9 +207,7 @@ def locked(path: str, run: int, wait: float) -> Iterator[None]:
     A run has one writer at a time, by a locked file beside the study. The operating system releases
     the lock when its process ends, however it ends.
     """
-    lock = path + _LOCK
-    if run > 1:
-        lock = f"{path}-run-{run}{_LOCK}"
+    lock = f"{path}-run-{run}{_LOCK}"
     # By process, too, since a fork inherits the entries, but not the locks.
     key = (os.getpid(), lock)
     # setdefault is one step: two threads never get a lock each.

@@ -45,7 +45,7 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import Columns, FilePath, Head, identity_text, invalid
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
-from pymoo_psi.study._database import LAST, Database, Proposal, created
+from pymoo_psi.study._database import Database, Proposal, created
 from pymoo_psi.study._facts import (
     SUFFIX,
     Facts,
@@ -65,7 +65,7 @@ from pymoo_psi.study._integrity import (
     require_study,
 )
 
-# What is in such files is no study, and other programs would not open one by such a name.
+# What is in such files is no study, and a study deletes those that it has beside it.
 _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
 _NO_FILE = 0, 0
 # Connections that a fork has inherited: SQLite neither uses nor closes them there.
@@ -92,13 +92,10 @@ class Study:
 
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         self.path = os.path.realpath(path)
-        if self.path.lower().endswith(_OF_OTHERS):
+        if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
             rule = "a database with a name such as designs.db"
             remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
             raise invalid("study", rule, os.fspath(path), remedy)
-        if self.path.lower().endswith(BESIDE):
-            remedy = "a study deletes such files"
-            raise invalid("study", "named unlike files beside a study", os.fspath(path), remedy)
         self.wait = wait
         self.stays_open = False
         self._id: str | None = None  # the study in use, as another file may take its place
@@ -265,12 +262,8 @@ class Study:
         with self.reading() as database:
             return database.facts
 
-    def contents(self, first: int = 1, count: int = LAST) -> tuple[Facts, Columns]:
-        """Return the facts and stored tests, both of the same moment.
-
-        Args:
-            first: The number of the first test.
-            count: How many numbers from there on.
+    def contents(self) -> tuple[Facts, Columns]:
+        """Return the facts and all stored tests, both of the same moment.
 
         Returns:
             The facts, and the columns of the tests in the order of their numbers: those of
@@ -280,7 +273,7 @@ class Study:
             StudyError: As :meth:`facts`.
         """
         with self.reading() as database:
-            return database.facts, database.tests(first, first + count - 1)
+            return database.facts, database.tests()
 
     def proposals(self, run: int = 1) -> list[Proposal]:
         """Return the proposals of a run, by test point.

@@ -18,14 +18,9 @@ from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, m
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._limits import Limit, Limits, limits_of
 from pymoo_psi.table._schema import (
-    EQUALITY,
-    INEQUALITY,
-    LABEL,
-    NOTE,
     OBJECTIVE,
     OUTPUT,
     RESERVED,
-    VARIABLE,
     Column,
     Schema,
     column_names,
@@ -142,17 +137,6 @@ class Formulation(Shown):
         return dict(limits)
 
     @property
-    def changes_columns(self) -> bool:
-        """Whether it asks for other columns or roles than the tests have.
-
-        Example:
-            >>> Formulation(["mass"]).changes_columns, Formulation(limits="mass<=3").changes_columns
-            (True, False)
-        """
-        stated = (self.objectives, self.maximize, self.omitted, self.computed, self.units)
-        return any(map(len, stated))
-
-    @property
     def stated(self) -> Values:
         """The attributes that differ from their defaults, as values that JSON can hold.
 
@@ -247,30 +231,25 @@ class Formulation(Shown):
             >>> Formulation(["width", "mass"]).roles_in(schema).outputs
             ('cost',)
         """
+        stated = (self.objectives, self.maximize, self.omitted, self.computed, self.units)
+        if not any(map(len, stated)):
+            return schema
         self._require_names(schema)
         columns = {}
-        for name in (*schema.outputs, *schema.objectives, *schema.constraints):
-            columns[name] = schema[name]
+        for column in (*schema.with_role(OUTPUT), *schema.columns):  # the outputs are first
+            columns[column.name] = column
         for name in self.computed:
             columns[name] = Column(name, OUTPUT)
         asked = []
-        objectives = self.objectives or schema.objectives
-        for name in objectives:
-            column = columns.pop(name, None) or schema[name]
+        for name in self.objectives or schema.objectives:
+            column = columns.pop(name)
             maximize = column.maximize or name in self.maximize
             asked.append(Column(name, OBJECTIVE, unit=column.unit, maximize=maximize))
         for column in columns.values():
-            is_constraint = column.role in (INEQUALITY, EQUALITY)
-            if not is_constraint or column.name in self.omitted:
+            if column.role == OBJECTIVE or column.name in self.omitted:
                 column = column._replace(role=OUTPUT)
             asked.append(column)
-        for column in schema.columns:
-            if column.role in (VARIABLE, LABEL, NOTE) and column.name not in objectives:
-                asked.append(column)
-        whole = replace(schema, columns=tuple(asked))
-        if self.units:
-            whole = whole.with_units(self.units)
-        return whole
+        return replace(schema, columns=tuple(asked)).with_units(self.units)
 
     def _require_names(self, schema: Schema) -> None:
         """Refuse columns that are not there, and units that are not those of the table."""

@@ -47,9 +47,7 @@ _OF_DECISION = ("limits", "ranges", "normalize", "chosen", "reason", "positions"
 
 def schema_head(schema: Schema) -> Values:
     """Return the entries of a head for the columns: names by role, kinds, bounds and units."""
-    head: Values = {}
-    for group, role in _GROUPS.items():
-        head[group] = [*schema.of_role(role)]
+    head: Values = {group: [*schema.of_role(role)] for group, role in _GROUPS.items()}
     variables = schema.with_role(VARIABLE)
     head["kinds"] = [kind.value for kind in schema.kinds]
     head["lower"] = [column.lower for column in variables]
@@ -71,14 +69,11 @@ def schema_of(head: Head) -> Schema:
         KeyError: An entry is missing.
         ArgumentValueError: The columns do not fit one another.
     """
-    bounds = [np.array(head[side], dtype=np.float64) for side in ("lower", "upper")]
+    groups = [head[group] for group in _GROUPS if group != "outputs"]
     schema = Schema.of(
-        head["variables"],
-        head["objectives"],
-        head["inequalities"],
-        head["equalities"],
-        lower=bounds[0],
-        upper=bounds[1],
+        *groups,
+        lower=np.array(head["lower"], dtype=np.float64),
+        upper=np.array(head["upper"], dtype=np.float64),
         eq_tolerance=head["eq_tolerance"],
         kinds=head["kinds"],
         outputs=head.get("outputs", ()),

@@ -25,7 +25,6 @@ from pymoo_psi._validation import (
     Names,
     Received,
     finite_number,
-    instance,
     invalid,
     mapping,
     wrong_type,
@@ -78,32 +77,32 @@ class Limit(NamedTuple):
                 no limit.
             ArgumentTypeError: It has none of these forms.
         """
+        argument = f"{column!r} in limits"
         if isinstance(value, Limit):
             return value
         if isinstance(value, str):
             if re.search("[<>=]", value):
-                sides = sides_of_text(f"{column!r} in limits", value)
-                return cls(sides.get(">=", -math.inf), sides.get("<=", math.inf))._checked(column)
-            return cls(texts=(value,))
-        if _is_of_texts(value):
-            if isinstance(value, (set, frozenset)):
-                value = sorted(value)
+                return _of_sides(sides_of_text(argument, value))._checked(argument)
+            value = [value]
+        if not isinstance(value, (tuple, list)):
+            high = _end(argument, value)
+            return cls(high=high, is_bare=high < math.inf)._checked(argument)
+        if all(isinstance(text, str) for text in value):
             return cls(texts=tuple(value))
-        if isinstance(value, (tuple, list)):
-            if len(value) != 2:
-                raise wrong_type(f"{column!r} in limits", _FORM, value)
-            low = _end(column, value[0], -math.inf)
-            return cls(low, _end(column, value[1], math.inf))._checked(column)
-        if value is None:
-            raise wrong_type(f"{column!r} in limits", _FORM, value)
-        high = _end(column, value, math.inf)
-        return cls(high=high, is_bare=high < math.inf)._checked(column)
+        if len(value) != 2:
+            raise wrong_type(argument, _FORM, value)
+        low, high = value
+        if low is None:
+            low = -math.inf
+        if high is None:
+            high = math.inf
+        return cls(_end(argument, low), _end(argument, high))._checked(argument)
 
-    def _checked(self, column: str) -> Limit:
+    def _checked(self, argument: str) -> Limit:
         """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""
         if not (self.low <= self.high and self.low < math.inf and self.high > -math.inf):
             received = Received(f"({self.low:g}, {self.high:g})")
-            raise invalid(f"{column!r} in limits", "(lower, upper) in increasing order", received)
+            raise invalid(argument, "(lower, upper) in increasing order", received)
         return self
 
     @property
@@ -186,12 +185,10 @@ class Limit(NamedTuple):
         return f"{name} {allowed} {unit}".strip()
 
 
-def _end(column: str, value: Any, unbounded: float) -> float:
-    """Return an end of a limit as a float; the infinite one for None."""
-    if value is None:
-        return unbounded
+def _end(argument: str, value: Any) -> float:
+    """Return an end of a limit as a float."""
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise wrong_type(f"{column!r} in limits", _FORM, value)
+        raise wrong_type(argument, _FORM, value)
     return float(value)
 
 
@@ -228,45 +225,45 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
     if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
         return _limits_of_texts(limits, argument)
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
-    by_column = {}
-    for name, limit in mapping(argument, limits, rule).items():
-        column_names(argument, [instance("a name in limits", name, str)])
-        by_column[str(name)] = Limit.of(name, limit)
-    return by_column
+    limits = mapping(argument, limits, rule)
+    names = column_names(argument, [*limits])
+    return {name: Limit.of(name, limits[name]) for name in names}
 
 
 def _limits_of_texts(texts: Names, argument: str) -> dict[str, Limit]:
-    limits: dict[str, Limit] = {}
-    listed = ""  # the column of the entry before, if that begins a list of texts
+    sides_by_column: dict[str, dict[str, Any]] = {}
+    listed: list[str] = []  # the texts of the entry before, if others may follow
     for entry in entries_of(texts):
         if listed and not _STATEMENT.search(entry):
-            former = limits[listed].texts or ()
-            limits[listed] = Limit(texts=(*former, entry))
+            listed.append(entry)
             continue
-        name, limit = _limit_of_entry(entry, argument)
-        listed = ""
+        name, sides = _sides_of_entry(entry, argument)
+        present = sides_by_column.setdefault(name, {})
+        both = present.keys() & sides.keys()
+        if both or (present and "in" in (*present, *sides)):
+            raise invalid(argument, "given once for each side of a column", Received(entry))
+        present |= sides
+        listed = []
         if "=" not in entry:  # column in text
-            listed = name
-        if name in limits:
-            limit = _joined(limits[name], limit, entry, argument)
-        limits[name] = limit._checked(name)
+            listed = sides["in"]
+    limits = {}
+    for name, sides in sides_by_column.items():
+        limits[name] = _of_sides(sides)._checked(f"{name!r} in limits")
     return limits
 
 
-def _joined(one: Limit, other: Limit, entry: str, argument: str) -> Limit:
-    """Return two limits on one column as one; each side can be given once."""
-    is_low_twice = one.low > -math.inf < other.low
-    is_high_twice = one.high < math.inf > other.high
-    if is_low_twice or is_high_twice or one.texts is not None or other.texts is not None:
-        raise invalid(argument, "given once for each side of a column", Received(entry))
-    return Limit(max(one.low, other.low), min(one.high, other.high))
+def _of_sides(sides: Mapping[str, Any]) -> Limit:
+    """Return the limit of numbers by sign, or of the texts in which a column is."""
+    if "in" in sides:
+        return Limit(texts=tuple(sides["in"]))
+    return Limit(sides.get(">=", -math.inf), sides.get("<=", math.inf))
 
 
-def _limit_of_entry(entry: str, argument: str) -> tuple[str, Limit]:
-    """Return the column of an entry, and its limit."""
+def _sides_of_entry(entry: str, argument: str) -> tuple[str, dict[str, Any]]:
+    """Return the column of an entry, and the sides of its limit, see :func:`_of_sides`."""
     match = _TEXTS.fullmatch(entry)
     if match is not None:
-        return match["name"], Limit(texts=(match["text"].strip(),))
+        return match["name"], {"in": [match["text"].strip()]}
     match = _LIMIT.fullmatch(entry)
     # Two signs that state the same side are no limit, nor is the absence of both.
     if match is None or _TURNED.get(match["left"]) == match["right"]:
@@ -282,7 +279,7 @@ def _limit_of_entry(entry: str, argument: str) -> tuple[str, Limit]:
         sides[_TURNED[match["left"]]] = _number_of_one_meaning(match["first"], entry, argument)
     if match["right"]:
         sides[match["right"]] = _number_of_one_meaning(match["last"], entry, argument)
-    return match["name"], Limit(sides.get(">=", -math.inf), sides.get("<=", math.inf))
+    return match["name"], sides
 
 
 def sides_of_text(argument: str, text: str) -> dict[str, float]:
@@ -340,13 +337,6 @@ def entries_of(texts: Names) -> list[str]:
 def texts_of(cells: AnyArray) -> AnyArray:
     """``(n,)`` the texts of cells; a missing one is empty."""
     return np.where(blank(cells), "", cells).astype(str)
-
-
-def _is_of_texts(limit: Any) -> bool:
-    """Whether a limit is a list of the texts that it allows; an empty one allows none."""
-    if not isinstance(limit, (list, tuple, set, frozenset)):
-        return False
-    return all(isinstance(text, str) for text in limit)
 
 
 def _entry(text: str) -> str:

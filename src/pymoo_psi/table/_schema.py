@@ -360,7 +360,8 @@ class Schema:
         by_name = dict(self._by_name)
         for attribute, values in changes.items():
             for name, value in values.items():
-                by_name[name] = self[name]._replace(**{attribute: value})
+                column = by_name[known_name("column", name, by_name)]
+                by_name[name] = column._replace(**{attribute: value})
         return self._having(by_name)
 
     def with_units(self, units: Mapping[str, str]) -> Schema:

@@ -86,8 +86,6 @@ class View:
             >>> table.under(objectives=["f2"]).schema.outputs
             ('f1',)
         """
-        if not self.formulation.changes_columns:
-            return self.evaluated
         return self.formulation.roles_in(self.evaluated)
 
     @cached_property
