@@ -17,7 +17,7 @@ from pymoo_psi._validation import (
     invalid,
     wrong_type,
 )
-from pymoo_psi.table._schema import VARIABLE, Column, cells_of_kind, kind_of_cells
+from pymoo_psi.table._schema import VARIABLE, Column, cells_of_kind, column_names, kind_of_cells
 
 
 def designs_of(
@@ -38,56 +38,53 @@ def designs_of(
     """
     if hasattr(value, "itertuples"):  # a frame of pandas
         value = value.to_dict("records")
-    if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
-        value = value.tolist()
-    names = None
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
+    names: Names = ()
     if variables is not None:
         names = [column.name for column in variables]
-    elif isinstance(value, Sequence) and value and isinstance(value[0], Mapping):
-        names = [*value[0]]
-    is_declared = variables is not None and all(column.kind for column in variables)
-    array = _array(value, names, real=not is_declared)
-    if array.ndim != 2 or (variables is not None and array.shape[1] != len(variables)):
-        width = "n_var" if variables is None else len(variables)
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        array = np.array(value, order="C")
+    else:
+        rows = list(value)
+        if rows and isinstance(rows[0], Mapping):
+            names = names or [*rows[0]]
+            rows = _cells_of_mappings(rows, names)
+        is_declared = variables is not None and all(column.kind for column in variables)
+        array = _array(rows, real=not is_declared)
+    if array.ndim != 2 or (variables is not None and array.shape[1] != len(names)):
+        width = "n_var" if variables is None else len(names)
         raise invalid("X", f"of shape (n, {width})", Received(f"shape {array.shape}"))
     if variables is None:
-        names = names or [f"x{j + 1}" for j in range(array.shape[1])]
+        names = names or column_names("variables", array.shape[1], "x")
         variables = [Column(name, VARIABLE, None) for name in names]
     columns = []
     data: Columns = {}
-    for column, cells in zip(variables, array.T, strict=True):
-        name = column.name
-        data[name] = cells_of_kind(name, cells, column.kind)
-        if data[name].dtype.kind == "f":
-            finite_array(f"X, {name},", data[name])
-        elif data[name].dtype == object:
-            fractions = [cell for cell in data[name].tolist() if isinstance(cell, float)]
-            finite_array(f"X, {name},", np.array(fractions))
-        if len(array):
-            column = column._replace(kind=column.kind or kind_of_cells(data[name]))
+    for column, values in zip(variables, array.T, strict=True):
+        cells = cells_of_kind(column.name, values, column.kind)
+        numbers = cells
+        if cells.dtype == object:
+            numbers = np.array([cell for cell in cells.tolist() if isinstance(cell, float)])
+        finite_array(f"X, {column.name},", numbers)
+        data[column.name] = cells
+        if len(cells):
+            column = column._replace(kind=column.kind or kind_of_cells(cells))
         columns.append(column)
     return data, columns
 
 
-def _array(value: Any, names: Names | None, *, real: bool) -> AnyArray:
-    """Return designs as a new two-dimensional array, of objects unless all are of one type.
+def _cells_of_mappings(rows: Sequence[Any], names: Names) -> list[list[Any]]:
+    """Return the cells of designs that are mappings from variable to value."""
+    cells = []
+    for row in rows:
+        if not isinstance(row, Mapping) or row.keys() != {*names}:
+            raise invalid("X", f"mappings of the variables {', '.join(map(str, names))}", row)
+        cells.append([row[name] for name in names])
+    return cells
 
-    Args:
-        value: The designs.
-        names: The variables of mappings.
-        real: Whether whole numbers beside fractions are real numbers.
-    """
-    if isinstance(value, np.ndarray):
-        return np.array(value, order="C")
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
-    rows = list(value)
-    if rows and isinstance(rows[0], Mapping):
-        names = names or []
-        for i, row in enumerate(rows):
-            if not isinstance(row, Mapping) or row.keys() != {*names}:
-                raise invalid("X", f"mappings of the variables {', '.join(map(str, names))}", row)
-            rows[i] = [row[name] for name in names]
+
+def _array(rows: Sequence[Any], *, real: bool) -> AnyArray:
+    """Return rows as an array of objects; of float64 if whole numbers beside fractions are real."""
     try:
         array = np.array(rows, dtype=object)
     except ValueError as error:

@@ -39,22 +39,13 @@ def _greatest(*values: Any) -> Any:
 
 
 # Not fmin and fmax, which would pass over a NaN and make a number of what is not known.
+_OF_NUMPY = ("abs", "sqrt", "exp", "log", "log2", "log10", "sin", "cos", "tan")
+_HYPERBOLIC = ("sinh", "cosh", "tanh")
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "abs": np.abs,
-    "sqrt": np.sqrt,
-    "exp": np.exp,
-    "log": np.log,
-    "log2": np.log2,
-    "log10": np.log10,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
+    **{name: getattr(np, name) for name in (*_OF_NUMPY, *_HYPERBOLIC)},
     "asin": np.arcsin,
     "acos": np.arccos,
     "atan": np.arctan,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
     "min": _least,
     "max": _greatest,
 }
