@@ -17,6 +17,7 @@ from pymoo_psi.errors import EvaluationError, StudyMismatchError
 from pymoo_psi.files import read_table
 from pymoo_psi.study import Study
 from tests.helpers.refusals import interrupted, refused
+from tests.helpers.studies import rows
 
 
 class Model(ElementwiseProblem):

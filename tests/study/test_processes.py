@@ -132,7 +132,7 @@ def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
         assert until(lambda: len(lines(ready)) > n)  # noqa: B023
         os.kill(pid, signal.SIGKILL)
         workers.wait(pid)
-        assert Path(f"{path}.pymoo-psi-lock").exists()
+        assert Path(f"{path}-run-1.pymoo-psi-lock").exists()
         assert study.append(block(1 + 4 * n, 4)) == 4
     assert sorted(os.listdir(tmp_path)) == ["ready", "s.db"]
 

@@ -273,7 +273,7 @@ class Database:
         if stored:
             return stored
         for proposal in proposals:
-            self.add_proposal(run, Proposal(*proposal))
+            self.add_proposal(run, proposal)
         return proposals
 
     def assign(self, run: int, proposal: Proposal) -> tuple[int, Proposal]:

@@ -346,5 +346,7 @@ def beside(head: Head, stored: Head) -> Values:
 def with_outputs(head: Head, names: Collection[str]) -> Values:
     """Return a head in which columns of values that it lacks are outputs."""
     present = {*columns_of_head(head), *NOT_VALUES}
-    outputs = [name for name in names if name not in present]
-    return {**head, "outputs": [*head.get("outputs", ()), *outputs]}
+    outputs = [*head.get("outputs", ()), *(name for name in names if name not in present)]
+    if not outputs:
+        return dict(head)
+    return {**head, "outputs": outputs}

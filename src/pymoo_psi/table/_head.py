@@ -186,9 +186,9 @@ def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
     return np.fromiter(map(option_of, texts), object)
 
 
-def kinds_of_columns(schema: Schema, number: str = TEST) -> dict[str, Kind]:
+def kinds_of_columns(schema: Schema) -> dict[str, Kind]:
     """Return the kind of every column that a table needs in a file; texts are those of a choice."""
-    kinds = {number: Kind.INTEGER}
+    kinds = {TEST: Kind.INTEGER}
     for column in schema.columns:
         kinds[column.name] = column.kind or Kind.REAL
     results = result_columns(schema.names)

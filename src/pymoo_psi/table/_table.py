@@ -221,9 +221,7 @@ class TestTable(View, Shown):
             (0, 1)
         """
         schema = Schema() if schema is None else instance("schema", schema, Schema)
-        data: Columns = {}
-        for column in schema.columns:
-            data[column.name] = cells_of_kind(column.name, [], column.kind)
+        data = {c.name: cells_of_kind(c.name, [], c.kind) for c in schema.columns}
         return cls(schema, Data(data), np.zeros(0, dtype=np.int64))
 
     def with_outputs(self, outputs: Mapping[str, ArrayLike]) -> TestTable:
@@ -721,14 +719,11 @@ class TestTable(View, Shown):
             >>> averaged(tests).confidence()["best"].round(2).tolist()
             [0.0, 1.0, 0.0]
         """
-        return self._confidence.copy()
-
-    @cached_property
-    def _confidence(self) -> pd.DataFrame:
         import pandas as pd
 
         ranking = self.feasible_ranking()
-        names = list(map(error_column, self.schema.objectives))
+        objectives = self.schema.objectives
+        names = list(map(error_column, objectives))
         if not has_errors(self):
             rule = f"one with standard errors, {', '.join(names)}"
             remedy = "average tests by pymoo_psi.analysis.averaged(table, label)"
@@ -738,9 +733,7 @@ class TestTable(View, Shown):
         if N_TESTS in self.schema.outputs:
             degrees = degrees_of_freedom(self.column(N_TESTS)[ranking.rows])
         expected, shares = probabilities(ranking, errors, degrees)
-        frame = pd.DataFrame(
-            expected, list(ranking.objectives.labels), list(self.schema.objectives)
-        )
+        frame = pd.DataFrame(expected, list(ranking.objectives.labels), list(objectives))
         frame[["pareto", "best", "near_best"]] = shares
         return frame
 
@@ -834,9 +827,10 @@ class TestTable(View, Shown):
         earlier = first[later]
         # As evaluated: a failure is a result, and by rounding one of two may exceed a limit.
         status = [replace(table, decision=Decision()).status for table in (self, other)]
+        results = {result_columns(whole.columns)["status"]: np.concatenate(status)}
         optional = {*whole.evaluated.outputs, *whole.evaluated.notes}
         columns: Columns = {}
-        for name, cells in [*whole.data.items(), ("status", np.concatenate(status))]:
+        for name, cells in {**whole.data, **results}.items():
             one = cells[earlier]
             two = cells[later]
             differing = unequal(one, two, _ROUNDING)
@@ -859,8 +853,6 @@ class TestTable(View, Shown):
         for table in tables:
             instance("a table to be joined", table, TestTable)
         tables = [table for table in tables if len(table) or table.evaluated.columns] or [self]
-        if len(tables) == 1:
-            return tables[0]
         whole = tables[0]
         for table in tables[1:]:
             difference = table_difference(whole, table)
@@ -1073,14 +1065,14 @@ def table_difference(a: TestTable, b: TestTable) -> str:
 def _facts(table: TestTable) -> Values:
     """Return what the tests of a table have in common, by the words for it."""
     schema = table.evaluated
-    facts: Values = {
-        role: schema.of_role(role) for role in (VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY)
-    }
+    facts: Values = {}
+    for role in (VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY):
+        facts[role] = schema.of_role(role)
     facts["eq_tolerance"] = schema.eq_tolerance
     for column in schema.columns:
-        for attribute in ("unit", "maximize", "lower", "upper"):
-            facts[f"{attribute} of {column.name}"] = getattr(column, attribute)
-        facts[f"role of {column.name}"] = column.role.replace(LABEL, NOTE)
+        column = column._replace(role=column.role.replace(LABEL, NOTE), kind=None)
+        for attribute, value in column._asdict().items():
+            facts[f"{attribute} of {column.name}"] = value
     formulation = table.formulation
     facts["formulation"] = replace(formulation, ranges=formulation.ranges or None)
     return facts
