@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -56,7 +56,7 @@ _TABLES = ("meta", "runs", "plan", "log", "tests")
 # Files
 
 
-def connected(path: str, *, keeps_journal: bool = False) -> sqlite3.Connection:
+def connected(path: str) -> sqlite3.Connection:
     """Return a connection to a file that exists, without a transaction."""
     # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
     # that must not be written as read-only. isolation_level=None: Python's module would
@@ -70,30 +70,10 @@ def connected(path: str, *, keeps_journal: bool = False) -> sqlite3.Connection:
         db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
         db.execute("PRAGMA temp_store = MEMORY")
         db.execute("PRAGMA cache_size = -65536")  # 64 MB, as designs are spread over their index
-        if keeps_journal:
-            _change_journal_mode(db, "delete", "persist")
     except sqlite3.Error:  # it is no database
         db.close()
         raise
     return db
-
-
-def closed(db: sqlite3.Connection, *, deletes_journal: bool) -> None:
-    """Close a connection; changes that are not committed are undone.
-
-    If another file has taken the place of the study, a journal beside it is that of the new one.
-    """
-    with closing(db), suppress(sqlite3.Error):
-        if db.in_transaction:
-            db.execute("ROLLBACK")
-        if deletes_journal:
-            _change_journal_mode(db, "persist", "delete")
-
-
-def _change_journal_mode(db: sqlite3.Connection, former: str, mode: str) -> None:
-    """Change the journal mode, unless a user has chosen another one."""
-    if db.execute("PRAGMA journal_mode").fetchone() == (former,):
-        db.execute(f"PRAGMA journal_mode = {mode}")
 
 
 def require_study(db: sqlite3.Connection, path: str) -> None:

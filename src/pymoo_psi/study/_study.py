@@ -57,7 +57,6 @@ from pymoo_psi.study._facts import (
 )
 from pymoo_psi.study._integrity import (
     BESIDE,
-    closed,
     connected,
     intact,
     locked,
@@ -67,7 +66,6 @@ from pymoo_psi.study._integrity import (
 
 # What is in such files is no study, and a study deletes those that it has beside it.
 _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
-_NO_FILE = 0, 0
 # Connections that a fork has inherited: SQLite neither uses nor closes them there.
 _INHERITED: list[sqlite3.Connection] = []
 
@@ -84,8 +82,7 @@ class Study:
         path: The absolute path of the file.
         wait: Seconds to wait for other processes that are writing the study.
         stays_open: Whether the file is open while this object lives, and not only in a context of
-            :meth:`writing`. An empty journal then lies beside it. That is several times as fast for
-            commits of single tests.
+            :meth:`writing`. That is faster for commits of single tests.
     """
 
     _database: Database | None = None  # the open file
@@ -198,10 +195,6 @@ class Study:
                 self._n_writing += 1
             try:
                 yield
-            except BaseException:
-                with self._threads:
-                    self._close()  # perhaps the process is going to end
-                raise
             finally:
                 with self._threads:
                     self._n_writing -= 1
@@ -308,14 +301,14 @@ class Study:
 
     def _begun(self, begin: str) -> Database:
         """Return the study in a new transaction; it is checked if others have changed the file."""
-        file = self._file_now()
-        if file[1:] == _NO_FILE:
+        if not os.path.isfile(self.path):
             raise StudyAccessError(f"study {self.path} does not exist; check the name")
+        state = os.stat(self.path)
+        file = os.getpid(), state.st_dev, state.st_ino
         if self._file != file:
             self._close()
         if self._database is None:
-            db = connected(self.path, keeps_journal=self.stays_open)
-            self._database = Database(db, self.path)
+            self._database = Database(connected(self.path), self.path)
             self._file = file
         database = self._database
         database.db.execute(begin)
@@ -335,13 +328,6 @@ class Study:
             self._database = database
         return database
 
-    def _file_now(self) -> tuple[int, ...]:
-        """Return the number of this process, and which file has the name of the study."""
-        if not os.path.isfile(self.path):
-            return os.getpid(), *_NO_FILE
-        state = os.stat(self.path)
-        return os.getpid(), state.st_dev, state.st_ino
-
     def _close_unused(self) -> None:
         """Close the file, unless it is kept open."""
         if self._n_writing == 0 and not self.stays_open:
@@ -353,11 +339,10 @@ class Study:
             return
         db = self._database.db
         self._database = None
-        file = self._file_now()
-        if file[0] != self._file[0]:
+        if self._file[0] != os.getpid():
             _INHERITED.append(db)
         else:
-            closed(db, deletes_journal=self.stays_open and file == self._file)
+            db.close()  # changes that are not committed are undone
 
 
 def studies_in(folder: FilePath) -> list[str]:

@@ -64,6 +64,8 @@ class Data(dict[str, AnyArray]):
 
     def with_columns(self, columns: Mapping[str, AnyArray]) -> Data:
         """Return these and further columns, or others in the place of those with their names."""
+        if not columns:
+            return self
         matrices = {}
         for key, matrix in self.matrices.items():
             if not any(column.name in columns for column in key):

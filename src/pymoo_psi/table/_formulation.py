@@ -11,10 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, TypedDict
 
-import numpy as np
-
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, mapping, wrong_type
+from pymoo_psi._validation import Names, Values, boolean, finite_array, invalid, known_name, mapping
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._limits import Limit, Limits, limits_of
 from pymoo_psi.table._schema import (
@@ -279,14 +277,11 @@ def _checked_ranges(ranges: Any) -> dict[str, list[float]]:
     """Return fixed ranges by objective, each of two finite numbers in order."""
     checked = {}
     for name, pair in mapping("ranges", ranges, "objectives to pairs (lower, upper)").items():
-        rule = "a pair (lower, upper) of finite numbers in increasing order"
-        try:
-            low, high = map(float, pair)
-        except (TypeError, ValueError):
-            raise wrong_type(f"the range of {name!r}", rule, pair) from None
-        if not -np.inf < low <= high < np.inf:
-            raise invalid(f"the range of {name!r}", rule, pair)
-        checked[name] = [low, high]
+        argument = f"the range of {name!r}"
+        ends = finite_array(argument, pair)
+        if ends.shape != (2,) or ends[0] > ends[1]:
+            raise invalid(argument, "a pair (lower, upper) in increasing order", pair)
+        checked[name] = ends.tolist()
     return checked
 
 

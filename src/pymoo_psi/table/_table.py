@@ -764,11 +764,11 @@ class TestTable(View, Shown):
         lower = self.schema.lower.copy()
         upper = self.schema.upper.copy()
         for j, column in enumerate(self.schema.with_role(VARIABLE)):
-            if column.kind not in (Kind.REAL, Kind.LOG, Kind.INTEGER):
+            if column.kind in (Kind.BINARY, Kind.CHOICE):
                 continue
-            cells = self.column(column.name)[feasible].astype(np.float64)
-            low = cells.min()
-            high = cells.max()
+            cells = self.column(column.name)[feasible]
+            low = float(cells.min())
+            high = float(cells.max())
             if column.kind is Kind.LOG:
                 growth = (high / low) ** margin
                 low /= growth
@@ -940,9 +940,7 @@ class TestTable(View, Shown):
             >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status_counts()
             '1 ok, 0 infeasible, 1 failed'
         """
-        n_failed = self.failed().sum()
-        n_ok = self.feasible().sum()
-        n_infeasible = len(self) - n_ok - n_failed
+        n_ok, n_infeasible, n_failed = np.bincount(self._codes, minlength=3)
         word = self.schema.words["failed"]
         return f"{n_ok} ok, {n_infeasible} infeasible, {n_failed} {word}"
 

@@ -91,18 +91,17 @@ class View:
     @cached_property
     def _columns(self) -> Data:
         """The columns of the formulation, with computed ones, in the original directions."""
-        if self.schema is self.evaluated:
-            return self.data
         columns = {name: self.data[name] for name in self.evaluated.values}
         for name, text in self.formulation.computed.items():
             columns[name] = Expression.of(text).values(columns)
+        changed = {name: columns[name] for name in self.formulation.computed}
         for name in self.schema.objectives:
-            columns[name] = real_column(name, columns[name])
-            if name in self.evaluated.names and self.evaluated[name].role == EQUALITY:
-                columns[name] = np.abs(columns[name])
-        if all(cells is self.data.get(name) for name, cells in columns.items()):
-            return self.data  # with the matrices that other formulations have made
-        return Data({**self.data, **columns})
+            cells = real_column(name, columns[name])
+            if name in self.evaluated.of_role(EQUALITY):
+                cells = np.abs(cells)
+            if cells is not self.data.get(name):
+                changed[name] = cells
+        return self.data.with_columns(changed)
 
     def _matrix(self, role: str) -> AnyArray:
         return self._columns.matrix(len(self), self.schema.with_role(role))
