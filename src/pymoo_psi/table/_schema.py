@@ -64,9 +64,8 @@ N_TESTS = "tests"
 # What sentences call the rows of a table, and those without values.
 _OF_TESTS = {"row": "test", "failed": "failed"}
 _OF_DESIGNS = {"row": "design", "failed": "incomplete"}
-# The types of the cells of a kind, exactly, since True is an int for isinstance.
-_TYPES = {Kind.REAL: float, Kind.LOG: float, Kind.INTEGER: int, Kind.BINARY: bool}
-_KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
+# By the exact type of a cell, since True is an int for isinstance.
+_KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
 
 class Column(NamedTuple):
@@ -547,20 +546,27 @@ def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
 
 def _is_of_kind(cell: Any, kind: Kind) -> bool:
     """Whether a cell is of the type of a kind, or a number that is equal to one of it."""
-    if kind is Kind.CHOICE or type(cell) is _TYPES[kind]:
+    kind_of_cell = _KIND_OF_TYPE.get(type(cell), Kind.CHOICE)
+    if kind in (kind_of_cell, Kind.CHOICE):
         return True
-    if type(cell) not in (int, float):
+    if kind_of_cell not in (Kind.REAL, Kind.INTEGER):
         return False
-    return kind.real or (kind is Kind.INTEGER and cell == cell // 1) or cell in (0, 1)
+    if kind.real:
+        return bool(float(cell) == cell)
+    if kind is Kind.INTEGER:
+        return bool(cell == cell // 1)
+    return cell in (0, 1)
 
 
 def kind_of_cells(array: AnyArray) -> Kind:
     """Return the kind that ``(n,)`` cells show; cells of several types are those of a choice."""
-    if array.dtype != object:
-        return _KIND_OF_DTYPE[array.dtype.kind.replace("u", "i")]
-    types = {type(plain(cell)) for cell in array.tolist()} or {float}
-    kinds = [kind for kind, of_kind in _TYPES.items() if {of_kind} == types]
-    return next(iter(kinds), Kind.CHOICE)
+    sample = array
+    if array.dtype != object:  # all are of one type
+        sample = array[:1]
+    types = {type(plain(cell)) for cell in sample.tolist()} or {float}
+    if len(types) > 1:
+        return Kind.CHOICE
+    return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
 
 
 def _frozen(array: AnyArray) -> AnyArray:
