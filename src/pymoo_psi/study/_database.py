@@ -193,8 +193,8 @@ class Database:
             runs = []
             for number, *texts in self.db.execute("SELECT * FROM runs ORDER BY run"):
                 runs.append(StudyRun(number, *map(json.loads, texts)))
-            (n_changes,) = self._integers("SELECT count(*) FROM log")
-        facts = Facts(runs=runs, n_changes=int(n_changes), **meta)
+            n_changes = self.count("log")
+        facts = Facts(runs=runs, n_changes=n_changes, **meta)
         return facts._replace(head={**facts.head, **facts.bounds})
 
     def log(self, who: str, **what: Any) -> None:

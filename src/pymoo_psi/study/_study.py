@@ -38,12 +38,11 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from glob import escape, glob
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Columns, FilePath, Head, identity_text, invalid
+from pymoo_psi._validation import Columns, FilePath, Head, Values, identity_text, invalid
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import Database, Proposal, created
 from pymoo_psi.study._facts import (
@@ -96,21 +95,14 @@ class Study:
         self.wait = wait
         self.stays_open = False
         self._id: str | None = None  # the study in use, as another file may take its place
-        self._open()
-
-    def _open(self) -> None:
         self._threads = threading.RLock()  # one transaction at a time
         self._file: tuple[int, ...] = ()  # the process that has opened it, and which file it is
         self._n_writing = 0  # how many contexts keep it open
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __reduce__(self) -> tuple[type, tuple[str], Values]:
         """Copies open the file anew."""
-        return {name: vars(self)[name] for name in ("path", "wait", "stays_open", "_id")}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore a copy."""
-        vars(self).update(state)
-        self._open()
+        state = {"wait": self.wait, "stays_open": self.stays_open, "_id": self._id}
+        return Study, (self.path,), state
 
     def __del__(self) -> None:
         """Close the file."""

@@ -11,8 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, TypedDict
 
+import numpy as np
+
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Names, Values, boolean, finite_array, invalid, known_name, mapping
+from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, mapping, real_array
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._limits import Limit, Limits, limits_of
 from pymoo_psi.table._schema import (
@@ -278,9 +280,10 @@ def _checked_ranges(ranges: Any) -> dict[str, list[float]]:
     checked = {}
     for name, pair in mapping("ranges", ranges, "objectives to pairs (lower, upper)").items():
         argument = f"the range of {name!r}"
-        ends = finite_array(argument, pair)
-        if ends.shape != (2,) or ends[0] > ends[1]:
-            raise invalid(argument, "a pair (lower, upper) in increasing order", pair)
+        rule = "a pair (lower, upper) of finite numbers in increasing order"
+        ends = real_array(argument, pair, f"give {rule}")
+        if ends.shape != (2,) or not np.isfinite(ends).all() or ends[0] > ends[1]:
+            raise invalid(argument, rule, pair)
         checked[name] = ends.tolist()
     return checked
 
