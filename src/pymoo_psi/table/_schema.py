@@ -254,11 +254,13 @@ class Schema:
         Raises:
             ArgumentValueError: There is no such column.
         """
-        return self._by_name[known_name("column", name, self._by_name)]
+        if name not in self._by_name:
+            known_name("column", name, self._by_name)
+        return self._by_name[name]
 
     def with_role(self, *roles: str) -> tuple[Column, ...]:
         """Return the columns of some roles, in the order of the columns."""
-        return tuple(column for column in self.columns if column.role in roles)
+        return tuple([column for column in self.columns if column.role in roles])
 
     def of_role(self, *roles: str) -> tuple[str, ...]:
         """Return the names of the columns of some roles, in the order of the columns."""
@@ -359,7 +361,7 @@ class Schema:
         by_name = dict(self._by_name)
         for attribute, values in changes.items():
             for name, value in values.items():
-                column = by_name[known_name("column", name, by_name)]
+                column = by_name.get(name, self[name])
                 by_name[name] = column._replace(**{attribute: value})
         return self._having(by_name)
 

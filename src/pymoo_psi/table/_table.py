@@ -239,6 +239,8 @@ class TestTable(View, Shown):
             >>> table.with_outputs({"heat": [3, 4]})["heat"]
             array([3., 4.])
         """
+        if not outputs:
+            return self
         data: Columns = {}
         for name, values in outputs.items():
             data[name] = np.array(real_array(f"the output {name!r}", values))
@@ -259,6 +261,8 @@ class TestTable(View, Shown):
             >>> table.with_notes({"model": ["A", "B"]}, "model").names
             ['A', 'B']
         """
+        if not notes and label is None:
+            return self
         data: Columns = {}
         for name, values in mapping("notes", notes, "columns to cells").items():
             listed = collection(f"the note {name!r}", values, "a list of cells")

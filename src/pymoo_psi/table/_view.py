@@ -91,6 +91,8 @@ class View:
     @cached_property
     def _columns(self) -> Data:
         """The columns of the formulation, with computed ones, in the original directions."""
+        if self.schema is self.evaluated:
+            return self.data
         columns = {name: self.data[name] for name in self.evaluated.values}
         for name, text in self.formulation.computed.items():
             columns[name] = Expression.of(text).values(columns)
@@ -325,12 +327,16 @@ class View:
         variables = self.evaluated.variables
         if not variables:  # no design equals another
             return repeats
-        # Keys are made only of rows whose first number recurs.
         numbers = self._columns[(*self.schema.objectives, *variables)[0]][rows]
         if numbers.dtype == object:
             numbers = np.zeros(len(rows))
-        _, value, count = np.unique(numbers, return_inverse=True, return_counts=True)
-        places = np.flatnonzero(count[value] > 1)
+        # A row with a number that occurs once occurs once. Here, NaN is a number like others.
+        numbers = np.nan_to_num(numbers)
+        ordered = np.sort(numbers)
+        recurring = ordered[1:][ordered[1:] == ordered[:-1]]
+        if len(recurring) == 0:
+            return repeats
+        places = np.flatnonzero(np.isin(numbers, recurring))
         designs = {name: self.data[name][rows[places]] for name in variables}
         parts = [self.evaluated.keys(designs), map(bytes, self.F[rows[places]])]
         for name in self.evaluated.notes:
