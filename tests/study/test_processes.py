@@ -17,7 +17,7 @@ from pymoo_psi.errors import StudyLockedError
 from pymoo_psi.study import Study
 from tests.helpers.processes import LONG, until
 from tests.helpers.refusals import refused
-from tests.helpers.studies import HEAD, begun, bits, block, of_one_run, read, rows
+from tests.helpers.studies import HEAD, begun, bits, block, read, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
 
