@@ -35,9 +35,6 @@ _INTERRUPTED = 130  # 128 plus the number of the signal, the convention of shell
 Options: TypeAlias = SimpleNamespace
 """The values of a command's options and arguments by name; None or empty if not given."""
 
-Text = Callable[[], None]
-"""A function that has nothing but a name and a docstring."""
-
 
 def path_in(text: str | Path) -> Path:
     """Return a typed path with ``~`` expanded, which shells do not do in ``--out=~/x.csv``."""
@@ -99,6 +96,9 @@ _READING = [
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
 ]
+# The names of these options: what another command on the same source or study needs, too.
+OF_FORMULATION = [str(option.name) for option in _FORMULATION]
+OF_SOURCE = [str(option.name) for option in _READING]
 _FILE = click.Argument(["file"], type=path_in)
 _PROBLEM = click.Argument(["problem"])
 # Options that describe the argument PROBLEM.
@@ -169,13 +169,13 @@ def app() -> None:
 app.help, app.epilog = _help(app)
 
 
-def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
+def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], None]], None]:
     """Register a command under the name of a function, whose docstring is the help.
 
     The module of this subpackage has a function for it: ``run_solve`` for ``solve``.
     """
 
-    def register(function: Text) -> None:
+    def register(function: Callable[[], None]) -> None:
         name = function.__name__
 
         def callback(**values: Any) -> int:

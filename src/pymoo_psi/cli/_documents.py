@@ -28,7 +28,7 @@ from pymoo_psi.analysis import (
     separation_sentences,
     switching,
 )
-from pymoo_psi.cli._app import Options, path_in
+from pymoo_psi.cli._app import OF_FORMULATION, OF_SOURCE, Options, path_in
 from pymoo_psi.cli._console import (
     print_frame,
     print_text,
@@ -40,7 +40,6 @@ from pymoo_psi.cli._console import (
 )
 from pymoo_psi.cli._ranking import WIDTH_OF_PIPE, command, say_ranking
 from pymoo_psi.cli._source import (
-    OF_FORMULATION,
     decision_in,
     decision_remarks,
     opened,
@@ -67,18 +66,6 @@ if TYPE_CHECKING:
 
 _N_PRINTED = 12  # variables
 _N_IN_DETAIL = 40  # designs
-# Options that another command on the same source needs, too.
-_OF_SOURCE = (
-    *OF_FORMULATION,
-    "variables",
-    "units",
-    "decimal",
-    "encoding",
-    "skip_rows",
-    "sheet",
-    "average_by",
-    "drop_incomplete",
-)
 _HTML = (".html", ".htm")
 
 
@@ -132,7 +119,7 @@ def run_rank(options: Options) -> int:
     found = cautions_of_distances(table.feasible_ranking())
     head = [*table.facts, counts_sentence(table), *decision_remarks(path, table)]
     head += [*separation_sentences(table), *decision_sentences(table.decision.decided)]
-    following = command("pymoo-psi", "page", str(path), *typed_options(_OF_SOURCE))
+    following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
     if found and found[0].remedy:
         column, _, _ = found[0].remedy.partition("=")
         same = f"the same with {column} in place of {column.removeprefix('log_')} and"

@@ -38,13 +38,12 @@ from pymoo_psi.analysis import (
     failure_sentences,
     none_left_sentence,
 )
-from pymoo_psi.cli._app import Options
+from pymoo_psi.cli._app import OF_FORMULATION, Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
 from pymoo_psi.cli._ranking import command, say_ranking
 from pymoo_psi.cli._source import (
-    OF_FORMULATION,
     decision_in,
     require_free_names,
     typed_options,

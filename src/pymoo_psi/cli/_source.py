@@ -22,9 +22,6 @@ from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Decision, TestTable, entries_of, limits_of
 
-# The options of a formulation.
-OF_FORMULATION = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
-
 
 def decision_in(options: Options) -> Decision:
     """Return the decision of ``--decision`` with what the other options add to its formulation.
@@ -79,15 +76,15 @@ def typed_options(names: Names) -> list[str]:
         if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
             continue
         value = context.params[name]
-        if value is True:
-            words.append(option.opts[0])
-        elif option.multiple:
-            for entry in value:
-                words += [option.opts[0], entry]
+        entries = [value]
+        if option.multiple:
+            entries = list(value)
         elif isinstance(value, tuple):
-            words += [option.opts[0], ",".join(map(str, value))]
-        else:
-            words += [option.opts[0], str(value)]
+            entries = [",".join(map(str, value))]
+        for entry in entries:
+            words.append(option.opts[0])
+            if entry is not True:
+                words.append(str(entry))
     return words
 
 

@@ -291,8 +291,6 @@ def plot_ranking(
     best = int(ranking.salukvadze[0])
     if row is None:
         row = best
-    marks = {best: (_DASHED, -16)}
-    marks[row] = (_SOLID, -7)
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     n = len(objectives.names)
     height = _ROW
@@ -316,8 +314,9 @@ def plot_ranking(
             texts.append([heading, *map(written, (*ends, values[row]))])
         _write_rows(ax, texts)
         _draw_lines(ax, places[front], ranking.place[front] <= _NEAR)
-        for marked, (style, depth) in marks.items():
-            _draw_marked(ax, places[marked], ranking.name_of(marked), style, depth)
+        if row != best:
+            _draw_marked(ax, places[best], ranking.name_of(best), _DASHED, -16)
+        _draw_marked(ax, places[row], ranking.name_of(row), _SOLID, -7)
         ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.3))
         ax.axis("off")
         measure = "from the worst to the best of them"

@@ -215,18 +215,9 @@ def name_axis(
         options: Texts at 0, 1, …; empty for an axis of numbers.
         better: Which of its values are better, behind the name or below it.
     """
-    names = (axes, letter, label, options, better)
-    figure: Any = axes.figure
-    figure.axis_names += (names,)
-    _write_axis(*names)
-
-
-def _write_axis(
-    axes: Axes, letter: str, label: str, options: Sequence[object], better: str
-) -> None:
-    """Write name and ticks of an axis for the width of its figure, see :func:`name_axis`."""
     axis: Any = getattr(axes, f"{letter}axis")
     figure: Any = axes.figure
+    figure.axis_names += ((axes, letter, label, options, better),)  # again in another width
     grid: Any = axes.get_gridspec()
     room = int(figure.get_figwidth() * 25.4 / _MM_OF_LETTER) // grid.ncols
     n_ticks = 4
@@ -476,7 +467,7 @@ def _tick(value: float) -> str:
 def spans_decades(values: ArrayLike) -> bool:
     """Whether positive values span more than three decades, which only a log axis shows."""
     near = np.asarray(values, dtype=float)
-    return bool(len(near) and near.min() > 0 and near.max() / 1e3 > near.min())
+    return bool(len(near) and near.max() / 1e3 > near.min() > 0)
 
 
 def svg_of(figure: Figure, dpi: int) -> str:
@@ -518,7 +509,7 @@ def _resized(figure: Figure, width: float) -> Figure:
             axis = getattr(axes, f"{letter}axis")
             if not axis.get_label_text():  # that of the axes below or beside it is for both
                 label = ""
-            _write_axis(axes, letter, label, *names)
+            name_axis(axes, letter, label, *names)
     return figure
 
 
