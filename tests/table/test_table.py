@@ -107,6 +107,7 @@ def test_a_table_is_read_only_and_survives_copying(table):
         ([["a", 1, np.float64(2)]], object, ["a", 1, 2.0]),
         ([{"b": np.int64(1), "a": np.True_}], object, [1, True]),
         (np.float32([[0.5]]), float, [0.5]),
+        (np.array([["oak", "tin"]]), object, ["oak", "tin"]),
     ],
 )
 def test_designs_keep_the_types_of_their_values(X, dtype, same):
