@@ -669,14 +669,14 @@ class TestTable(View, Shown):
         F = Objectives.of(self.F[rows]).values * schema.sign + 0.0  # no -0.0
         numbers = self.numbers[rows].tolist()
         objectives = Objectives(F, schema.sign, schema.objectives, labels, numbers, schema.units)
-        ideal = nadir = None
+        ends: dict[str, Array] = {}
         ranges = self.formulation.ranges
         if ranges:
             low, high = np.array([ranges[name] for name in schema.objectives]).T
-            ideal = np.where(schema.sign > 0, low, high)
-            nadir = np.where(schema.sign > 0, high, low)
+            ends["ideal"] = np.where(schema.sign > 0, low, high)
+            ends["nadir"] = np.where(schema.sign > 0, high, low)
         normalize = self.formulation.normalize
-        return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
+        return ranking_of(objectives, pareto, rows, normalize=normalize, **ends)
 
     def _none_feasible(self) -> ArgumentValueError:
         """Return the error of a table without a feasible design."""
