@@ -61,17 +61,15 @@ function listenTo(element, rowAt, limits) {
   element.onpointerleave = () => hover(-1)
 }
 
-function buildColours() {
-  const columns = [...data.columns, ...data.shades].filter(({looks}) => looks)
-  $("colour").append(make("option", "place"), ...columns.map(({label}) => make("option", label)))
-  $("colour").parentElement.hidden = !columns.length
-  $("colour").onchange = () => {
-    const column = columns[$("colour").selectedIndex - 1]
-    const lookOf = (place) => column.looks[place % column.looks.length] // texts may have come since
-    isShaded = data.shades.includes(column)
-    hues = column ? (row) => lookOf(column.values[row]) : null
-    show("colours", column)
-    renew("colours", column?.texts.map((text, k) => make("span.key", icon(lookOf(k)), text || "(missing)")))
-    soon()
-  }
+const colourings = [...data.columns, ...data.shades].filter(({looks}) => looks)
+$("colour").append(make("option", "place"), ...colourings.map(({label}) => make("option", label)))
+$("colour").parentElement.hidden = !colourings.length
+$("colour").onchange = () => {
+  const column = colourings[$("colour").selectedIndex - 1]
+  const lookOf = (place) => column.looks[place % column.looks.length] // texts may have come since
+  isShaded = data.shades.includes(column)
+  hues = column ? (row) => lookOf(column.values[row]) : null
+  show("colours", column)
+  renew("colours", column?.texts.map((text, k) => make("span.key", icon(lookOf(k)), text || "(missing)")))
+  soon()
 }

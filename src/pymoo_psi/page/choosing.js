@@ -49,9 +49,9 @@ function showQuestions() {
     const answers = counted(counting.filter(([, relation]) => relation !== "?").length, "answer")
     question = told.question
     renew("answer-words",
-      make("p", sentence(data, "preferred", {answers, design: called(row), share: percent(told.shares.get(row)), regret: percent(told.regret)})),
+      make("p", sentence("preferred", {answers, design: called(row), share: percent(told.shares.get(row)), regret: percent(told.regret)})),
       make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
-      !question && make("p", sentence(data, told.regret < ENOUGH ? "enough" : "none left")),
+      !question && make("p", sentence(told.regret < ENOUGH ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`),
       make("ul", makeAll("li", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean))))
   } else renew("answer-words", make("p", "No design is left."))
@@ -78,11 +78,8 @@ function showShares() {
     make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
     make("tbody", shown.map((row) => make("tr", head("row", inspectButton(row)),
       all.map((shares) => make("td.number", percent(shares.get(row))))))))
-  renew("shares-words", sentence(data, "common", {design: called(shown[0]), share: percent(least[common])}))
+  renew("shares-words", sentence("common", {design: called(shown[0]), share: percent(least[common])}))
 }
 
-function buildQuestions() {
-  onClicks({"equally-good": ANSWERS.e, "skip-question": ANSWERS.s, back: ANSWERS.u, "close-questions": ANSWERS.escape})
-  onKeys($("questions"), ANSWERS)
-  following.push(showQuestions, showShares)
-}
+onClicks({"equally-good": ANSWERS.e, "skip-question": ANSWERS.s, back: ANSWERS.u, "close-questions": ANSWERS.escape})
+onKeys($("questions"), ANSWERS)

@@ -31,6 +31,7 @@ function decode(payload) {
     more: [], // what `grow` has added
   }
   useMark(payload.decimal ?? ".")
+  useSentences(payload.sentences)
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
   return addDesigns(data, payload.more ?? [])

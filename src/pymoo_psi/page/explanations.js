@@ -4,9 +4,12 @@ const TIE = 1e-9 // as in pareto
 const STEP = 0.01
 const MOST_COSTS = 4
 
+let sentences = {} // of pareto
+const useSentences = (texts) => { sentences = texts }
+
 // A sentence with its parts; one that begins with a design has a capital.
-function sentence(data, name, parts = {}) {
-  const text = data.sentences[name]
+function sentence(name, parts = {}) {
+  const text = sentences[name]
   const isBegin = (part, at) => part === "design" && at === 0 && text.endsWith(".")
   return text.replace(/\{(\w+)\}/g, (_, part, at) => isBegin(part, at) ? capital(parts.design) : parts[part])
 }
@@ -43,14 +46,14 @@ function gainsOf(data, {frame}, row, other) {
 const gainsAndLosses = ({gains, shares}, text) => [1, -1].map((sign) =>
   listed(bySize(shares).filter((j) => sign * gains[j] > 0).map(text)))
 
-const changeText = (data, column, gain) => sentence(data, (gain > 0) === column.maximize ? "higher" : "lower",
+const changeText = (data, column, gain) => sentence((gain > 0) === column.maximize ? "higher" : "lower",
   {objective: column.name, amount: amount(column, abs(gain))})
 
 // Where a design is better than another and where worse, in words.
 function differenceText(data, ranking, row, other) {
   const difference = gainsOf(data, ranking, row, other)
   const [better, worse] = gainsAndLosses(difference, (j) => changeText(data, data.objectives[j], difference.gains[j]))
-  return better && worse ? sentence(data, "mixed", {better, worse}) : better || worse || sentence(data, "equal")
+  return better && worse ? sentence("mixed", {better, worse}) : better || worse || sentence("equal")
 }
 
 const shareOf = (difference, length) =>
@@ -58,7 +61,7 @@ const shareOf = (difference, length) =>
 
 function against(data, ranking, key, row, other, parts = {}) {
   const [design, name] = [data.names[row], data.names[other]]
-  return sentence(data, key, {design, other: name, difference: differenceText(data, ranking, row, other), ...parts})
+  return sentence(key, {design, other: name, difference: differenceText(data, ranking, row, other), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
@@ -153,14 +156,14 @@ function explain(data, ranking, row) {
 // How far a design is from the best values, the greatest share of a range first.
 function costsOf(data, ranking, behind, shares) {
   const places = bySize(shares).filter((j) => behind[j] > 0)
-  if (!places.length) return sentence(data, "all best")
+  if (!places.length) return sentence("all best")
   const changes = places.slice(0, MOST_COSTS).map((j, k) => {
     const column = data.objectives[j]
-    return sentence(data, `${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
+    return sentence(`${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
       amount: amount(column, behind[j]), share: percent(shares[j]), range: ranking.fixed ? "fixed range" : "range"})
   })
   if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
-  return sentence(data, "costs", {changes: listed(changes)})
+  return sentence("costs", {changes: listed(changes)})
 }
 
 function standingOf(data, ranking, row, dominatedBy) {
@@ -168,12 +171,12 @@ function standingOf(data, ranking, row, dominatedBy) {
   const design = data.names[row]
   if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
   if (!mask[row]) return `${capital(design)} is beyond the limits.`
-  if (dominatedBy >= 0) return sentence(data, "dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
-  if (front.length === 1) return sentence(data, "single", {design})
+  if (dominatedBy >= 0) return sentence("dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
+  if (front.length === 1) return sentence("single", {design})
   const names = data.objectives.filter((_, j) => frame.lengths[j] < Infinity && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const parts = {design, best: names.length ? sentence(data, "best", {objectives: listed(names)}) : "", place: place[row], front: front.length}
-  const ties = best.length > 1 ? ` ${sentence(data, "ties", {count: best.length})}` : ""
-  return place[row] > 1 ? sentence(data, "ranked", parts) : sentence(data, "optimum", parts) + ties
+  const parts = {design, best: names.length ? sentence("best", {objectives: listed(names)}) : "", place: place[row], front: front.length}
+  const ties = best.length > 1 ? ` ${sentence("ties", {count: best.length})}` : ""
+  return place[row] > 1 ? sentence("ranked", parts) : sentence("optimum", parts) + ties
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;

@@ -47,12 +47,10 @@ async function openFiles(files) {
   say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single && button("Take those of the file", whole)]])
 }
 
-function buildFiles() {
-  onClicks({save: saveDecision, "save-page": savePage, print: () => print(), export: exportRows, open: () => $("file").click()})
-  $("file").onchange = async () => {
-    await openFiles($("file").files)
-    $("file").value = ""
-  }
-  $("menu").onclick = ({target}) => { if (target.tagName === "BUTTON") $("menu").open = false }
-  addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
+onClicks({save: saveDecision, "save-page": savePage, print: () => print(), export: exportRows, open: () => $("file").click()})
+$("file").onchange = async () => {
+  await openFiles($("file").files)
+  $("file").value = ""
 }
+$("menu").onclick = ({target}) => { if (target.tagName === "BUTTON") $("menu").open = false }
+addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })

@@ -88,7 +88,7 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
 
 // One of them in words.
 function switchText(data, {name, end, looser, value, row}) {
-  return sentence(data, `${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
-    other: row < 0 ? sentence(data, "none") : sentence(data, "other", {design: data.names[row]}),
+  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
+    other: row < 0 ? sentence("none") : sentence("other", {design: data.names[row]}),
     limit: withUnit(data.by.get(name), short(inSixDigits(value, looser === (end === 1)), 6))})
 }

@@ -1,76 +1,65 @@
-// The decision page: its parts in their order, keys, and what a server and tests may ask of it.
+// The decision page: controls, keys, and what a server and tests may ask of it.
 
-const page = (() => {
-  function reset() {
-    numbersShown.clear() // what is wrong is not to be mended any more
-    inspected = -1
-    change(initial.state)
-  }
+function reset() {
+  numbersShown.clear() // what is wrong is not to be mended any more
+  inspected = -1
+  change(initial.state)
+}
+onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
+for (const id of ["fixed", "dominated"]) $(id).onchange = () => change({[id]: $(id).checked})
+$("reason").oninput = () => { state = {...state, reason: $("reason").value} }
+$("reason").onchange = commit
 
-  function listen() {
-    onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
-    for (const id of ["fixed", "dominated"]) $(id).onchange = () => change({[id]: $(id).checked})
-    $("reason").oninput = () => { state = {...state, reason: $("reason").value} }
-    $("reason").onchange = commit
-    const redye = () => { dye(); update(true) }
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redye)
-    const paper = (on) => () => {
-      document.documentElement.classList.toggle("paper", on)
-      $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
-      redye()
-    }
-    addEventListener("beforeprint", paper(true))
-    addEventListener("afterprint", paper(false))
-    addEventListener("hashchange", addressed)
-    addEventListener("focusin", enter)
-    addEventListener("keydown", (event) => {
-      const {target, key, ctrlKey, metaKey, shiftKey} = event
-      const ids = {z: shiftKey ? "redo" : "undo", y: "redo"}
-      const id = (ctrlKey || metaKey) && ids[key.toLowerCase()]
-      // What is being typed the browser undoes; after that it would go on in another field.
-      const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== (target.id === "search" ? "" : entered)
-      if (!id || isTyping) return
-      event.preventDefault()
-      $(id).click()
-    })
-  }
-
-  // Designs that came since. The charts keep their scales unless they must change.
-  function grow(more) {
-    addDesigns(data, more)
-    filtered = null
-    update()
-  }
-
-  const header = document.querySelector("header")
-  new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
-  leading.push(markDesigns, showRows)
-  buildVerdict()
-  buildColours()
-  plots.push(scatter($("scatter-a"), 0), scatter($("scatter-b"), 2))
-  buildQuestions()
-  buildPreferences()
-  buildPositions()
-  buildTable()
-  buildFiles()
-  leading.push(showCharts)
-  listen()
-  past[++at] = saved = JSON.stringify(state)
-  say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
-  document.documentElement.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
-  addressed()
+function redye() {
+  dye()
   update(true)
-  document.body.dataset.ready = "yes"
-  inPieces(prepare(data))
+}
+const paper = (on) => () => {
+  document.documentElement.classList.toggle("paper", on)
+  $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
+  redye()
+}
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redye)
+addEventListener("beforeprint", paper(true))
+addEventListener("afterprint", paper(false))
+addEventListener("hashchange", addressed)
+addEventListener("focusin", enter)
+addEventListener("keydown", (event) => {
+  const {target, key, ctrlKey, metaKey, shiftKey} = event
+  const ids = {z: shiftKey ? "redo" : "undo", y: "redo"}
+  const id = (ctrlKey || metaKey) && ids[key.toLowerCase()]
+  // What is being typed the browser undoes; after that it would go on in another field.
+  const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== (target.id === "search" ? "" : entered)
+  if (!id || isTyping) return
+  event.preventDefault()
+  $(id).click()
+})
 
-  return {
-    data, ready: performance.now(), update, grow, explain, tickTexts, looks: LOOKS,
-    state: () => state,
-    set: (next, done = true) => { change(checked(data, next).state, done); update() },
-    get ranking() { return ranking }, get verdict() { return verdict },
-    get order() { return order }, get inspected() { return inspected },
-    get settled() { return !waiting && !pending },
-    get resting() { return page.settled && !search }, plots, axes, scale: scaleOf,
-  }
-})()
+// Designs that came since. The charts keep their scales unless they must change.
+function grow(more) {
+  addDesigns(data, more)
+  filtered = null
+  update()
+}
+
+const header = document.querySelector("header")
+new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
+saved = JSON.stringify(state)
+past[++at] = saved
+say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
+document.documentElement.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
+addressed()
+update(true)
+document.body.dataset.ready = "yes"
+inPieces(prepare(data))
+
+const page = {
+  data, ready: performance.now(), update, grow, explain, tickTexts, looks: LOOKS,
+  state: () => state,
+  set: (next, done = true) => { change(checked(data, next).state, done); update() },
+  get ranking() { return ranking }, get verdict() { return verdict },
+  get order() { return order }, get inspected() { return inspected },
+  get settled() { return !waiting && !pending },
+  get resting() { return page.settled && !search }, plots, axes, scale: scaleOf,
+}
 window.decisionPage = page

@@ -21,8 +21,8 @@ function showPositions() {
   show("decide", held.length)
   $("decide").disabled = chosen === null
   renew("decide", `Decide for ${chosen ?? "a choice"}`)
-  renew("decided", decided && sentence(data, "decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
-    decided?.dissent.length && ` ${sentence(data, "dissent", {dissent: listed(decided.dissent)})}`)
+  renew("decided", decided && sentence("decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
+    decided?.dissent.length && ` ${sentence("dissent", {dissent: listed(decided.dissent)})}`)
 }
 
 // What somebody wants, which limits it breaks, and what the verdict gives up against it.
@@ -63,7 +63,4 @@ function decide() {
   change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
 }
 
-function buildPositions() {
-  onClicks({keep: record, decide})
-  following.push(showPositions)
-}
+onClicks({keep: record, decide})

@@ -162,5 +162,5 @@ function tradeText(data, ranking, [one, relation, other]) {
     `${amount(data.objectives[j], abs(difference.gains[j]))} of ${data.objectives[j].name}`)
   if (relation === "?" || !(better || worse)) return ""
   const names = {design: data.names[one], other: data.names[other]}
-  return sentence(data, relation === ">" ? "rather" : "as good", {...names, better, worse})
+  return sentence(relation === ">" ? "rather" : "as good", {...names, better, worse})
 }

@@ -140,20 +140,18 @@ function rowOfTexts(column) {
   return row
 }
 
-function buildRows() {
-  $("objectives").append(...data.objectives.map(rowOfColumn))
-  for (const group of $("further").children) {
-    const columns = limitable.filter(({role}) => role === group.dataset.role)
-    group.hidden = !columns.length
-    group.ontoggle = () => { columnsShown = null; soon() }
-    const rows = columns.map((column) => column.texts ? rowOfTexts(column) : rowOfColumn(column))
-    group.lastElementChild.append(...rows.filter(({role}) => role === "row"))
-    group.append(...rows.filter(({role}) => role !== "row"))
-  }
-  $("fold").onclick = () => {
-    isUnfolded = !isUnfolded
-    update(true)
-  }
+$("objectives").append(...data.objectives.map(rowOfColumn))
+for (const group of $("further").children) {
+  const columns = limitable.filter(({role}) => role === group.dataset.role)
+  group.hidden = !columns.length
+  group.ontoggle = () => { columnsShown = null; soon() }
+  const rows = columns.map((column) => column.texts ? rowOfTexts(column) : rowOfColumn(column))
+  group.lastElementChild.append(...rows.filter(({role}) => role === "row"))
+  group.append(...rows.filter(({role}) => role !== "row"))
+}
+$("fold").onclick = () => {
+  isUnfolded = !isUnfolded
+  update(true)
 }
 
 function showRows() {
@@ -215,5 +213,3 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   row.classList.toggle("weak", Boolean(one && verdict.weakest.includes(column.name)))
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }
-
-buildRows() // before axes.js asks for them

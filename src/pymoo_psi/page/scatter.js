@@ -255,3 +255,5 @@ function scatter(section, place) {
   }, {passive: false})
   return {draw, mark, spot: (row) => [u(row), v(row)], get names() { return boxes }, get drawn() { return drawn }}
 }
+
+plots.push(scatter($("scatter-a"), 0), scatter($("scatter-b"), 2))

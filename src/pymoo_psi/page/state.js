@@ -1,6 +1,5 @@
 // The state of the page and its history. It is one value that nothing changes in place: every control
-// makes a new one through change(), and the page is made from it, at most once a frame. Parts of the
-// page are functions in two lists, which their files extend.
+// makes a new one through change(), and the page is made from it, at most once a frame.
 
 const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
 const data = decode(JSON.parse($("payload").textContent))
@@ -12,10 +11,6 @@ let saved = "" // the state that a file has
 let left, ranking, verdict, order
 let filtered = "" // the part of the state that left and ranking were made from
 let inspected = -1 // what is looked at, which chooses nothing
-
-const leading = [] // what is shown in the frame after a change,
-const following = [] // and what may come after it
-const filtering = [] // what is to be done when other designs are left
 
 // Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
 let dragging = false
@@ -90,10 +85,13 @@ function lead(everything) {
     filtered = filter
     left = limited(data, state)
     ranking = left.count < data.n || state.fixed ? ranked(data, left.mask, state.fixed ? data.fixed : null) : data.whole
-    for (const job of filtering) job()
+    switchLater()
   }
   verdict = verdictOn(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
-  for (const part of leading) part(everything)
+  markDesigns()
+  showRows()
+  showVerdict()
+  showCharts(everything)
   keepFocus()
   enter()
 }
@@ -102,7 +100,14 @@ function follow() {
   const keepFocus = focusKept()
   pending = false
   order = searched(data, $("search").value.trim(), ordered(data, ranking, state))
-  for (const part of following) part()
+  showSteps()
+  showCompare()
+  showQuestions()
+  showShares()
+  showPositions()
+  showPreference()
+  showOrder()
+  table.show()
   keepFocus()
   enter()
 }

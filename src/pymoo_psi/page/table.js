@@ -100,11 +100,8 @@ function showOrder() {
   renew("shown", `${exact(order.length)} ${$("search").value ? "found" : "shown"}`)
 }
 
-function buildTable() {
-  onClicks({choose: () => choose(table.current()), pin: () => pin(table.current())})
-  $("search").oninput = () => {
-    table.home()
-    soon()
-  }
-  following.push(showOrder, table.show)
+onClicks({choose: () => choose(table.current()), pin: () => pin(table.current())})
+$("search").oninput = () => {
+  table.home()
+  soon()
 }

@@ -124,9 +124,3 @@ function gainTexts(column, gain, share) {
   return [gain > 0 ? make("div.gain", `${text} better`) : make("div.loss", `${text} worse`),
     isWithin(share) && make("div.hint.shares", percent(abs(share)))]
 }
-
-function buildVerdict() {
-  filtering.push(switchLater)
-  leading.push(showVerdict)
-  following.push(showSteps, showCompare)
-}
