@@ -403,9 +403,8 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
     for case, k, found, rows, ranking in rankings:
         best, units = int(ranking.salukvadze[0]), case.units
         why = explain(ranking, row=best, units=units)
-        verdict = {"row": rows[best], "proposed": rows[best], "standing": why.sentences[0]}
+        verdict = {"row": rows[best], "standing": why.sentences[0]}
         assert verdict.items() <= found["verdict"].items()
-        assert found["verdict"]["weakest"] == list(why.weakest)
         one_by_one = zip(case.rows[k], found["explained"], found["instead"], strict=True)
         for row, one, instead in one_by_one:
             if row not in rows:

@@ -231,10 +231,15 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     schema = tables[0].schema
     columns = []
     for j, (role, name) in enumerate(roles(tables[0])):
+        unit = schema.units.get(name, "")
+        label = name
+        if unit and not name.endswith(f"[{unit}]"):
+            label = f"{name} [{unit}]"
         column: Values = {
             "field": f"c{j}",  # free of the user's characters
             "name": name,
-            "unit": schema.units.get(name, ""),
+            "label": label,
+            "unit": unit,
             "role": role,
             "maximize": name in schema.maximize,
         }
@@ -248,7 +253,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
             column |= _packed_numbers(values, optimal, log=(schema[name].kind is Kind.LOG))
         columns.append(column)
     for field, name in _GEOMETRIC.items():  # their values depend on the limits
-        columns.append({"field": field, "name": name, **_COMPUTED_BY_PAGE})
+        columns.append({"field": field, "name": name, "label": name, **_COMPUTED_BY_PAGE})
     return columns
 
 

@@ -91,16 +91,15 @@ const axes = (() => {
   function drawLeft() {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_LINES
-    const groups = byColour(hues, shownRows)
+    const groups = byColour(shownRows)
     if (!isFew) drawDensity(g, groups, data.total, [0.2, 120], countLine, former)
     else for (const [colour, some] of groups) lines(g, some, {strokeStyle: colour, globalAlpha: shownRows.length > 40 ? 0.5 : 0.75, lineWidth: 1})
     for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
     for (const {row, look} of marks) {
-      if (look === "inspected") g.setLineDash([9, 3])
-      if (look === "pinned" || look === "prototype") g.setLineDash([3, 3])
+      g.setLineDash(LOOKS[look].dashes ?? [])
       lines(g, [row], {strokeStyle: LOOKS[look].colour, lineWidth: row === verdict?.row ? 2.6 : 1.6})
-      g.setLineDash([])
     }
+    g.setLineDash([])
     for (const lane of lanes) {
       drawEnds(g, lane)
       drawMarks(g, lane)

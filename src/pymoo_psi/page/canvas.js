@@ -67,15 +67,7 @@ function wrapped(g, text, width) {
 }
 
 // The rows by the colour in which they are drawn.
-function byColour(hues, rows) {
-  if (!hues) return [[LOOKS.other.colour, rows]]
-  const groups = new Map()
-  for (const row of rows) {
-    const {colour} = hues(row)
-    groups.has(colour) ? groups.get(colour).push(row) : groups.set(colour, [row])
-  }
-  return [...groups]
-}
+const byColour = (rows) => hues ? [...Map.groupBy(rows, (row) => hues(row).colour)] : [[LOOKS.other.colour, rows]]
 
 // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
 // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as

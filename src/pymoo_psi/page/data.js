@@ -19,7 +19,6 @@ function decode(payload) {
   const columns = payload.columns.map((column) => ({
     ...column,
     values: column.values === null ? null : numbersOf(column.values),
-    label: column.name + (column.unit && !column.name.endsWith(`[${column.unit}]`) ? ` [${column.unit}]` : ""),
   }))
   const data = {
     ...payload,

@@ -46,13 +46,13 @@ function gainsOf(data, {frame}, row, other) {
 const gainsAndLosses = ({gains, shares}, text) => [1, -1].map((sign) =>
   listed(bySize(shares).filter((j) => sign * gains[j] > 0).map(text)))
 
-const changeText = (data, column, gain) => sentence((gain > 0) === column.maximize ? "higher" : "lower",
+const changeText = (column, gain) => sentence((gain > 0) === column.maximize ? "higher" : "lower",
   {objective: column.name, amount: amount(column, abs(gain))})
 
 // Where a design is better than another and where worse, in words.
 function differenceText(data, ranking, row, other) {
   const difference = gainsOf(data, ranking, row, other)
-  const [better, worse] = gainsAndLosses(difference, (j) => changeText(data, data.objectives[j], difference.gains[j]))
+  const [better, worse] = gainsAndLosses(difference, (j) => changeText(data.objectives[j], difference.gains[j]))
   return better && worse ? sentence("mixed", {better, worse}) : better || worse || sentence("equal")
 }
 
@@ -132,22 +132,12 @@ function explain(data, ranking, row) {
   })
   const least = leastOf(loss, front)
   const dominatedBy = pareto[row] ? -1 : nearest([...picked(front, (i) => loss[i] === least)], loss)
-  const ordered = bySize(shares)
-  const most = max(0, ...shares.map((share) => share || 0))
-  const weakest = objectives.filter((_, j) => most > 0 && shares[j] >= most * (1 - TIE)).map(({name}) => name)
-  const steps = [] // a neighbour towards several objectives is one step
-  for (const j of ordered.filter((j) => neighbours[j] >= 0)) {
-    const same = steps.find((step) => step.row === neighbours[j])
-    if (same) same.names.push(objectives[j].name)
-    else steps.push({names: [objectives[j].name], row: neighbours[j], text: differenceText(data, ranking, neighbours[j], row)})
-  }
+  // A neighbour towards several objectives is one step.
+  const steps = new Set(bySize(shares).map((j) => neighbours[j]).filter((i) => i >= 0))
   return {
     row,
-    objectives: objectives.map(({name, values, maximize}, j) => ({
-      name, value: values[row], best: maximize ? -low[j] : low[j], away: behind[j], share: shares[j],
-    })),
-    weakest,
-    steps,
+    objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], away: behind[j], share: shares[j]})),
+    steps: [...steps].map((i) => ({row: i, text: differenceText(data, ranking, i, row)})),
     standing: standingOf(data, ranking, row, dominatedBy),
     costs: costsOf(data, ranking, behind, shares),
   }
@@ -181,19 +171,17 @@ function standingOf(data, ranking, row, dominatedBy) {
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;
 // null if nothing is left and none is chosen.
-//   proposed   the row of the best compromise, or -1
 //   instead    chosen against proposed, as a sentence; "" where they are one
 //   remarks    what a reader must know of it
 function verdictOn(data, ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
-  const found = explain(data, ranking, row)
   const first = data.whole.best[0]
   const remarks = []
   if (ranking.place[first] !== 1) {
     remarks.push(against(data, ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
   const isProposed = ranking.place[row] === 1
-  return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, key, row, proposed)}
+  return {...explain(data, ranking, row), remarks, instead: isProposed ? "" : against(data, ranking, key, row, proposed)}
 }

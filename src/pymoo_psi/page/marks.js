@@ -4,10 +4,10 @@ const LOOKS = {
   other: {shape: "ring", size: 3.4},
   dominated: {shape: "cross", size: 2},
   best: {shape: "dot", size: 6.5},
-  prototype: {shape: "plus", size: 5},
+  prototype: {shape: "plus", size: 5, dashes: [3, 3]},
   chosen: {shape: "diamond", size: 8},
-  pinned: {shape: "frame", size: 6},
-  inspected: {shape: "corners", size: 9},
+  pinned: {shape: "frame", size: 6, dashes: [3, 3]},
+  inspected: {shape: "corners", size: 9, dashes: [9, 3]},
 }
 const INK = {}
 function dye() {

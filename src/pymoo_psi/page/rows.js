@@ -192,7 +192,6 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   inputs.forEach((input, k) => {
     const [value, thumb] = [limit?.[k] ?? null, thumbs[k]]
     const isSet = value !== null
-    input.title = `${k ? "Greatest" : "Least"} value: ${valueText(column, k ? scale.high : scale.low)}`
     showNumber(input, value)
     input.parentElement.classList.toggle("on", isSet)
     const at = isSet ? min(STEPS, max(0, round(share(value) * STEPS))) : k * STEPS
@@ -210,6 +209,5 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   renew(cells[0], value)
   renew(cells[1], one && valueText(column, one.best))
   renew(cells[2], one && (one.share < 0 ? "–" : shareText(one.share)))
-  row.classList.toggle("weak", Boolean(one && verdict.weakest.includes(column.name)))
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }

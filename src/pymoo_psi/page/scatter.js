@@ -133,7 +133,7 @@ function scatter(section, place) {
   function drawLeft() {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_SHAPES
-    if (!isFew) drawDensity(g, byColour(hues, shownRows), data.total, [0.5, 2000], countPoint, former)
+    if (!isFew) drawDensity(g, byColour(shownRows), data.total, [0.5, 2000], countPoint, former)
     columns.forEach((column, k) => drawLimits(g, column, k))
     g.beginPath()
     for (const row of frontOfTwo()) g.lineTo(u(row), v(row))

@@ -93,7 +93,6 @@ function lead(everything) {
   showVerdict()
   showCharts(everything)
   keepFocus()
-  enter()
 }
 
 function follow() {
@@ -109,7 +108,6 @@ function follow() {
   showOrder()
   table.show()
   keepFocus()
-  enter()
 }
 
 // Run a generator a little at a time, so that the page answers meanwhile.
@@ -129,8 +127,9 @@ function focusKept() {
   const element = document.activeElement
   const place = element?.closest("section .bar, section, .actions")
   return () => {
-    if (!place || (element.isConnected && !element.disabled && element.checkVisibility())) return
-    ;(place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
+    const isThere = element?.isConnected && !element.disabled && element.checkVisibility()
+    if (place && !isThere) (place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
+    enter()
   }
 }
 
