@@ -53,36 +53,38 @@ const axes = (() => {
     g.globalAlpha = 1
   }
 
-  function countLine(counts, line, row, step) {
-    for (let k = 0; k < gaps.length; k++) {
-      const [upper, lower] = gaps[k]
-      const [y0, y1] = [round(upper.y * devicePixelRatio), round(lower.y * devicePixelRatio)]
-      // Half a pixel on, so that cutting the fraction off rounds.
-      let x = upper.x(upper.values[row]) * devicePixelRatio + 0.5
-      const slope = (lower.x(lower.values[row]) * devicePixelRatio + 0.5 - x) / (y1 - y0)
-      if (slope !== slope) continue
-      let at = x | 0
-      for (let y = y0; y < y1; y++) {
-        x += slope
-        const next = x | 0
-        counts[y * line + (at < next ? at : next)] += step
-        counts[y * line + (at < next ? next : at) + 1] -= step
-        at = next
+  function countLines(counts, line, rows, step) {
+    for (const [upper, lower] of gaps) {
+      const [y0, y1] = [upper.y, lower.y].map((y) => round(y * devicePixelRatio))
+      for (const row of rows) {
+        // Half a pixel on, so that cutting the fraction off rounds.
+        let x = upper.x(upper.values[row]) * devicePixelRatio + 0.5
+        const slope = (lower.x(lower.values[row]) * devicePixelRatio + 0.5 - x) / (y1 - y0)
+        if (slope !== slope) continue
+        let at = x | 0
+        for (let y = y0; y < y1; y++) {
+          x += slope
+          const next = x | 0
+          counts[y * line + (at < next ? at : next)] += step
+          counts[y * line + (at < next ? next : at) + 1] -= step
+          at = next
+        }
       }
     }
   }
 
   // Every design is a tick on every axis.
-  function countTick(counts, line, row, step) {
+  function countTicks(counts, line, rows, step) {
+    const thick = max(1, round(1.4 * devicePixelRatio))
     for (const {values, x, y} of lanes) {
-      const [top, bottom] = [round((y - 4) * devicePixelRatio), round((y + 4) * devicePixelRatio)]
-      countBox(counts, line, round(x(values[row]) * devicePixelRatio), top, max(1, round(1.4 * devicePixelRatio)), bottom - top, step)
+      const [top, bottom] = [y - 4, y + 4].map((end) => round(end * devicePixelRatio))
+      for (const row of rows) countBox(counts, line, round(x(values[row]) * devicePixelRatio), top, thick, bottom - top, step)
     }
   }
 
   function drawAxes() {
     const g = clean(0)
-    drawDensity(g, [[INK.context, data.designs]], data.total, [data.n > MOST_TICKS ? 0.3 : 0.9, 500], countTick, new Map())
+    drawDensity(g, [[INK.context, data.designs]], data.total, [data.n > MOST_TICKS ? 0.3 : 0.9, 500], countTicks, new Map())
     g.setLineDash([3, 3])
     for (const {y} of lanes) drawLine(g, INK.context, INSET, y, size.width - INSET, y)
     g.setLineDash([])
@@ -92,7 +94,7 @@ const axes = (() => {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_LINES
     const groups = byColour(shownRows)
-    if (!isFew) drawDensity(g, groups, data.total, [0.2, 120], countLine, former)
+    if (!isFew) drawDensity(g, groups, data.total, [0.2, 120], countLines, former)
     else for (const [colour, some] of groups) lines(g, some, {strokeStyle: colour, globalAlpha: shownRows.length > 40 ? 0.5 : 0.75, lineWidth: 1})
     for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
     for (const {row, look} of marks) {

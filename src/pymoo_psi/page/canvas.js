@@ -72,7 +72,7 @@ const byColour = (rows) => hues ? [...Map.groupBy(rows, (row) => hues(row).colou
 // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
 // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
 // long. Former counts on the same axes, by colour, are mended by the rows that come and go.
-//   count(counts, line, row, step) adds a step where a mark begins in a line of pixels, from the left,
+//   count(counts, line, rows, step) adds a step where a mark begins in a line of pixels, from the left,
 //   and takes it away behind its end; line is the numbers of a line, one more than pixels
 const DARKEST = 1000 // marks at a pixel
 function drawDensity(g, groups, total, [least, alpha], count, former) {
@@ -80,14 +80,12 @@ function drawDensity(g, groups, total, [least, alpha], count, former) {
   if (!width || !height) return
   const many = 2 ** ceil(Math.log2(sum(groups.map(([, rows]) => rows.length)) || 1))
   for (const [colour, rows] of groups) {
-    const last = former.get(colour) ?? {rows: [], drawn: [], counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
+    const last = former.get(colour) ?? {rows: [], drawn: new Uint8Array(total), counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
     const {counts, image} = last
     const drawn = new Uint8Array(total)
-    for (const row of rows) {
-      drawn[row] = 1
-      if (!last.drawn[row]) count(counts, width + 1, row, 1)
-    }
-    for (const row of last.rows) if (!drawn[row]) count(counts, width + 1, row, -1)
+    for (const row of rows) drawn[row] = 1
+    count(counts, width + 1, picked(rows, (row) => !last.drawn[row]), 1)
+    count(counts, width + 1, picked(last.rows, (row) => !drawn[row]), -1)
     const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
     const shades = new Uint32Array(DARKEST + 1)
     for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - min(0.5, alpha / many)) {

@@ -102,11 +102,12 @@ function scatter(section, place) {
   }
 
   // Points as squares of a density.
-  function countPoint(counts, line, row, step) {
-    if (!isKnown(row)) return
+  function countPoints(counts, line, rows, step) {
     const half = round((data.total > 5000 ? 1 : 1.5) * devicePixelRatio)
-    const [x, y] = [round(u(row) * devicePixelRatio - half), round(v(row) * devicePixelRatio - half)]
-    countBox(counts, line, x, y, 2 * half + 1, 2 * half + 1, step)
+    const width = 2 * half + 1
+    for (const row of rows) {
+      countBox(counts, line, round(u(row) * devicePixelRatio - half), round(v(row) * devicePixelRatio - half), width, width, step)
+    }
   }
 
   // The designs within the limits that are best in these two, at most one for a pixel across: sorting
@@ -133,7 +134,7 @@ function scatter(section, place) {
   function drawLeft() {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_SHAPES
-    if (!isFew) drawDensity(g, byColour(shownRows), data.total, [0.5, 2000], countPoint, former)
+    if (!isFew) drawDensity(g, byColour(shownRows), data.total, [0.5, 2000], countPoints, former)
     columns.forEach((column, k) => drawLimits(g, column, k))
     g.beginPath()
     for (const row of frontOfTwo()) g.lineTo(u(row), v(row))
