@@ -7,7 +7,6 @@ not been interrupted.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Collection
 from concurrent.futures import Future, wait
 from dataclasses import replace
@@ -50,8 +49,8 @@ _FEW_ELIGIBLE = 64
 _DEFAULT_BATCHES = "2, from 64 tests on 8"  # in the name of a run in its study
 # The points of the sequence show a heavy tail. More of them would tell less than as many proposals.
 _POINTS = 20
-# The surrogates of an asynchronous run learn from at most this many tests when lengths are fitted
-# again: the time of a round grows with their second power, and thousands of workers wait for it.
+# Surrogates learn from at most this many tests when lengths are fitted again: the time of a round
+# grows with their second power, and thousands of workers may wait for it.
 _MOST_LEARNED = 2048
 _LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
 # Failures are taken to be random if each is predicted from all other tests with an error of this
@@ -246,14 +245,13 @@ class SurrogatePSI(PointAlgorithm):
         return int(store.remember_once("points left out of the sequence", n_left_out))
 
 
-def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learned | None:
+def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
     """Return surrogates of the first tests, fitted to them; further tests can be appended.
 
     Args:
         tests: The tests.
         goal: What is sought among them.
         n_fitted: How many tests these are.
-        most: From how many of them, at most, surrogates learn.
 
     Returns:
         The surrogates, or ``None`` if too few of these tests are known.
@@ -265,7 +263,7 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int, most: int) -> Learne
     Y = bounded(tests.Y[rows])
     n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), _LEAST_LEARNED)
     learned = Learned(Z, Y, n_uniform, goal.n_obj)
-    learned.left_out = tests.numbers[np.delete(rows, evenly_spread(len(rows), most))]
+    learned.left_out = tests.numbers[np.delete(rows, evenly_spread(len(rows), _MOST_LEARNED))]
     learned.extend(tests.numbers[rows], Z)
     rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
     rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
@@ -513,8 +511,7 @@ class SurrogateSource(Source):
         if np.count_nonzero(tests.is_known[:n_fitted]) < _LEAST_LEARNED:
             n_fitted = n_tests
         if self._n_fitted != n_fitted:
-            most = _MOST_LEARNED if self._is_asynchronous else sys.maxsize
-            self._learned = _fitted(tests, goal, n_fitted, most)
+            self._learned = _fitted(tests, goal, n_fitted)
             self._n_fitted = n_fitted
         if self._learned is not None:
             for end in (*ends, n_tests):
@@ -544,5 +541,5 @@ def proposed_now(
     tests = Observations.of(table, goal, n_uniform, pending)
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        learned = _fitted(tests, goal, len(table), sys.maxsize)
+        learned = _fitted(tests, goal, len(table))
         return propose(tests, goal, learned, size, round_number, random)
