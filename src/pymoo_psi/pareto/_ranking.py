@@ -316,8 +316,10 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
         texts = list(map(str, group))
         if texts.count(str(design)) == 1:
             return texts.index(str(design))
-    example, *_ = map(str, names[0])
-    rule = f"the name of one design as a text, such as {example!r}, or the number of a test or row"
+    example = ""
+    for name in [*names[0]][:1]:  # a table without rows has none
+        example = f", such as {str(name)!r}"
+    rule = f"the name of one design as a text{example}, or the number of a test or row"
     raise invalid("design", rule, design, remedy)
 
 
