@@ -165,13 +165,12 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
 
 def run_page(options: Options) -> int:
     """Write the page and say where it is. Its reader can move the limits that it opens with."""
-    from pymoo_psi.page import decision_page, existing_designs
+    from pymoo_psi.page import decision_page
 
     path = options.file
     out = options.out
     table = opened_by_options(options, _HTML)
-    prototype = existing_designs(options.prototype, table, **_of_writer(options))
-    page = decision_page(table, prototype=prototype, title=_title(options, table))
+    page = decision_page(table, prototype=_existing(options, table), title=_title(options, table))
     further = _command_for_more(path, table)
     replace(page, origin=path.name, further=further).save(out)
     say_source(path, replace(table.under(limits={}), facts=table.remarks))
@@ -203,9 +202,13 @@ def run_live(options: Options) -> int:
     return 0
 
 
-def _of_writer(options: Options) -> Values:
-    """Return how numbers and texts are written, which depends on who writes files."""
-    return {"decimal": options.decimal, "encoding": options.encoding}
+def _existing(options: Options, table: TestTable) -> TestTable | None:
+    """Return existing designs, written as the designs are: who writes files has one way."""
+    from pymoo_psi.page import existing_designs
+
+    return existing_designs(
+        options.prototype, table, decimal=options.decimal, encoding=options.encoding
+    )
 
 
 def _title(options: Options, table: TestTable) -> str:
@@ -218,16 +221,14 @@ def run_report(options: Options) -> int:
     Returns:
         0, or 1 if no design is feasible; the report then says which limits reject most designs.
     """
-    from pymoo_psi.page import existing_designs
     from pymoo_psi.report import decision_report
 
     path = options.file
     out = options.out
     table = opened_by_options(options, _HTML)
-    without_reason = table.under(replace(table.decision, reason=""))  # the report has it below
     remarks = [*table.facts]
-    for remark in decision_remarks(path, without_reason):
-        if not remark.startswith("Chosen: "):  # which is the heading
+    for remark in decision_remarks(path, table):
+        if remark.startswith("Warning: "):  # choice and reason have their places
             remarks.append(remark)
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     origin = f"{path.name}, {date}, pymoo-psi {__version__}"
@@ -237,7 +238,7 @@ def run_report(options: Options) -> int:
         title=_title(options, table),
         question=options.question or "",
         about=[origin, *remarks],
-        prototype=existing_designs(options.prototype, table, **_of_writer(options)),
+        prototype=_existing(options, table),
     )
     words = ["pymoo-psi", "report", str(path), *typed_options([*vars(options)])]
     further = _command_for_more(path, table, typed_options(OF_FORMULATION))

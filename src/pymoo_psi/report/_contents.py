@@ -258,21 +258,21 @@ class Choice:
     def designs(self) -> tuple[pd.DataFrame, str]:
         """Return the designs by place, then those beyond limits, and a title."""
         schema = self.table.schema
+        order = self.ranking.by_place
         rejected = np.flatnonzero(~self.table.feasible() & (self.table.status != "failed"))
-        rows = np.append(self.ranking.rows[self.ranking.by_place], rejected)
-        n = len(rows)
-        rows = rows[:_DESIGNS]
+        rows = np.append(self.ranking.rows[order], rejected)[:_DESIGNS]
         designs = self.table.take(rows)
-        places = ["–"] * len(rows)
-        for k, place in enumerate(self.ranking.place[self.ranking.by_place][: len(rows)]):
-            if place > 0:
-                places[k] = str(place)
-        columns = {"place": places, schema.label or schema.words["row"]: designs.names}
+        places = np.append(self.ranking.place[order], np.zeros_like(rejected))[:_DESIGNS]
+        columns = {
+            "place": np.where(places > 0, places.astype(str), "–"),
+            schema.label or schema.words["row"]: designs.names,
+        }
         for name, maximized in zip(schema.objectives, schema.sign < 0, strict=True):
             arrow = "↑" if maximized else "↓"
             heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
             columns[heading] = list(map(self.formats[name].text, designs.column(name)))
         columns["status"] = list(map(self._status, rows.tolist()))
+        n = len(order) + len(rejected)
         title = f"All {n} designs"
         if n == 1:
             title = "The design"
@@ -282,16 +282,16 @@ class Choice:
 
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
-        ranked = np.flatnonzero(self.ranking.rows == row)
-        if len(ranked) == 0:
+        if row not in self.ranking.rows:
             return f"beyond {listed([*beyond_limits(self.table, row)])}"
-        if ranked[0] == self.row:
+        ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
+        if ranked == self.row:
             return self.word
         if self.prototype is not None and self.table.names[row] in self.prototype.names:
             return "present design"
-        if self.ranking.pareto[ranked[0]]:
+        if self.ranking.pareto[ranked]:
             return ""
-        other = explain(self.ranking, row=int(ranked[0])).dominated_by
+        other = explain(self.ranking, row=ranked).dominated_by
         return f"dominated by place {self.ranking.place[other]}"
 
     def properties(self) -> pd.DataFrame:
