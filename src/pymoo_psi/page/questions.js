@@ -2,7 +2,7 @@
 // reasons for its numbers stand there).
 
 const [N_WEIGHTS, N_OTHERS, AVERAGED, LIKELIEST, ASKED] = [1024, 128, 128, 256, 12]
-const [SHARPNESS, MISTAKES, CERTAIN, ENOUGH] = [30, 0.12, 0.9, 0.01]
+const [SHARPNESS, MISTAKES, CERTAIN, ENOUGH] = [30, 0.15, 0.9, 0.01]
 const [VISIBLE, ALIKE, CHEBYSHEV_SUM] = [0.01, 0.04, 1e-9]
 const RELATIONS = [">", "=", "?"] // the first is preferred, both are as good, the question was skipped
 

@@ -52,7 +52,7 @@ _N_AVERAGED = 128  # designs of whose distances the average is taken
 _N_LIKELIEST = 256  # designs among which the proposal after an answer is looked for
 _N_ASKED = 12  # designs of which pairs are asked
 _SHARPNESS = 30.0  # a difference of a twentieth of what is at stake is told by a chance of 95 %
-_MISTAKES = 0.12  # the share of answers that have nothing to do with the values
+_MISTAKES = 0.15  # the share of answers that have nothing to do with the values
 _VISIBLE = 0.01  # the least difference in two objectives that people can weigh, in ranges
 _CERTAIN = 0.9  # an answer of this probability is not asked for
 _ENOUGH = 0.01  # the expected regret at which the questions end
@@ -91,7 +91,7 @@ class Preferences(Shown):
         (2, (2, 1))
         >>> person.answer(1, 2)
         >>> person.best, round(person.regret, 2)
-        (1, 0.11)
+        (1, 0.13)
     """
 
     def __init__(
@@ -247,8 +247,8 @@ class Preferences(Shown):
             >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
             >>> person.answer(0, 1)
             >>> print(person)
-            Proposed after 1 answer: design 0, with a probability of 84 % the best for this
-            person. The expected regret is 28 % of what is at stake.
+            Proposed after 1 answer: design 0, with a probability of 80 % the best for this
+            person. The expected regret is 35 % of what is at stake.
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)
