@@ -48,21 +48,18 @@ class Block(NamedTuple):
     Attributes:
         numbers: ``(n,)`` the numbers of the points.
         tests: Their tests; fewer where an executor filters.
-        n_called: For how many of the points the model was called.
-        seconds: ``(n,)`` what the evaluation of each took; 0 if the model was not called.
+        is_called: ``(n,)`` for which of the points the model was called.
+        seconds: ``(n,)`` what the evaluation of each took.
     """
 
     numbers: Numbers
     tests: TestTable
-    n_called: int = 0
+    is_called: Mask
     seconds: ArrayLike = 0.0
 
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
-        n_called = 0
-        if self.n_called:  # for all of them
-            n_called = int(np.count_nonzero(rows))
-        return Block(self.numbers[rows], self.tests.take(rows), n_called)
+        return Block(self.numbers[rows], self.tests.take(rows), self.is_called[rows])
 
 
 class PieceTask:
@@ -99,9 +96,13 @@ def tests_to_keep(tests: TestTable, model: Model, keep: str) -> TestTable:
 class Executor:
     """Evaluates points; it knows nothing of studies, of points still to come, or of algorithms.
 
+    The model is not called for a design that violates a requirement, nor, where designs recur, for
+    one whose result is known or awaited.
+
     Args:
         model: The model.
         options: The options of the run.
+        known: Known tests, where designs recur as no variable is real; ``None`` elsewhere.
         together: Whether points that are submitted together are evaluated together, if the model
             is called for several.
 
@@ -115,29 +116,44 @@ class Executor:
         ArgumentValueError: The model is noisy, and is called for several designs together.
     """
 
-    def __init__(self, model: Model, options: RunOptions, together: bool = False) -> None:
-        self._arguments = model, options, together
+    def __init__(
+        self,
+        model: Model,
+        options: RunOptions,
+        known: TestTable | None = None,
+        *,
+        together: bool = False,
+    ) -> None:
+        self._arguments = model, options
         self._model = model
         self._has_designs = streams(model.inner)  # in the queue, instead of points
         if self._has_designs:
             runner = model.problem.elementwise_runner
             if not isinstance(runner, Runner):  # pymoo's, which is a loop
                 runner = None
-            self.queue = Queue(function_of_designs(model.inner, seeded=model.noisy), runner)
+            function = function_of_designs(model.inner, seeded=model.noisy)
+            self.queue = Queue(function, runner)
         else:
             self.queue = _queue_of_points(model, options, together)
         self.may_end_early = True
+        self._known: dict[str, Values] | None = None  # values by design, where designs recur
         self._reset()
+        if known is not None:
+            self._known = {}
+            self._learn(known)
 
     def _reset(self) -> None:
         """Forget all points."""
         self._points = Points.none()  # from the first pending one on
         self._evaluated: list[Any] = []  # results
+        self._answers: dict[int, Values] = {}  # of points for which the model is not called
+        self._waiting: dict[str, list[int]] = {}  # further points of designs under way, by these
         self.n_evaluated = 0
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies have the settings; what is being evaluated stays with the executor."""
-        return Executor, self._arguments, {"may_end_early": self.may_end_early}
+        state = {"may_end_early": self.may_end_early, "_known": self._known}
+        return Executor, self._arguments, state
 
     def n_accepted(self, n_awaited: int) -> int:
         """Return how many more points to submit now; 0 while enough of them wait.
@@ -161,23 +177,65 @@ class Executor:
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate, numbered above all earlier ones."""
-        numbers = points.numbers.tolist()
+        space = self._model.space
+        has_answers = self._model.has_requirements or self._known is not None
+        kept = points
         if self._has_designs:
-            space = self._model.space
             # with their designs, which are not computed again for the tests
-            matrix = points.matrix(space)
-            points = replace(points, designs=matrix)
-            designs: Any = space.designs(matrix)
-            if self._model.noisy:
-                repeat = self._model.repeat
-                # from 0 to 2³¹ - 1
-                seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
-                designs = zip(designs, seeds, strict=True)
-            self.queue.add(zip(numbers, designs, strict=True))
-        else:
+            points = replace(points, designs=points.matrix(space))
+            kept = points
+        elif not has_answers:
+            kept = Points(points.numbers, points.n_dim)  # these are enough for the tests
+        self._points = self._points.joined(kept)
+        if has_answers:
+            points = self._without_answer(points)
+        if len(points) == 0:
+            return
+        numbers = points.numbers.tolist()
+        if not self._has_designs:
             self.queue.add([(numbers[0], points)])
-            points = Points(points.numbers, points.n_dim)  # these are enough for the tests
-        self._points = self._points.joined(points)
+            return
+        designs: Any = space.designs(points.designs)
+        if self._model.noisy:
+            repeat = self._model.repeat
+            # from 0 to 2³¹ - 1
+            seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
+            designs = zip(designs, seeds, strict=True)
+        self.queue.add(zip(numbers, designs, strict=True))
+
+    def _without_answer(self, points: Points) -> Points:
+        """Return the points for which the model is to be called; note answers of the others."""
+        X = points.matrix(self._model.space)
+        is_new = ~(self._model.violations(X) > 0).any(axis=1)
+        unmet = points.numbers[~is_new].tolist()
+        if unmet:
+            self._model.problem.n_not_run += len(unmet)
+            self._answer(dict.fromkeys(unmet, {"failure": ""}))
+        if self._known is not None:
+            keys = self._model.keys(X)
+            for row in np.flatnonzero(is_new).tolist():
+                number = int(points.numbers[row])
+                key = keys[row]
+                is_new[row] = key not in self._known and key not in self._waiting
+                if key in self._known:
+                    self._answer({number: self._known[key]})
+                else:
+                    self._waiting.setdefault(key, []).append(number)
+        return points.at(is_new)
+
+    def _answer(self, answers: dict[int, Values]) -> None:
+        self._answers |= answers
+        self.n_evaluated += len(answers)
+
+    def _learn(self, tests: TestTable) -> None:
+        """Learn the results of tests, where designs recur; answer the points that wait for them."""
+        if self._known is None:
+            return
+        keys = self._model.keys(tests.X)
+        for key, values in zip(keys, self._model.values(tests), strict=True):
+            self._known.setdefault(key, values)
+            _, *others = self._waiting.pop(key, [0])
+            self._answer(dict.fromkeys(others, values))
 
     def wait(self) -> float:
         """Wait for another result, or for a moment; return its seconds of a worker, or 0."""
@@ -194,18 +252,36 @@ class Executor:
 
     def take(self) -> Block:
         """Return the tests of the evaluated points, in the order of their evaluation."""
-        numbers, values, seconds = zip(*self._evaluated, strict=True)
-        rows = np.searchsorted(self._points.numbers, numbers)
-        if self._has_designs:
-            tests = self._model.tests(self._points.at(rows), values)
-        else:
-            sizes, tables = zip(*values, strict=True)
-            tests = tables[0].extended(*tables[1:])
-            rows = np.concatenate([*map(np.arange, rows, rows + sizes)])
-            seconds = tuple(np.repeat(np.divide(seconds, sizes), sizes))
-        block = Block(self._points.numbers[rows], tests, len(rows), seconds)
-        self._points = self._points.at(self._points.numbers >= self.queue.first_pending)
+        points = self._points
+        rows: list[Any] = []
+        tables: list[TestTable] = []
+        seconds: list[Any] = []
+        n_called = 0
+        if self._evaluated:
+            numbers, values, of_results = zip(*self._evaluated, strict=True)
+            firsts = np.searchsorted(points.numbers, numbers)
+            if self._has_designs:
+                tables.append(self._model.tests(points.at(firsts), values))
+                rows.append(firsts)
+                seconds.append(of_results)
+            else:
+                sizes, tables[:] = zip(*values, strict=True)
+                rows += map(np.arange, firsts, firsts + sizes)
+                seconds.append(np.repeat(np.divide(of_results, sizes), sizes))
+            n_called = sum(map(len, rows))
+            for tests in tables:
+                self._learn(tests)
+        if self._answers:
+            rows.append(np.searchsorted(points.numbers, [*self._answers]))
+            answers = [*self._answers.values()]
+            tables.append(self._model.tests(points.at(rows[-1]), answers))
+            seconds.append(np.zeros(len(answers)))
+        numbers = points.numbers[np.concatenate(rows)]
+        is_called = np.arange(len(numbers)) < n_called
+        block = Block(numbers, tables[0].extended(*tables[1:]), is_called, np.concatenate(seconds))
+        self._points = points.at(points.numbers >= self.queue.first_pending)
         self._evaluated.clear()
+        self._answers.clear()
         self.n_evaluated = 0
         return block
 

@@ -180,9 +180,9 @@ class PointAlgorithm(WithTable, Algorithm):
             return
         if not self.is_initialized:
             self._initialize()
-        block = self._run.block(self.options.block_size)
-        self.evaluator.n_eval += block.n_called
-        self._add(block.tests)
+        tests, n_called = self._run.block(self.options.block_size)
+        self.evaluator.n_eval += n_called
+        self._add(tests)
         self.is_initialized = True
         try:
             # the rest of pymoo's `advance`, which would ask for the optimum of every block

@@ -2,10 +2,9 @@
 
 :meth:`Run.tests` and :meth:`Run.block` repeat one step: to store the tests that are evaluated, if
 that is due; else to start further points; else to wait for a test. To start points, the run recalls
-the tests that are stored, lets no model run for a design that violates a requirement, answers
-repetitions of a design from its known result, and submits the other points to the executor. Before
-each step it does what people ask of it. For the same points the table is the same for any number of
-workers and any size of a block.
+the tests that are stored and submits the other points to the executor. Before each step it does
+what people ask of it. For the same points the table is the same for any number of workers and any
+size of a block.
 """
 
 from __future__ import annotations
@@ -63,7 +62,6 @@ class Run:
         source: Where the points come from.
         executor: What evaluates them.
         store: Where tests are recalled and kept.
-        repeats: The results by design, where designs recur; ``None`` if they do not.
         n_points: How many points the run has in all, those of other shares too.
     """
 
@@ -73,7 +71,6 @@ class Run:
         source: Source,
         executor: Executor,
         store: Store,
-        repeats: Repeats | None = None,
         n_points: int = 0,
     ) -> None:
         self.model = model
@@ -81,7 +78,6 @@ class Run:
         self.source = source
         self.executor = executor
         self.store = store
-        self._repeats = repeats
         self._points = Points.none()  # those whose tests were not taken, by number
         self._is_testing = False  # between two calls, points may be under way
         self._lock: ExitStack | None = None  # of the study, which begins as late as it can
@@ -149,14 +145,15 @@ class Run:
                 break
         return self._points.at(slice(0, count))
 
-    def block(self, count: int | None) -> Block:
+    def block(self, count: int | None) -> tuple[TestTable, int]:
         """Test the next points; tests are stored within a second or two.
 
         Args:
             count: How many, as for :meth:`next_points`; there must be one.
 
         Returns:
-            All their tests, by number, unless the run was stopped.
+            All their tests, by number, unless the run was stopped; and for how many of them the
+            model was called.
         """
         points = self.next_points(count)
         self._n_awaited = len(points)
@@ -171,7 +168,7 @@ class Run:
                 raise
         blocks = self._take(points.numbers.max(initial=0))
         tests = by_number([self.store.empty, *(block.tests for block in blocks)])
-        return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
+        return tests, sum(int(np.count_nonzero(block.is_called)) for block in blocks)
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
@@ -325,26 +322,14 @@ class Run:
         return points
 
     def _start(self, points: Points) -> None:
-        """Recall the stored tests of points; submit the others, unless they need no evaluation."""
+        """Recall the stored tests of points; submit the others to the executor."""
         if not self._is_testing:
             self._is_testing = True
             self._last_commit = time.monotonic()
-            if self._repeats is not None:
-                self._repeats.restart()
         stored = self._recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
-            self._report(Block(stored.numbers, stored))
-        if self.model.has_requirements and len(points):
-            violations = self.model.violations(points.matrix(self.model.space))
-            is_unmet = (violations > 0).any(axis=1)
-            n_unmet = np.count_nonzero(is_unmet)
-            self.model.problem.n_not_run += n_unmet
-            self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)
-            points = points.at(~is_unmet)
-        if self._repeats is not None and len(points):
-            points, answers = self._repeats.new(points)
-            self._answer_repeats(answers)
+            self._report(Block(stored.numbers, stored, np.zeros(len(stored), dtype=bool)))
         if len(points):
             self.executor.submit(points)
 
@@ -362,76 +347,16 @@ class Run:
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
         if self.executor.n_evaluated:
-            self._keep(self.executor.take())
+            block = self.executor.take()
+            self.store.keep(block.tests, block.seconds)
+            self._report(block)
             self._last_commit = time.monotonic()
             self._computed = 0.0
 
-    def _keep(self, block: Block) -> None:
-        """Store and report tests."""
-        self.store.keep(block.tests, block.seconds)
-        self._report(block)
-
     def _report(self, block: Block) -> None:
-        """Report stored tests to the source; they are ready, and those of their repetitions."""
+        """Report stored tests to the source; they are ready."""
         self.source.tell(block.tests)
         self._ready.append(block)
-        if self._repeats is not None:
-            self._answer_repeats(self._repeats.learn(block.tests))
-
-    def _answer_repeats(self, answers: dict[int, Values]) -> None:
-        """Answer points by the values that their designs have."""
-        rows = np.searchsorted(self._points.numbers, [*answers])
-        self._answer(self._points.at(rows), [*answers.values()])
-
-    def _answer(self, points: Points, values: Sequence[Values]) -> None:
-        """Store and report tests whose values are known without the model."""
-        if len(points):
-            self._keep(Block(points.numbers, self.model.tests(points, values)))
-
-
-class Repeats:
-    """The results of a run by design, where designs recur as no variable is real.
-
-    Points with the same design wait for the result of the first of them.
-
-    Args:
-        model: The model.
-        tests: Known tests.
-    """
-
-    def __init__(self, model: Model, tests: TestTable) -> None:
-        self._model = model
-        self._values: dict[str, Values] = {}  # those of each design with a result
-        self._waiting: dict[str, list[int]] = {}  # points, by design
-        self.learn(tests)
-
-    def restart(self) -> None:
-        """Let no design be evaluated, and no point wait."""
-        self._waiting.clear()
-
-    def learn(self, tests: TestTable) -> dict[int, Values]:
-        """Learn the results of tests; return those of the points that waited, by number."""
-        answers: dict[int, Values] = {}
-        for key, values in zip(self._model.keys(tests.X), self._model.values(tests), strict=True):
-            self._values.setdefault(key, values)
-            answers |= dict.fromkeys(self._waiting.pop(key, ()), values)
-        return answers
-
-    def new(self, points: Points) -> tuple[Points, dict[int, Values]]:
-        """Return the points to evaluate, and known results of others; the rest waits."""
-        rows = []
-        answers = {}
-        keys = self._model.keys(points.matrix(self._model.space))
-        for row, key in enumerate(keys):
-            number = int(points.numbers[row])
-            if key in self._values:
-                answers[number] = self._values[key]
-            elif key in self._waiting:
-                self._waiting[key].append(number)
-            else:
-                self._waiting[key] = []
-                rows.append(row)
-        return points.at(rows), answers
 
 
 def run_of_sequence(
@@ -472,14 +397,14 @@ def run_of_sequence(
         n_points = store.total(n_points)
     points = unit_points(options, min(n_points, n_first or n_points), n_dim)
     store.plan(n_points)
-    repeats = None
+    known = None
     # Workers evaluate points of which this process sees only the tests.
     is_here = model.problem.elementwise or options.runner is None
     if model.space.finite and not model.noisy and is_here:
-        repeats = Repeats(model, store.known())
-    if options.study is not None or repeats is not None:
+        known = store.known()
+    if options.study is not None or known is not None:
         options = replace(options, keep="all")
-    executor = Executor(model, options)
+    executor = Executor(model, options, known)
     source: Source
     if source_of is not None:
         source = source_of(points, n_points, model, executor, store)
@@ -487,7 +412,7 @@ def run_of_sequence(
         source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
     else:
         source = PlannedPoints(points)
-    return Run(model, source, executor, store, repeats, n_points)
+    return Run(model, source, executor, store, n_points)
 
 
 def repeated_tests(
