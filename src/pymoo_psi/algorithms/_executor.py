@@ -7,14 +7,13 @@ vectorised model are put there together, and a job evaluates and filters a piece
 from __future__ import annotations
 
 import zlib
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Mask, Numbers, invalid
+from pymoo_psi._validation import Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -107,6 +106,7 @@ class Executor:
             is called for several.
 
     Attributes:
+        has_designs: Whether designs are put into the queue, one by one, instead of points.
         queue: The points that wait and that are being evaluated, by their numbers.
         n_evaluated: How many points are evaluated and not taken yet.
         may_end_early: Whether a termination may end the run before all points are tested; if not,
@@ -126,8 +126,8 @@ class Executor:
     ) -> None:
         self._arguments = model, options
         self._model = model
-        self._has_designs = streams(model.inner)  # in the queue, instead of points
-        if self._has_designs:
+        self.has_designs = streams(model.inner)
+        if self.has_designs:
             runner = model.problem.elementwise_runner
             if not isinstance(runner, Runner):  # pymoo's, which is a loop
                 runner = None
@@ -144,7 +144,6 @@ class Executor:
 
     def _reset(self) -> None:
         """Forget all points."""
-        self._points = Points.none()  # from the first pending one on
         self._evaluated: list[Any] = []  # results
         self._answers: dict[int, Values] = {}  # of points for which the model is not called
         self._waiting: dict[str, list[int]] = {}  # further points of designs under way, by these
@@ -164,38 +163,27 @@ class Executor:
         queue = self.queue
         n_workers = queue.runner.n_workers
         enough = _WAITING
-        if not self._has_designs:
+        if not self.has_designs:
             enough = queue.largest * max(1, _PIECES_AHEAD * n_workers)
         if queue.n_waiting >= enough:
             return 0
         n_ahead = LAST  # one slow design holds up none of the others
         if queue.n_pending == 0:  # nothing ahead of points whose tests are all stored
             n_ahead = 0
-        elif self.may_end_early or (self._has_designs and type(queue.runner) is Runner):
+        elif self.may_end_early or (self.has_designs and type(queue.runner) is Runner):
             n_ahead = _AHEAD_OF_WORKER * n_workers  # 0 in this process
         return min(n_awaited + n_ahead, enough)
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate, numbered above all earlier ones."""
         space = self._model.space
-        has_answers = self._model.has_requirements or self._known is not None
-        kept = points
-        if self._has_designs:
-            # with their designs, which are not computed again for the tests
-            points = replace(points, designs=points.matrix(space))
-            kept = points
-        elif not has_answers:
-            kept = Points(points.numbers, points.n_dim)  # these are enough for the tests
-        self._points = self._points.joined(kept)
-        if has_answers:
+        if self._model.has_requirements or self._known is not None:
             points = self._without_answer(points)
-        if len(points) == 0:
-            return
         numbers = points.numbers.tolist()
-        if not self._has_designs:
-            self.queue.add([(numbers[0], points)])
+        if not self.has_designs:
+            self.queue.add([(number, points) for number in numbers[:1]])
             return
-        designs: Any = space.designs(points.designs)
+        designs: Any = space.designs(points.matrix(space))
         if self._model.noisy:
             repeat = self._model.repeat
             # from 0 to 2³¹ - 1
@@ -206,11 +194,11 @@ class Executor:
     def _without_answer(self, points: Points) -> Points:
         """Return the points for which the model is to be called; note answers of the others."""
         X = points.matrix(self._model.space)
-        is_new = ~(self._model.violations(X) > 0).any(axis=1)
+        is_new = np.logical_not((self._model.violations(X) > 0).any(axis=1))
         unmet = points.numbers[~is_new].tolist()
         if unmet:
             self._model.problem.n_not_run += len(unmet)
-            self._answer(dict.fromkeys(unmet, {"failure": ""}))
+            self._answer({number: {"failure": ""} for number in unmet})
         if self._known is not None:
             keys = self._model.keys(X)
             for row in np.flatnonzero(is_new).tolist():
@@ -247,12 +235,11 @@ class Executor:
             return 0.0
         self._evaluated.append(result)
         _, values, seconds = result
-        self.n_evaluated += 1 if self._has_designs else values[0]
+        self.n_evaluated += 1 if self.has_designs else values[0]
         return seconds
 
-    def take(self) -> Block:
-        """Return the tests of the evaluated points, in the order of their evaluation."""
-        points = self._points
+    def take(self, points: Points) -> Block:
+        """Return the tests of the evaluated ones of points, in the order of their evaluation."""
         rows: list[Any] = []
         tables: list[TestTable] = []
         seconds: list[Any] = []
@@ -260,7 +247,7 @@ class Executor:
         if self._evaluated:
             numbers, values, of_results = zip(*self._evaluated, strict=True)
             firsts = np.searchsorted(points.numbers, numbers)
-            if self._has_designs:
+            if self.has_designs:
                 tables.append(self._model.tests(points.at(firsts), values))
                 rows.append(firsts)
                 seconds.append(of_results)
@@ -279,7 +266,6 @@ class Executor:
         numbers = points.numbers[np.concatenate(rows)]
         is_called = np.arange(len(numbers)) < n_called
         block = Block(numbers, tables[0].extended(*tables[1:]), is_called, np.concatenate(seconds))
-        self._points = points.at(points.numbers >= self.queue.first_pending)
         self._evaluated.clear()
         self._answers.clear()
         self.n_evaluated = 0

@@ -180,8 +180,10 @@ class PointAlgorithm(WithTable, Algorithm):
             return
         if not self.is_initialized:
             self._initialize()
-        tests, n_called = self._run.block(self.options.block_size)
-        self.evaluator.n_eval += n_called
+        run = self._run
+        n_before = run.n_called
+        tests = run.block(self.options.block_size)
+        self.evaluator.n_eval += run.n_called - n_before
         self._add(tests)
         self.is_initialized = True
         try:
@@ -192,7 +194,7 @@ class PointAlgorithm(WithTable, Algorithm):
             if self.termination.has_terminated():
                 self.finalize()
         except BaseException:  # a callback has raised it
-            self._run.close()
+            run.close()
             raise
 
     def finalize(self) -> None:
@@ -622,22 +624,19 @@ def investigate(
 
 def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
-    n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
         progress_bar(progress) as show_progress,
         stored_at_termination(run.store),
         closing(run.tests()) as blocks,
     ):
-        for block in blocks:
+        for tests in blocks:
             # Workers may have filtered their tests already; then it takes hardly any time.
-            tables.append(tests_to_keep(block.tests, run.model, keep))
-            n_tested += len(block.numbers)
-            show_progress(n_tested / max(1, n_tested + run.n_left))
+            tables.append(tests_to_keep(tests, run.model, keep))
+            show_progress(run.n_taken / max(1, run.n_taken + run.n_left))
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tests = by_number(tables)
-                tables = [tests.take(run.model.under_so_far(tests).pareto())]
+                tables = [tests_to_keep(by_number(tables), run.model, keep)]
     return by_number(tables)
 
 

@@ -232,8 +232,8 @@ class Recorded(WithTable, WrappedProblem):
         first = self._last_point + 1
         points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
-        tests, n_called = run.block(len(points))
-        self.n_evaluated += n_called
+        tests = run.block(len(points))
+        self.n_evaluated += run.n_called
         if len(tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")
         return tests

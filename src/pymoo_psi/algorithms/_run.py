@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -48,8 +48,6 @@ SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
-# Tests after which there is a commit in any case, so that their tables are joined only once.
-_MANY = 2**16
 SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
@@ -63,6 +61,10 @@ class Run:
         executor: What evaluates them.
         store: Where tests are recalled and kept.
         n_points: How many points the run has in all, those of other shares too.
+
+    Attributes:
+        n_taken: The tests of how many points it has returned.
+        n_called: For how many of these the model was called.
     """
 
     def __init__(
@@ -78,6 +80,8 @@ class Run:
         self.source = source
         self.executor = executor
         self.store = store
+        self.n_taken = 0
+        self.n_called = 0
         self._points = Points.none()  # those whose tests were not taken, by number
         self._is_testing = False  # between two calls, points may be under way
         self._lock: ExitStack | None = None  # of the study, which begins as late as it can
@@ -112,8 +116,8 @@ class Run:
 
     # Blocks of tests
 
-    def tests(self) -> Generator[Block]:
-        """Test all points; yield blocks as they are ready, in any order, those of a study too.
+    def tests(self) -> Generator[TestTable]:
+        """Test all points; yield tests as they are ready, in any order, those of a study too.
 
         Close it early to stop the workers.
 
@@ -145,15 +149,14 @@ class Run:
                 break
         return self._points.at(slice(0, count))
 
-    def block(self, count: int | None) -> tuple[TestTable, int]:
+    def block(self, count: int | None) -> TestTable:
         """Test the next points; tests are stored within a second or two.
 
         Args:
             count: How many, as for :meth:`next_points`; there must be one.
 
         Returns:
-            All their tests, by number, unless the run was stopped; and for how many of them the
-            model was called.
+            All their tests, by number, unless the run was stopped.
         """
         points = self.next_points(count)
         self._n_awaited = len(points)
@@ -166,9 +169,7 @@ class Run:
             except BaseException:
                 self.close()
                 raise
-        blocks = self._take(points.numbers.max(initial=0))
-        tests = by_number([self.store.empty, *(block.tests for block in blocks)])
-        return tests, sum(int(np.count_nonzero(block.is_called)) for block in blocks)
+        return by_number([self.store.empty, *self._take(points.numbers.max(initial=0))])
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
@@ -204,21 +205,19 @@ class Run:
         last = self._last_awaited
         return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._ready)
 
-    def _take(self, last: int) -> list[Block]:
+    def _take(self, last: int) -> Iterator[TestTable]:
         """Take the ready tests of the points up to a number."""
-        blocks = []
-        later = []
-        for block in self._ready:
+        ready = self._ready
+        self._ready = []
+        for block in ready:
             is_due = block.numbers <= last
-            if is_due.all():  # a filter may have left out some of its tests
-                blocks.append(block)
-            else:
-                blocks.append(block.rows(is_due))
-                later.append(block.rows(~is_due))
-        self._ready = later
-        for block in blocks:
+            if not is_due.all():  # otherwise a filter may have left out some of its tests
+                self._ready.append(block.rows(~is_due))
+                block = block.rows(is_due)
             self._drop(block.numbers)
-        return blocks
+            self.n_taken += len(block.numbers)
+            self.n_called += int(np.count_nonzero(block.is_called))
+            yield block.tests
 
     def _drop(self, numbers: Numbers) -> None:
         self._points = self._points.at(~np.isin(self._points.numbers, numbers))
@@ -271,6 +270,8 @@ class Run:
     def _ask(self, count: int) -> int:
         """Ask the source for ``count`` points; return how many it has returned."""
         points = self.source.ask(count)
+        if self.executor.has_designs:  # they are computed once, for the model and for the tests
+            points = replace(points, designs=points.matrix(self.model.space))
         self._points = self._points.joined(points)
         return len(points)
 
@@ -305,7 +306,7 @@ class Run:
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
         is_complete = queue.n_pending == 0 or queue.first_pending > self._last_awaited
-        return is_late or is_complete or executor.n_evaluated >= _MANY or self.source.eager
+        return is_late or is_complete or self.source.eager
 
     def _next_to_start(self) -> Points:
         """Return the points to start next; ask the source if it has not returned them yet."""
@@ -347,7 +348,7 @@ class Run:
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
         if self.executor.n_evaluated:
-            block = self.executor.take()
+            block = self.executor.take(self._points)
             self.store.keep(block.tests, block.seconds)
             self._report(block)
             self._last_commit = time.monotonic()

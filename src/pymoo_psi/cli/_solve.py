@@ -229,12 +229,12 @@ def _by_psi(problem: Problem, n_points: int, settings: RunOptions, show: Show) -
     def tested(run: Run) -> TestTable:
         tables = [run.store.empty]
         with closing(run.tests()) as blocks:
-            for block in blocks:
-                tables.append(block.tests)
-                called.append(block.n_called)
+            for tests in blocks:
+                tables.append(tests)
                 # Under the formulation, so that a column that is not there is refused at once.
-                statuses.update(_under(block.tests, settings).status.tolist())
+                statuses.update(_under(tests, settings).status.tolist())
                 _show_counts(show, statuses, run.n_left)
+        called.append(run.n_called)
         return by_number(tables)
 
     run_options = replace(settings, block_size=block_size)
