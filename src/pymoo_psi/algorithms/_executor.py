@@ -7,13 +7,13 @@ vectorised model are put there together, and a job evaluates and filters a piece
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Array, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -54,11 +54,12 @@ class Block(NamedTuple):
     numbers: Numbers
     tests: TestTable
     is_called: Mask
-    seconds: ArrayLike = 0.0
+    seconds: Array
 
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
-        return Block(self.numbers[rows], self.tests.take(rows), self.is_called[rows])
+        tests = self.tests.take(rows)
+        return Block(self.numbers[rows], tests, self.is_called[rows], self.seconds[rows])
 
 
 class PieceTask:
@@ -108,7 +109,6 @@ class Executor:
     Attributes:
         has_designs: Whether designs are put into the queue, one by one, instead of points.
         queue: The points that wait and that are being evaluated, by their numbers.
-        n_evaluated: How many points are evaluated and not taken yet.
         may_end_early: Whether a termination may end the run before all points are tested; if not,
             points are evaluated ahead of the blocks that are asked for.
 
@@ -144,10 +144,15 @@ class Executor:
 
     def _reset(self) -> None:
         """Forget all points."""
-        self._evaluated: list[Any] = []  # results
+        self._submitted = np.zeros(0, dtype=np.int64)  # the numbers of points that become pieces
+        self._waiting: dict[str, list[int]] = {}  # points of the same design, by designs under way
+        self._clear()
+
+    def _clear(self) -> None:
+        """Forget what is evaluated."""
+        self._results: list[Any] = []  # of designs
+        self._pieces: list[Block] = []
         self._answers: dict[int, Values] = {}  # of points for which the model is not called
-        self._waiting: dict[str, list[int]] = {}  # further points of designs under way, by these
-        self.n_evaluated = 0
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies have the settings; what is being evaluated stays with the executor."""
@@ -180,8 +185,10 @@ class Executor:
         if self._model.has_requirements or self._known is not None:
             points = self._without_answer(points)
         numbers = points.numbers.tolist()
-        if not self.has_designs:
-            self.queue.add([(number, points) for number in numbers[:1]])
+        if not self.has_designs and numbers:
+            self._submitted = np.append(self._submitted, points.numbers)
+            self.queue.add([(numbers[0], points)])
+        if not self.has_designs or not numbers:
             return
         designs: Any = space.designs(points.matrix(space))
         if self._model.noisy:
@@ -198,7 +205,7 @@ class Executor:
         unmet = points.numbers[~is_new].tolist()
         if unmet:
             self._model.problem.n_not_run += len(unmet)
-            self._answer({number: {"failure": ""} for number in unmet})
+            self._answers |= {number: {"failure": ""} for number in unmet}
         if self._known is not None:
             keys = self._model.keys(X)
             for row in np.flatnonzero(is_new).tolist():
@@ -206,14 +213,10 @@ class Executor:
                 key = keys[row]
                 is_new[row] = key not in self._known and key not in self._waiting
                 if key in self._known:
-                    self._answer({number: self._known[key]})
+                    self._answers[number] = self._known[key]
                 else:
                     self._waiting.setdefault(key, []).append(number)
         return points.at(is_new)
-
-    def _answer(self, answers: dict[int, Values]) -> None:
-        self._answers |= answers
-        self.n_evaluated += len(answers)
 
     def _learn(self, tests: TestTable) -> None:
         """Learn the results of tests, where designs recur; answer the points that wait for them."""
@@ -223,7 +226,7 @@ class Executor:
         for key, values in zip(keys, self._model.values(tests), strict=True):
             self._known.setdefault(key, values)
             _, *others = self._waiting.pop(key, [0])
-            self._answer(dict.fromkeys(others, values))
+            self._answers |= dict.fromkeys(others, values)
 
     def wait(self) -> float:
         """Wait for another result, or for a moment; return its seconds of a worker, or 0."""
@@ -233,43 +236,47 @@ class Executor:
             raise_original(error)
         if result is None:
             return 0.0
-        self._evaluated.append(result)
-        _, values, seconds = result
-        self.n_evaluated += 1 if self.has_designs else values[0]
+        number, values, seconds = result
+        if self.has_designs:
+            self._results.append(result)
+        else:
+            size, tests = values
+            first = int(np.searchsorted(self._submitted, number))
+            numbers = self._submitted[first : first + size]
+            of_each = np.full(size, seconds / size)
+            self._pieces.append(Block(numbers, tests, np.ones(size, dtype=bool), of_each))
         return seconds
 
+    @property
+    def has_evaluated(self) -> bool:
+        """Whether points are evaluated and not taken yet."""
+        return bool(self._results or self._pieces or self._answers)
+
     def take(self, points: Points) -> Block:
-        """Return the tests of the evaluated ones of points, in the order of their evaluation."""
-        rows: list[Any] = []
-        tables: list[TestTable] = []
-        seconds: list[Any] = []
-        n_called = 0
-        if self._evaluated:
-            numbers, values, of_results = zip(*self._evaluated, strict=True)
-            firsts = np.searchsorted(points.numbers, numbers)
-            if self.has_designs:
-                tables.append(self._model.tests(points.at(firsts), values))
-                rows.append(firsts)
-                seconds.append(of_results)
-            else:
-                sizes, tables[:] = zip(*values, strict=True)
-                rows += map(np.arange, firsts, firsts + sizes)
-                seconds.append(np.repeat(np.divide(of_results, sizes), sizes))
-            n_called = sum(map(len, rows))
-            for tests in tables:
-                self._learn(tests)
+        """Return the tests of the evaluated ones of points."""
+        blocks = self._pieces
+        if self._results:
+            numbers, values, seconds = zip(*self._results, strict=True)
+            blocks.append(self._block(points, numbers, values, np.array(seconds)))
+        for block in blocks:
+            self._learn(block.tests)
         if self._answers:
-            rows.append(np.searchsorted(points.numbers, [*self._answers]))
-            answers = [*self._answers.values()]
-            tables.append(self._model.tests(points.at(rows[-1]), answers))
-            seconds.append(np.zeros(len(answers)))
-        numbers = points.numbers[np.concatenate(rows)]
-        is_called = np.arange(len(numbers)) < n_called
-        block = Block(numbers, tables[0].extended(*tables[1:]), is_called, np.concatenate(seconds))
-        self._evaluated.clear()
-        self._answers.clear()
-        self.n_evaluated = 0
-        return block
+            n = len(self._answers)
+            block = self._block(points, [*self._answers], [*self._answers.values()], np.zeros(n))
+            blocks.append(block._replace(is_called=np.zeros(n, dtype=bool)))
+        numbers, tests, *others = zip(*blocks, strict=True)
+        self._submitted = self._submitted[self._submitted >= self.queue.first_pending]
+        self._clear()
+        whole = tests[0].extended(*tests[1:])
+        return Block(np.concatenate(numbers), whole, *map(np.concatenate, others))
+
+    def _block(
+        self, points: Points, numbers: Sequence[int], values: Sequence[Values], seconds: Array
+    ) -> Block:
+        """Return the tests of designs, by the numbers of their points and their values."""
+        points = points.at(np.searchsorted(points.numbers, numbers))
+        tests = self._model.tests(points, values)
+        return Block(points.numbers, tests, np.ones(len(points), dtype=bool), seconds)
 
     def close(self) -> None:
         """Drop points that are pending or not taken; workers with nothing to do are kept."""

@@ -300,7 +300,7 @@ class Run:
         """Whether to store the evaluated tests now."""
         executor = self.executor
         queue = executor.queue
-        if executor.n_evaluated == 0:
+        if not executor.has_evaluated:
             return False
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
@@ -330,7 +330,8 @@ class Run:
         stored = self._recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
-            self._report(Block(stored.numbers, stored, np.zeros(len(stored), dtype=bool)))
+            not_called = np.zeros(len(stored), dtype=bool)
+            self._report(Block(stored.numbers, stored, not_called, np.zeros(len(stored))))
         if len(points):
             self.executor.submit(points)
 
@@ -347,7 +348,7 @@ class Run:
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
-        if self.executor.n_evaluated:
+        if self.executor.has_evaluated:
             block = self.executor.take(self._points)
             self.store.keep(block.tests, block.seconds)
             self._report(block)
