@@ -39,6 +39,8 @@ _SMALLEST = 64
 _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
 # Pieces for each worker that may wait for it.
 _PIECES_AHEAD = 4
+# Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
+_PREDICTIVE = 4096
 
 
 class Block(NamedTuple):
@@ -80,17 +82,23 @@ class PieceTask:
 
     def __call__(self, piece: Points) -> tuple[int, TestTable]:
         """Evaluate the points of a piece."""
-        return len(piece), tests_to_keep(self._model.evaluated(piece), self._model, self._keep)
+        return len(piece), self.needed(self._model.evaluated(piece))
 
+    def needed(self, tests: TestTable) -> TestTable:
+        """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
 
-def tests_to_keep(tests: TestTable, model: Model, keep: str) -> TestTable:
-    """Return the tests that are to be kept, as for :class:`PieceTask`."""
-    if keep == "all":
-        return tests
-    table = model.under_so_far(tests)
-    if keep == "feasible":
-        return tests.take(table.feasible())
-    return tests.take(table.pareto())
+        If more than half of a large block is kept, later blocks are not filtered: little of them
+        would be left out, and all tests are filtered together in the end.
+        """
+        if self._keep == "all":
+            return tests
+        table = self._model.under_so_far(tests)
+        if self._keep == "feasible":
+            return tests.take(table.feasible())
+        kept = tests.take(table.pareto())
+        if 2 * len(kept) > len(tests) > _PREDICTIVE:
+            self._keep = "all"
+        return kept
 
 
 class Executor:

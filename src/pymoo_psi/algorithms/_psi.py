@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import tests_to_keep
+from pymoo_psi.algorithms._executor import PieceTask
 from pymoo_psi.algorithms._options import ByName, Keep, PointSequence, Retry, RunOptions
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
@@ -612,7 +612,7 @@ def investigate(
     run, table = repeated_tests(tested, problem, n_points, options)
     model = run.model
     if is_noisy:
-        table = tests_to_keep(averaged_repeats(table), model, keep)
+        table = PieceTask(model, keep).needed(averaged_repeats(table))
     table = run.store.numbered(table).under(model.formulation)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
@@ -624,6 +624,8 @@ def investigate(
 
 def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
+    # Workers may have filtered their tests already; then it takes hardly any time.
+    task = PieceTask(run.model, keep)
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
         progress_bar(progress) as show_progress,
@@ -631,12 +633,12 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for tests in blocks:
-            # Workers may have filtered their tests already; then it takes hardly any time.
-            tables.append(tests_to_keep(tests, run.model, keep))
+            tables.append(task.needed(tests))
             show_progress(run.n_taken / max(1, run.n_taken + run.n_left))
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [tests_to_keep(by_number(tables), run.model, keep)]
+                tests = by_number(tables)
+                tables = [tests.take(run.model.under_so_far(tests).pareto())]
     return by_number(tables)
 
 
