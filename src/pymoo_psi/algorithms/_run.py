@@ -270,7 +270,8 @@ class Run:
     def _ask(self, count: int) -> int:
         """Ask the source for ``count`` points; return how many it has returned."""
         points = self.source.ask(count)
-        if self.executor.has_designs:  # they are computed once, for the model and for the tests
+        if len(points) and self.executor.has_designs:
+            # they are computed once, for the model and for the tests
             points = replace(points, designs=points.matrix(self.model.space))
         self._points = self._points.joined(points)
         return len(points)
