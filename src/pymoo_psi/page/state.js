@@ -127,8 +127,9 @@ function focusKept() {
   const element = document.activeElement
   const place = element?.closest("section .bar, section, .actions")
   return () => {
-    const isThere = element?.isConnected && !element.disabled && element.checkVisibility()
-    if (place && !isThere) (place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
+    // Asking makes the browser lay out the page: where the focus is in no part, nothing is asked.
+    const isGone = place && !(element.isConnected && !element.disabled && element.checkVisibility())
+    if (isGone) (place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
     enter()
   }
 }
