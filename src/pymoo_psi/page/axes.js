@@ -54,12 +54,13 @@ const axes = (() => {
   }
 
   function countLines(counts, line, rows, step) {
+    const ratio = devicePixelRatio // asking for it takes long
     for (const [upper, lower] of gaps) {
-      const [y0, y1] = [upper.y, lower.y].map((y) => round(y * devicePixelRatio))
+      const [y0, y1] = [upper.y, lower.y].map((y) => round(y * ratio))
       for (const row of rows) {
         // Half a pixel on, so that cutting the fraction off rounds.
-        let x = upper.x(upper.values[row]) * devicePixelRatio + 0.5
-        const slope = (lower.x(lower.values[row]) * devicePixelRatio + 0.5 - x) / (y1 - y0)
+        let x = upper.x(upper.values[row]) * ratio + 0.5
+        const slope = (lower.x(lower.values[row]) * ratio + 0.5 - x) / (y1 - y0)
         if (slope !== slope) continue
         let at = x | 0
         for (let y = y0; y < y1; y++) {
@@ -75,10 +76,11 @@ const axes = (() => {
 
   // Every design is a tick on every axis.
   function countTicks(counts, line, rows, step) {
-    const thick = max(1, round(1.4 * devicePixelRatio))
+    const ratio = devicePixelRatio
+    const thick = max(1, round(1.4 * ratio))
     for (const {values, x, y} of lanes) {
-      const [top, bottom] = [y - 4, y + 4].map((end) => round(end * devicePixelRatio))
-      for (const row of rows) countBox(counts, line, round(x(values[row]) * devicePixelRatio), top, thick, bottom - top, step)
+      const [top, bottom] = [y - 4, y + 4].map((end) => round(end * ratio))
+      for (const row of rows) countBox(counts, line, round(x(values[row]) * ratio), top, thick, bottom - top, step)
     }
   }
 

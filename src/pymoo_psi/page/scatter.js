@@ -103,10 +103,11 @@ function scatter(section, place) {
 
   // Points as squares of a density.
   function countPoints(counts, line, rows, step) {
-    const half = round((data.total > 5000 ? 1 : 1.5) * devicePixelRatio)
+    const ratio = devicePixelRatio
+    const half = round((data.total > 5000 ? 1 : 1.5) * ratio)
     const width = 2 * half + 1
     for (const row of rows) {
-      countBox(counts, line, round(u(row) * devicePixelRatio - half), round(v(row) * devicePixelRatio - half), width, width, step)
+      countBox(counts, line, round(u(row) * ratio - half), round(v(row) * ratio - half), width, width, step)
     }
   }
 
