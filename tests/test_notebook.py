@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import pymoo_psi
 
 GUIDE = Path(pymoo_psi.__file__).parent / "guide" / "notebook.ipynb"
@@ -22,6 +24,7 @@ def text(output):
     return "".join(output.get("text") or output["data"]["text/plain"])
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_and_prints_what_is_in_it(tmp_path):
     run = Path(shutil.copy(GUIDE, tmp_path))  # it writes files beside itself
     done = subprocess.run(

@@ -28,6 +28,9 @@ SECTIONS = dict(
 GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
 TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.search(text)}
 
+# Their clusters and processes take a third of the time.
+PARALLEL, SLOW = ("cluster", "engineer_python"), pytest.mark.slow
+
 
 @pytest.fixture
 def formats():
@@ -38,7 +41,10 @@ def formats():
 
 
 @pytest.mark.usefixtures("formats")
-@pytest.mark.parametrize("title", TEXTS)
+@pytest.mark.parametrize(
+    "title",
+    [pytest.param(title, marks=SLOW if title in PARALLEL else ()) for title in TEXTS],
+)
 def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)  # this file runs without the fixtures of the others, too
     monkeypatch.setenv("COLUMNS", "200")

@@ -35,7 +35,12 @@ def shuffled(x):
 
 
 @pytest.mark.parametrize(
-    ("study", "make"), [(True, JoblibRunner), (True, ProcessRunner), (False, ProcessRunner)]
+    ("study", "make"),
+    [
+        (True, ProcessRunner),
+        (False, ProcessRunner),
+        pytest.param(True, JoblibRunner, marks=pytest.mark.slow),
+    ],
 )
 def test_the_order_of_arrival_changes_no_table(tmp_path, study, make):
     plain = minimize(Sum(), PSI(100)).algorithm.table

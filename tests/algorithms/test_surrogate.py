@@ -298,6 +298,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
 
 
+@pytest.mark.slow
 def test_another_run_of_a_study_learns_from_the_first(study_file):
     first = run(get_problem("bnh"), 28, study=study_file)
     second = run(get_problem("bnh"), 25, study=study_file, batch=5)

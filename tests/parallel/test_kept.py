@@ -98,6 +98,7 @@ def test_the_next_call_has_the_same_workers(folder):
     require(second, 3)
 
 
+@pytest.mark.slow
 def test_a_file_that_changes_between_two_calls_counts(folder):
     """A module, one that it imports, one imported later, and data that the key depends on."""
     former = processes(folder.tests())
@@ -197,6 +198,7 @@ def ran(folder, script, **modules):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
 
 
+@pytest.mark.slow
 def test_every_runner_refuses_a_changed_file_alike(tmp_path):
     done = ran(tmp_path, EDITED, helper="FACTOR = 1.0", beam=BEAM)
     assert (done.stdout, done.stderr) == ("1.0\n" * 9 + "True\n" * 9, "")
@@ -315,6 +317,7 @@ for _ in range(2):
 """
 
 
+@pytest.mark.slow
 def test_a_class_of_the_main_script_has_new_workers(tmp_path):
     done = ran(tmp_path, MAIN, kept="calls = []")
     assert (done.stdout, done.stderr) == ("1.0\n1.0\n", "")

@@ -10,6 +10,7 @@ import textwrap
 
 import pytest
 
+from tests.helpers.draws import rarely
 from tests.helpers.processes import LONG, gone, posix
 
 
@@ -53,7 +54,7 @@ print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """
 
 
-@pytest.mark.parametrize("runner", ["JoblibRunner", "ProcessRunner"])
+@pytest.mark.parametrize("runner", ["ProcessRunner", *rarely("JoblibRunner")])
 def test_a_script_without_a_guard_runs_and_ends(runner):
     out, err = start(SLOW.replace("RUNNER", runner)).communicate(timeout=LONG)
     assert (out, err) == ("3.0\n", "")

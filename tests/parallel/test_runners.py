@@ -20,6 +20,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import Queue
+from tests.helpers.draws import rarely
 from tests.helpers.processes import gone, posix
 from tests.helpers.refusals import refused
 
@@ -144,7 +145,7 @@ class TestContract:
 # Workers
 
 
-@pytest.fixture(scope="module", params=["joblib", "processes", "executor"])
+@pytest.fixture(scope="module", params=["processes", "executor", *rarely("joblib")])
 def workers(request):
     """A runner for the tests after which its workers are as before."""
     if request.param == "executor":
@@ -154,7 +155,7 @@ def workers(request):
     return ProcessRunner(2)
 
 
-@pytest.mark.parametrize("make", [JoblibRunner, ProcessRunner])
+@pytest.mark.parametrize("make", [ProcessRunner, *rarely(JoblibRunner)])
 def test_a_runner_is_shared_by_nested_calls(make):
     workers = make(2)
     given = {}
@@ -182,7 +183,7 @@ def slow(x):
     return {"F": x, "worker": (os.getpid(), threading.get_ident())}
 
 
-@pytest.mark.parametrize("backend", ["loky", "threading", "multiprocessing"])
+@pytest.mark.parametrize("backend", ["loky", "threading", *rarely("multiprocessing")])
 def test_joblib_evaluates_on_the_backend_of_its_configuration(backend):
     with joblib.parallel_config(backend):
         values = JoblibRunner(2)(slow, range(40))
@@ -243,7 +244,7 @@ def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
 
 
 @posix
-@pytest.mark.parametrize("make", [partial(ProcessRunner, 2), on_threads])
+@pytest.mark.parametrize("make", [partial(ProcessRunner, 2), *rarely(on_threads)])
 def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
     runner = make(timeout=SHORT)
     problem = FailureTolerant(model(elementwise_runner=runner))

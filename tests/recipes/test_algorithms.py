@@ -40,6 +40,7 @@ except ImportError:  # until pymoo 0.6.1.5
     from pymoo.core.problem import DaskParallelization, StarmapParallelization
 
 from pymoo_psi import PSI, FailureTolerant, ProcessRunner, QMCSampling, SurrogatePSI
+from tests.helpers.draws import rarely
 
 # Each tests 28 designs in three iterations.
 ALGORITHMS = {
@@ -89,7 +90,7 @@ class Mixed(ElementwiseProblem):
         out["F"] = [first, factor * second][: self.n_obj]
 
 
-@pytest.fixture(params=ALGORITHMS)
+@pytest.fixture(params=["PSI", "SurrogatePSI", *rarely("PSI of scrambled points")])
 def make(request):
     return ALGORITHMS[request.param]
 

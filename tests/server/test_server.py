@@ -256,11 +256,13 @@ def test_runs_from_any_test_point_are_done(study_file, firsts):
     ]
 
 
+@pytest.mark.slow
 def test_a_share_is_done(tmp_path):
     investigate(get_problem("bnh"), 10, share=(2, 3), study=tmp_path / "shares")
     assert "All planned tests are done." in ends(tmp_path / "shares" / "share-2-of-3.db")
 
 
+@pytest.mark.slow
 def test_a_run_that_adopts_tests_is_done(study_file):
     investigate(get_problem("bnh"), 16, study=study_file)
     search = SurrogatePSI(20, n_points=16, study=study_file)
@@ -301,6 +303,7 @@ def test_more_tests_than_a_run_can_have_are_refused(study_file):
     assert "refused: count" in Study(study_file).facts().steering[0]["answer"]
 
 
+@pytest.mark.slow
 def test_idle_connections_keep_nobody_off(tested):
     with live(tested) as view, ExitStack() as strangers:
         address = urlsplit(view.address)
@@ -312,6 +315,7 @@ def test_idle_connections_keep_nobody_off(tested):
             assert answers(view.address, address.path) == 200
 
 
+@pytest.mark.slow
 def test_a_page_has_values_that_stored_tests_get_later(tested):
     study = Study(tested)
     columns = study.contents()[1]
