@@ -105,8 +105,6 @@ _SETTINGS: Any = {
     "ytick.labelsize": 7.0,
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
-    "legend.fontsize": 7.0,
-    "legend.frameon": False,
     "lines.linewidth": 1.2,
     "lines.solid_capstyle": "round",
 }
