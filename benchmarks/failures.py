@@ -223,7 +223,9 @@ def main() -> None:
     """Perform the runs that are not kept yet, or print a table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", default=sized([*TUNED, *HELD_OUT], ["tube"]))
-    parser.add_argument("--entry", default="new", help="the name of the version that runs")
+    parser.add_argument(
+        "--entry", default=sized("new", "quick"), help="the name of the version that runs"
+    )
     parser.add_argument("--results", type=Path, default=output(HERE / "failures.jsonl"))
     parser.add_argument("--seeds", type=int, default=sized(10, 1))
     parser.add_argument("--table", nargs=2, metavar=("FORMER", "NEW"))

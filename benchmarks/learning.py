@@ -669,7 +669,7 @@ def picture(frame: pd.DataFrame) -> None:
     axes.set_yticks(rows, [f"{name} ({N_VAR[name]})" for name in needed.index])
     axes.set_xlabel(f"Evaluations that NSGA-III needs (arrows: more than {most})")
     axes.legend(title="for what SurrogatePSI has after", loc="lower right", ncols=3)
-    figure.savefig(HERE / "pictures" / "learning_evaluations.png", dpi=110)
+    figure.savefig(output(HERE / "pictures" / "learning_evaluations.png"), dpi=110)
 
 
 def tables(frame: pd.DataFrame) -> list[str]:
