@@ -169,7 +169,7 @@ class Run:
             except BaseException:
                 self.close()
                 raise
-        return by_number([self.store.empty, *self._take(points.numbers.max(initial=0))])
+        return by_number([*self._take(points.numbers.max(initial=0))] or [self.store.empty])
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
@@ -477,7 +477,9 @@ def by_number(tables: Sequence[TestTable]) -> TestTable:
     """Return tables that have no test in common as one, by number."""
     # Blocks of workers come in any order; rows that are sorted then need no second copy.
     first, *others = sorted(tables, key=lambda table: table.numbers.max(initial=0))
-    table = first.extended(*others)
+    table = first
+    if others:
+        table = first.extended(*others)
     if (np.diff(table.numbers) < 0).any():
         table = table.take(np.argsort(table.numbers, kind="stable"))  # faster for a few runs
     return table
