@@ -186,7 +186,7 @@ def _least_regret(
     design = ranking.name_of(int(front[best]))
     if greatest[best] < _TIE:
         return sentence("no regret", design=capital(design))
-    who, objective = np.argwhere(losses[best] > greatest[best] - _TIE)[0]
+    who, objective = np.argwhere(losses[best] >= greatest[best] - _TIE)[0]
     rest = ""
     if others:
         rest = sentence("others regret", share=percent(greatest[others[0]]))
