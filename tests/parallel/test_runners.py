@@ -21,7 +21,7 @@ from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunn
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import Queue
 from tests.helpers.draws import rarely
-from tests.helpers.processes import gone, posix
+from tests.helpers.processes import gone, posix, until
 from tests.helpers.refusals import refused
 
 
@@ -208,11 +208,16 @@ def test_joblib_has_no_time_limit():
     refused("timeout must be left out .*use ProcessRunner", JoblibRunner, timeout=3)
 
 
-def test_the_number_of_jobs_is_that_of_parallel_config():
-    for n_jobs in (1, 3):
-        with joblib.parallel_config(n_jobs=n_jobs):
-            values = JoblibRunner()(slow, range(60))
-        assert len({value["worker"] for value in values}) == n_jobs
+@pytest.mark.parametrize("n_jobs", [1, 3])
+def test_the_number_of_jobs_is_that_of_parallel_config(n_jobs, tmp_path):
+    def together(x):
+        (tmp_path / str(os.getpid())).touch()
+        assert until(lambda: len([*tmp_path.iterdir()]) >= n_jobs)
+        return {"F": x}
+
+    with joblib.parallel_config(n_jobs=n_jobs):
+        JoblibRunner()(together, range(60))
+    assert len([*tmp_path.iterdir()]) == n_jobs
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons
