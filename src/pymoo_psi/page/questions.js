@@ -17,9 +17,9 @@ function firstGreatest(values) {
 //   terms         of each design, what the weights multiply, those of repeated objectives left out
 //   weights       the first of them measure by the norm 1, others by the greatest part, most by 2
 //   candidates    what can be proposed: the designs that are the best for some weights
-//   winners       for each weight, which of these is the best
 //   scales        for each weight, the least distance and what is at stake
 //   values        for each weight, of the candidates: 1 for the best one, 0 for an average one
+//   winners       for each weight, which candidate is the best
 class Preferences {
   constructor(data, {front, frame}) {
     this.front = front
@@ -39,7 +39,6 @@ class Preferences {
       return distances.indexOf(endOf(distances, 1))
     })
     this.candidates = [...new Set(nearest)].sort((a, b) => a - b)
-    this.winners = nearest.map((place) => this.candidates.indexOf(place))
     const step = ceil(front.length / AVERAGED)
     const some = all.filter((i) => i % step === 0)
     this.scales = this.weights.map((_, w) => {
@@ -47,6 +46,7 @@ class Preferences {
       return [least, max(sum(this.distances(w, some)) / some.length - least, 1e-12)]
     })
     this.values = this.weights.map((_, w) => this.valued(w, this.candidates))
+    this.winners = this.values.map(firstGreatest)
   }
 
   distances(w, places) {

@@ -124,7 +124,7 @@ class Preferences(Shown):
         self._answers: list[tuple[int, str, int]] = []
         # What can be proposed are the designs that are the best for some weights.
         best = [nearest_designs(self._terms, w, q, 1)[:, 0] for q, w in self._weights.items()]
-        candidates, self._winners = np.unique(np.concatenate(best), return_inverse=True)
+        candidates = np.unique(np.concatenate(best))
         self._rows: Rows = self._front[candidates]
         self._steps: Array = steps[candidates]
         self._least = self._distances(candidates).min(axis=1, keepdims=True)
@@ -133,6 +133,7 @@ class Preferences(Shown):
         average = self._distances(some).mean(axis=1, keepdims=True)
         self._stake = np.maximum(average - self._least, 1e-12)
         self._values = self._values_of(candidates)
+        self._winners: Rows = (self._values >= 1 - _TIE).argmax(axis=1)
 
     def _distances(self, positions: Rows) -> Array:
         """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""
@@ -307,7 +308,7 @@ class Preferences(Shown):
         if self.regret < _ENOUGH:
             return None
         chances = self._chances[-1]
-        likely = np.bincount(self._winners, chances)
+        likely = np.bincount(self._winners, chances, len(self._rows))
         likely[_first_greatest(self._expected)] += 1  # the proposal is asked about in any case
         likeliest = by_size(likely)[:_N_LIKELIEST]
         values = self._values[:, likeliest]
