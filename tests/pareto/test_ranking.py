@@ -108,6 +108,7 @@ SAME = FRAME.set_axis(["a", "a"], axis=1)
         (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "must be no worse than the best"),
         (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
+        ([[1e308, 0], [-1e308, 1]], {}, ValueError, "F must be of finite range"),
         (SAME, {"maximize": ["a"]}, ValueError, "maximize must be names that only one column has"),
     ],
 )  # fmt: skip

@@ -646,6 +646,10 @@ def _ends(
         raise invalid("ideal, or the better end of ranges,", rule, ideal, "leave it out")
     if (N < U).any():
         raise invalid("nadir", "no better than the ideal", nadir, "leave it out")
+    with np.errstate(over="ignore"):  # an infinite range would count as none
+        if not np.isfinite(N - U).all():
+            remedy = "leave out designs with values near the largest number"
+            raise invalid("F", "of finite range", Received(f"{U} to {N}"), remedy)
     return U, N
 
 
