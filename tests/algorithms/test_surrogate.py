@@ -168,7 +168,8 @@ def test_designs_without_a_limited_value_are_not_promising(limit):
             if x[0] <= 0.5:
                 out["heat"] = 1 + x[0]
 
-    table = run(Silent(n_var=2, n_obj=2, xl=0, xu=1), 44, limits={"heat": limit}).table
+    silent = Silent(n_var=2, n_obj=2, xl=0, xu=1)
+    table = run(silent, 44, batch=2, limits={"heat": limit}).table
     known = np.isfinite(table.column("heat"))
     assert known[:20].mean() < 0.6
     assert known[20:].mean() > 0.7

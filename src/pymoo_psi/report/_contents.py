@@ -36,7 +36,7 @@ from pymoo_psi.analysis import (
     switching_values,
     within_limits,
 )
-from pymoo_psi.errors import PsiError
+from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
     cautions,
@@ -397,11 +397,15 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
     omitted = [*table.formulation.omitted]
     if name in table.schema.constraints:
         omitted.append(name)
-    ranking = table.under(limits=limits, omitted=omitted).feasible_ranking()
-    if choice.ranking.rows[choice.optimum] in ranking.rows[ranking.salukvadze]:
-        yield "Without it the proposal is the same."
+    try:
+        ranking = table.under(limits=limits, omitted=omitted).feasible_ranking()
+    except ArgumentValueError:  # fixed ranges do not reach so far
+        yield "Without it designs are better than the fixed ranges allow."
     else:
-        yield f"Without it {ranking.name_of(ranking.salukvadze[0])} is proposed."
+        if choice.ranking.rows[choice.optimum] in ranking.rows[ranking.salukvadze]:
+            yield "Without it the proposal is the same."
+        else:
+            yield f"Without it {ranking.name_of(ranking.salukvadze[0])} is proposed."
     gains = []
     for objective, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
         now = cost[f"{objective}_feasible"]
