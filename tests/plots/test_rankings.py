@@ -40,14 +40,31 @@ def lines_of(figure):
 
 def rows_of(figure):
     """The texts of each row, and above all of them."""
-    (ax,) = figure.axes
+    lines, ax = lines_of(figure)
     names = [text.get_text() for text in ax.texts if text.get_text() != "better →"]
-    return [names[k : k + 4] for k in range(0, len(names) - 1, 4)]
+    return [names[4 * k : 4 * k + 4] for k in range(1 + len(lines[0]))]
 
 
 def test_the_caption_counts_the_front(ranking, page):
     assert ranking.name_of(ranking.salukvadze[0]) in texts(page)
-    assert page.caption.startswith(f"Cranes. {ranking.pareto.sum()} designs of 60 that no other")
+    assert page.caption.startswith(f"Cranes. The {ranking.pareto.sum()} designs that no other")
+
+
+@pytest.mark.parametrize(("n", "last"), [(3, None), (6, 3), (10, 3), (12, 10), (40, 10)])
+def test_the_caption_says_which_lines_are_darker(n, last):
+    """Only where some are lighter, with the last place; of few designs these have names."""
+    x = np.linspace(0, 1, n)
+    ranking = rank_of_efficiency(pd.DataFrame({"a": x, "b": (1 - x) ** 2.3}))
+    figure = plot_ranking(ranking)
+    said = f"Lines of places up to {last} are darker."
+    assert ("darker" in figure.caption) == (last is not None)
+    assert last is None or figure.caption.endswith(said)
+    (lines,) = [c for c in figure.axes[0].collections if isinstance(c, LineCollection)]
+    widths = np.sort(lines.get_linewidths())
+    assert sum(widths == widths[-1]) == (last or n)
+    places = dict(zip(map(ranking.name_of, range(n)), ranking.place, strict=True))
+    named = sorted(places[text] for text in texts(figure) if text in places)
+    assert named == sorted(ranking.place.tolist())[: 3 if n <= 10 else 1]
 
 
 def test_lines_go_from_worst_to_best_values(ranking, page):

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.text import Annotation
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._numbers import NumberFormat
@@ -48,6 +49,7 @@ from pymoo_psi.plots._style import (
     panels,
     places_between,
     set_log,
+    show_free,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -59,6 +61,7 @@ MATRIX = 6  # variables, or objectives, beside which the text on the axes is sti
 _MANY = 50  # lines; more of them are fainter and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
+_NEAREST = 3  # and of so few designs that the lines of these have names
 _ROW = 9.0  # height of a row in mm
 _LOW_ROW = 6.6  # and of one among many
 _FEW = 12  # rows of full height
@@ -268,8 +271,9 @@ def plot_ranking(
 
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
-    Each design is a line, darker for places 2 to 10. :func:`plot_objectives` draws the objectives
-    of a table in pairs.
+    Each design is a line, darker for places up to 10. Of ten designs and fewer those up to place 3
+    are darker, and have names where there is room. :func:`plot_objectives` draws the objectives of
+    a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -313,19 +317,34 @@ def plot_ranking(
             written = NumberFormat.of(values[ranking.pareto], minus="−").text
             texts.append([heading, *map(written, (*ends, values[row]))])
         _write_rows(ax, texts)
-        _draw_lines(ax, places[front], ranking.place[front] <= _NEAR)
+        most = _NEAR
+        if len(front) <= _NEAR:
+            most = _NEAREST
+        is_near = ranking.place[front] <= most
+        _draw_lines(ax, places[front], is_near)
+        names = [_draw_marked(ax, places[row], ranking.name_of(row), _SOLID, -7)]
         if row != best:
-            _draw_marked(ax, places[best], ranking.name_of(best), _DASHED, -16)
-        _draw_marked(ax, places[row], ranking.name_of(row), _SOLID, -7)
+            names.append(_draw_marked(ax, places[best], ranking.name_of(best), _DASHED, -16))
+        if most == _NEAREST:
+            for near in front[is_near][::-1]:
+                if near not in (row, best):
+                    name = literal(ranking.name_of(near), _NAME)
+                    style: Style = {"fontsize": 7, "color": "0.35"}
+                    names.append(_name_end(ax, places[near, 0], 0, name, 4, **style))
+        figure.placed += ((show_free, names),)
         ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.3))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
             measure = "in its fixed range"
+        darker = ""
+        if not is_near.all():
+            darker = f"Lines of places up to {ranking.place[front][is_near].max()} are darker."
         figure.describe(
             title,
-            f"{counted(len(front), 'design')} of {len(places)} that no other dominates, each a "
-            f"line: its values {measure}. Places 2 to {_NEAR} are darker.",
+            f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "
+            f"{measure}.",
+            darker,
         )
     return figure
 
@@ -358,16 +377,22 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
     ax.add_collection(lines)
 
 
-def _draw_marked(ax: Axes, places: Array, name: str, style: Style, depth: float) -> None:
-    """Draw the line of a marked design, with its name below its end."""
+def _draw_marked(ax: Axes, places: Array, name: str, style: Style, depth: float) -> Annotation:
+    """Draw the line of a marked design, and return its name below its end."""
     levels = np.arange(len(places))
     ax.plot(places, levels, marker="o", markersize=4.5, zorder=5, clip_on=False, **style)
-    end = places[-1]
+    bold: Style = {"color": style["color"], "fontweight": "bold"}
+    return _name_end(ax, places[-1], levels[-1], literal(name), depth, va="top", **bold)
+
+
+def _name_end(
+    ax: Axes, end: float, level: int, name: str, depth: float, **style: Any
+) -> Annotation:
+    """Return the name of a line at its end on a level, which it does not leave on either side."""
     side = "left"
     if end > 0.5:
         side = "right"
-    text = ax.annotate(literal(name), (end, levels[-1]), (0, depth), **BESIDE)
-    text.set(ha=side, va="top", color=style["color"], fontweight="bold")
+    return ax.annotate(name, (end, level), (0, depth), ha=side, **BESIDE, **style)
 
 
 # Sensitivities

@@ -366,6 +366,17 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
             taken += [box, Bbox([dot, dot]).padded(_MARK * point)]
 
 
+def show_free(names: Sequence[Annotation]) -> None:
+    """Show those names that are over none of the names before them."""
+    taken: list[Bbox] = []
+    for name in names:
+        name.set_visible(True)  # an invisible one has no size
+        box = Text.get_window_extent(name)
+        name.set_visible(not any(map(box.overlaps, taken)))
+        if name.get_visible():
+            taken.append(box)
+
+
 def literal(name: object, most: int = 40) -> str:
     """Return a name on one line as it is written; a ``$`` in it begins no formula.
 
