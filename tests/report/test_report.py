@@ -203,6 +203,11 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     edge = lower[lower.index(tighter[-1]) + 1] if tighter else lower[0]
     then = f"{Ranked(frame, tighter[-1]).front[0]} is proposed" if tighter else "no design is left"
     assert f"If price must be below {edge}, {then}." in text
+    # Limits on the others: which of them no design can exceed.
+    said = " ".join(sections.get("The proposal changes with a limit", []))
+    best = [name for name in ("battery", "speed") if shares[name] == 0]
+    ends = f"{proposed} has the best {' and '.join(best)} already: any stricter limit leaves no"
+    assert (ends in said) == ("leaves no" in said) == bool(best)
     # All designs, by place.
     (table_title,) = [key for key in sections if key.startswith("All ")]
     designs = [row.split(" | ") for row in sections[table_title][1:]]
@@ -324,6 +329,14 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
     row = lines(report, "Values")[1].split(" | ")
     assert row[3:5] == ["3085,50", "4748,36"]
     assert "days 29,2 higher" in " ".join(lines(report, "One step away"))
+
+
+@undrawn
+def test_no_line_ends_between_a_number_and_its_unit(html):
+    sheet = html[html.index("<body") :]
+    assert "\N{NO-BREAK SPACE}kg" in sheet
+    assert "\N{NO-BREAK SPACE}%" in sheet
+    assert not re.search(r"\d (kg|MPa|mm|%)", sheet)
 
 
 @undrawn

@@ -266,6 +266,7 @@ def plot_ranking(
     units: Mapping[Any, str] | None = None,
     title: str = "",
     row: int | None = None,
+    values: bool = True,
 ) -> Drawing:
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
@@ -281,6 +282,7 @@ def plot_ranking(
         units: Units of objectives by name, those of a table by default.
         title: Subject of the ranking, with which the caption begins.
         row: Row of the design that is marked, such as the chosen one; the optimum by default.
+        values: Whether the values of the marked design are beside it.
 
     Raises:
         ArgumentTypeError: ``ranking`` is none, and cannot be ranked.
@@ -304,9 +306,9 @@ def plot_ranking(
         ax = figure.add_subplot()
         places = np.empty(objectives.values.shape)
         texts = [["", "worst", "best", "proposed" if row == best else "marked"]]
-        for j, (name, values) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
+        for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
             ends = (ranking.nadir[j], ranking.ideal[j])
-            places[:, j], is_log = places_between(values, *ends)
+            places[:, j], is_log = places_between(column, *ends)
             heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
             ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
             if is_log:
@@ -314,8 +316,10 @@ def plot_ranking(
                 low, high = np.sort(np.log10(ends))
                 decades, _ = places_between(10.0 ** np.arange(np.ceil(low), high), *ends)
                 ax.plot(decades, np.full(len(decades), j), "|", color="0.4", markersize=5, zorder=1)
-            written = NumberFormat.of(values[ranking.pareto], minus="−").text
-            texts.append([heading, *map(written, (*ends, values[row]))])
+            written = NumberFormat.of(column[ranking.pareto], minus="−").text
+            texts.append([heading, *map(written, (*ends, column[row]))])
+        if not values:
+            texts = [[*line[:-1], ""] for line in texts]
         _write_rows(ax, texts)
         most = _NEAR
         if len(front) <= _NEAR:

@@ -247,13 +247,26 @@ class Choice:
     def changes(self) -> pd.DataFrame:
         """The limits at which another design is proposed, each with a sentence."""
         if self.ranking.pareto.sum() > _MOST_OPTIMAL:
-            return pd.DataFrame({"column": [], "present": [], "text": []})
+            return pd.DataFrame(columns=["column", "present", "design", "text"])
         frame = switching_values(self.table).dropna(subset="value")
         texts = []
         for row in frame.to_dict("records"):
             text = change_text(row, self.table.schema.units.get(row["column"], ""))
             texts.append(f"{text[0].upper()}{text[1:]}.")
         return frame.assign(text=texts)
+
+    def new_limits(self) -> list[str]:
+        """Return what limits on objectives that have none change, in sentences."""
+        changes = self.changes[self.changes["present"].isna()]
+        is_end = changes["design"].isna()
+        texts = changes["text"][~is_end].tolist()
+        best = changes["column"][is_end].tolist()
+        if best:
+            name = self.ranking.name_of(self.optimum)
+            texts.append(
+                f"{name} has the best {listed(best)} already: any stricter limit leaves no design."
+            )
+        return texts
 
     def designs(self) -> tuple[pd.DataFrame, str]:
         """Return the designs by place, then those beyond limits, and a title."""
@@ -477,12 +490,13 @@ def verdict(table: TestTable) -> str:
 # How texts, tables and figures are shown
 
 
-def printable(value: Any) -> Any:
-    """Return a text without control characters, in which per cent signs stay with their numbers."""
+def printable(value: Any, units: Iterable[str]) -> Any:
+    """Return a text without control characters, in which units and % stay with their numbers."""
     if not isinstance(value, str) or hasattr(value, "__html__"):
         return value
     text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
-    return text.replace(" %", "\N{NO-BREAK SPACE}%")
+    words = "|".join(map(re.escape, ["%", *units]))
+    return re.sub(rf"(?<=\d) (?=({words})(?!\w))", "\N{NO-BREAK SPACE}", text)
 
 
 def grid(frame: pd.DataFrame) -> list[list[tuple[str, str]]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
@@ -76,16 +77,16 @@ class DecisionReport(Document):
             >>> "<script" in decision_report(table, title="A < B").html()
             False
         """
+        table = self._table
         environment = Environment(
             loader=PackageLoader("pymoo_psi.report", ""),
             autoescape=True,
-            finalize=_contents.printable,
+            finalize=partial(_contents.printable, units=table.schema.units.values()),
             trim_blocks=True,
             lstrip_blocks=True,
         )
         filters = {"grid": _contents.grid, "image": _contents.image, "percent": percent}
         environment.filters |= filters
-        table = self._table
         decision = table.decision
         choice = self._choice
         weights = ""
