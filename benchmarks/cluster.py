@@ -294,11 +294,11 @@ class Simulated:
         self._changed = threading.Condition()
         threading.Thread(target=self._serve, daemon=True).start()
 
-    def submit(self, _: Any, versions: Any, name: str, work: bytes, function: bytes) -> Future[Any]:
+    def submit(self, _: Any, versions: Any, name: str, work: bytes) -> Future[Any]:
         """Take a task; see :mod:`pymoo_psi.parallel`."""
         future: Future[Any] = Future()
         with self._changed:
-            self._queue.append(((versions, work, function), future))
+            self._queue.append(((versions, cloudpickle.loads(work)), future))
             self._changed.notify()
         return future
 
@@ -307,10 +307,8 @@ class Simulated:
             with self._changed:
                 now = time.monotonic()
                 while self._free and self._queue:
-                    (versions, work, function), future = self._queue.pop(0)
-                    designs = cloudpickle.loads(work).designs
-                    seconds = sum(self.problem.seconds(x) for _, x in designs)
-                    task = versions, designs, function
+                    task, future = self._queue.pop(0)
+                    seconds = sum(self.problem.seconds(x) for _, x in task[1].designs)
                     heapq.heappush(
                         self._running, (now + seconds, next(self._numbers), task, future)
                     )
@@ -321,12 +319,12 @@ class Simulated:
                 if pause > 0:
                     self._changed.wait(min(pause, 1.0))
                     continue
-                _, _, (versions, designs, function), future = heapq.heappop(self._running)
+                _, _, (versions, job), future = heapq.heappop(self._running)
                 self._free += 1
-            f, _ = cloudpickle.loads(function)
+            f, _ = cloudpickle.loads(job.function)
             f.problem.mean = 0.0  # it has slept
             results = []
-            for index, x in designs:
+            for index, x in job.designs:
                 seconds = float(self.problem.seconds(x))
                 self.computed += seconds
                 self.ended += 1
