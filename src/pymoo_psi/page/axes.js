@@ -97,7 +97,7 @@ const axes = (() => {
     const isFew = shownRows.length <= MOST_LINES
     const groups = byColour(shownRows)
     if (!isFew) drawDensity(g, groups, data.total, [0.2, 120], countLines, former)
-    else for (const [colour, some] of groups) lines(g, some, {strokeStyle: colour, globalAlpha: shownRows.length > 40 ? 0.5 : 0.75, lineWidth: 1})
+    else for (const [colour, some] of groups) lines(g, some, {strokeStyle: colour, globalAlpha: shownRows.length > 40 ? 0.4 : 0.5, lineWidth: 1})
     for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
     for (const {row, look} of marks) {
       g.setLineDash(LOOKS[look].dashes ?? [])

@@ -40,7 +40,7 @@ function drawLine(g, colour, x0, y0, x1, y1, lineWidth = 1) {
 }
 
 function drawText(g, text, x, y, textAlign, colour = INK.muted, textBaseline = "middle") {
-  Object.assign(g, {textAlign, textBaseline, lineWidth: 3, strokeStyle: INK.panel, fillStyle: colour})
+  Object.assign(g, {textAlign, textBaseline, lineWidth: 5, strokeStyle: INK.panel, fillStyle: colour})
   g.strokeText(text, x, y) // a halo, legible above lines
   g.fillText(text, x, y)
 }

@@ -3,14 +3,21 @@
 
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
-const SIDES = [[1, -1], [-1, 1], [1, 0], [-1, 0], [-1, -1], [1, 1], [0, -1], [0, 1]] // of a point, where its name may be
+const SIDES = [[1, 0], [-1, 0], ...[1, -1, 0.5, -0.5, 0].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
 // The columns of both plots, across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
 
+// Boxes along a line, close to one another, so that it is met as a name is.
+const along = ([x, y], [x1, y1]) => {
+  const count = ceil(hypot(x1 - x, y1 - y) / 4)
+  return [...upTo(count + 1)].map((k) => ({x: x + (x1 - x) * k / count, y: y + (y1 - y) * k / count, width: 0, height: 0}))
+}
+
 function scatter(section, place) {
-  const [TOP, RIGHT, BOTTOM] = [10, 12, 24]
+  const [TOP, RIGHT, BOTTOM] = [22, 12, 40]
   let LEFT = 40
   let [boxes, drawn] = [[], {}] // of names, and what is drawn
+  let lines = [] // small boxes along the front, and what limits reject: no place for a name
   let columns = []
   let [whole, view] = [] // the window, and the shares of it that are shown
   let scales = [] // of what is shown
@@ -18,7 +25,7 @@ function scatter(section, place) {
   const former = new Map() // densities
   const area = section.querySelector(".plot")
   const hint = section.querySelector(".hint")
-  const selects = [...section.querySelectorAll("select")].reverse() // across, up
+  const selects = [...section.querySelectorAll("select")] // across, up
   selects.forEach((select, k) => {
     select.append(...data.columns.map((column) => make("option", {value: column.field}, column.label)))
     select.onchange = () => change({plot: plotColumns().map(({name}, j) => j === place + k ? data.columns[select.selectedIndex].name : name)})
@@ -35,8 +42,6 @@ function scatter(section, place) {
     view = [[0, 1], [0, 1]]
     whole = null
     area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
-    const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
-    renew(hint, ["", `Better: ${better[0]}.`, `Better: ${better.join(" and ")}. The line is their front.`][better.length])
   }
 
   // What is shown of a column: the designs within the limits and what is marked, with limits near them.
@@ -48,7 +53,7 @@ function scatter(section, place) {
     if (!(low <= high)) [low, high] = [ends.low, ends.high]
     const log = ends.log && low > 0
     const [to, back] = log ? [Math.log, Math.exp] : [Number, Number]
-    const room = 0.08 * (to(high) - to(low)) || abs(to(high)) * 0.03 || 1
+    const room = 0.12 * (to(high) - to(low)) || abs(to(high)) * 0.03 || 1
     const [least, most] = numericLimit(column).map((end) => (end === null ? NaN : to(end)))
     let [from, until] = [to(low) - room, to(high) + room]
     if (least > from - 3 * room && least < until) from = min(from, least - room)
@@ -95,8 +100,8 @@ function scatter(section, place) {
     const [toU, toV] = [placing(scales[0], LEFT, LEFT + w), placing(scales[1], TOP + h, TOP)]
     across.values.forEach((value, k) => drawText(g, across.texts[k], toU(value), TOP + h + 7, "center", INK.muted, "top"))
     up.values.forEach((value, k) => drawText(g, up.texts[k], LEFT - 6, toV(value), "right"))
-    drawText(g, across.factor, LEFT + w + RIGHT, TOP + h - 8, "right")
-    drawText(g, up.factor, 0, 6, "left")
+    drawText(g, `${x.label} ${across.factor}`, LEFT + w + RIGHT, TOP + h + 32, "right")
+    drawText(g, `${y.label} ${up.factor}`, 0, 7, "left")
     drawLine(g, INK.grid, LEFT, TOP, LEFT, TOP + h)
     drawLine(g, INK.grid, LEFT, TOP + h, LEFT + w, TOP + h)
   }
@@ -136,9 +141,16 @@ function scatter(section, place) {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_SHAPES
     if (!isFew) drawDensity(g, byColour(shownRows), data.total, [0.5, 2000], countPoints, former)
+    lines = []
     columns.forEach((column, k) => drawLimits(g, column, k))
+    const front = frontOfTwo()
+    const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
+    renew(hint, better.length && `Better: ${better.join(" and ")}.${front.length > 1 ? " The line is their front." : ""}`)
     g.beginPath()
-    for (const row of frontOfTwo()) g.lineTo(u(row), v(row))
+    front.forEach((row, k) => {
+      g.lineTo(u(row), v(row))
+      if (k && isFew) lines.push(...along([u(front[k - 1]), v(front[k - 1])], [u(row), v(row)]))
+    })
     Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
     g.stroke()
     if (isFew) for (const row of picked(shownRows, isKnown)) {
@@ -147,7 +159,7 @@ function scatter(section, place) {
     }
     for (const {row, look} of marks) if (isKnown(row)) drawShape(g, LOOKS[look], u(row), v(row))
     drawEdges(g)
-    boxes = drawNames(g)
+    boxes = drawNames(g, front)
   }
 
   // What limits reject is hatched.
@@ -157,15 +169,11 @@ function scatter(section, place) {
       const share = shareOn(scales[k])(end)
       if (end === null || !(share >= 0 && share <= 1)) return
       const [from, to] = side ? [share, 1] : [0, share]
-      if (k) {
-        const y = TOP + (1 - share) * h
-        drawHatch(g, LEFT, TOP + (1 - to) * h, w, (to - from) * h)
-        drawLine(g, INK.text, LEFT, y, LEFT + w, y, 2)
-      } else {
-        const x = LEFT + share * w
-        drawHatch(g, LEFT + from * w, TOP, (to - from) * w, h)
-        drawLine(g, INK.text, x, TOP, x, TOP + h, 2)
-      }
+      const [x, y] = [LEFT + share * w, TOP + (1 - share) * h]
+      const box = k ? {x: LEFT, y: TOP + (1 - to) * h, width: w, height: (to - from) * h} : {x: LEFT + from * w, y: TOP, width: (to - from) * w, height: h}
+      drawHatch(g, box.x, box.y, box.width, box.height)
+      drawLine(g, INK.text, ...(k ? [LEFT, y, LEFT + w, y] : [x, TOP, x, TOP + h]), 2)
+      lines.push(box)
     })
   }
 
@@ -180,35 +188,34 @@ function scatter(section, place) {
     drawn = {points: points.length, missing, beyond}
   }
 
-  // Names beside their points, where they cover neither one another nor a point that has a name. A
-  // line leads to one that is farther off; one without room is left out.
-  function drawNames(g) {
+  // Names beside their points, where they cover neither one another, nor a point that has a name, nor,
+  // but for marked designs, a line. One without room is left out: a line to it would cross others.
+  function drawNames(g, front) {
     const people = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     people.delete(-1)
-    const rows = [...[...marked].reverse(), ...shownRows.length <= MOST_NAMES ? shownRows : [], ...picked([...people.keys()], (row) => left.mask[row])]
+    const rows = [...[...marked].reverse(), ...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...picked([...people.keys()], (row) => left.mask[row])]
     const spots = [...new Set(rows)].filter(isInside)
     const [w, h] = frame()
     const taken = spots.map((row) => ({row, x: u(row) - 5, y: v(row) - 5, width: 10, height: 10}))
-    const hits = (a) => taken.some((b) => a.row !== b.row && a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)
-    const fits = (box) => box.x > LEFT + 2 && box.x + box.width < LEFT + w + RIGHT && box.y >= 0 && box.y + box.height < TOP + h && !hits(box)
+    const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
+    const fits = (box) => box.x > LEFT + 2 && box.x + box.width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + box.height < TOP + h && isFree(box, taken)
     const found = []
     for (const row of spots) {
       g.font = fontOf(row)
-      const lines = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), w * 0.6)
-      const width = max(...lines.map((line) => g.measureText(line).width))
-      const height = 14 * lines.length
-      const places = [7, 18, 30, 46, 64, 84, 110].flatMap((r) => SIDES.map(([across, down]) => ({row, lines, isFar: r > 18, width, height,
-        x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height})))
-      const box = places.find(fits)
+      const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), w * 0.6)
+      const width = max(...words.map((line) => g.measureText(line).width))
+      const height = 14 * words.length
+      const places = [9, 14, 20].flatMap((r) => SIDES.map(([across, down]) => ({row, words, width, height,
+        x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}))).filter(fits)
+      const box = places.find((one) => isFree(one, lines)) ?? (marked.includes(row) && places[0])
       if (!box) continue
       taken.push(box)
       found.push(box)
-      if (box.isFar) drawLine(g, INK.field, u(row), v(row), min(max(u(row), box.x), box.x + width), min(max(v(row), box.y), box.y + height))
     }
-    for (const {row, lines, x, y} of found) {
+    for (const {row, words, x, y} of found) {
       g.font = fontOf(row)
       const colour = row === verdict?.row ? INK.accent : marked.includes(row) ? INK.text : INK.muted
-      lines.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
+      words.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
     return found
