@@ -7,12 +7,6 @@ const SIDES = [[1, 0], [-1, 0], ...[1, -1, 0.5, -0.5, 0].flatMap((across) => [[a
 // The columns of both plots, across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
 
-// Boxes along a line, close to one another, so that it is met as a name is.
-const along = ([x, y], [x1, y1]) => {
-  const count = ceil(hypot(x1 - x, y1 - y) / 4)
-  return [...upTo(count + 1)].map((k) => ({x: x + (x1 - x) * k / count, y: y + (y1 - y) * k / count, width: 0, height: 0}))
-}
-
 function scatter(section, place) {
   const [TOP, RIGHT, BOTTOM] = [22, 12, 40]
   let LEFT = 40
@@ -145,11 +139,14 @@ function scatter(section, place) {
     columns.forEach((column, k) => drawLimits(g, column, k))
     const front = frontOfTwo()
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
-    renew(hint, better.length && `Better: ${better.join(" and ")}.${front.length > 1 ? " The line is their front." : ""}`)
+    renew(hint, better.length && `Better: ${better.join(" and ")}. `, front.length > 1 && "The line is their front.")
     g.beginPath()
     front.forEach((row, k) => {
       g.lineTo(u(row), v(row))
-      if (k && isFew) lines.push(...along([u(front[k - 1]), v(front[k - 1])], [u(row), v(row)]))
+      const last = front[k - 1]
+      for (let share = 0; isFew && k && share < 1; share += 0.02) {
+        lines.push({x: u(last) + share * (u(row) - u(last)), y: v(last) + share * (v(row) - v(last)), width: 0, height: 0})
+      }
     })
     Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
     g.stroke()
@@ -196,26 +193,22 @@ function scatter(section, place) {
     const rows = [...[...marked].reverse(), ...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...picked([...people.keys()], (row) => left.mask[row])]
     const spots = [...new Set(rows)].filter(isInside)
     const [w, h] = frame()
-    const taken = spots.map((row) => ({row, x: u(row) - 5, y: v(row) - 5, width: 10, height: 10}))
-    const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
-    const fits = (box) => box.x > LEFT + 2 && box.x + box.width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + box.height < TOP + h && isFree(box, taken)
+    const points = spots.map((row) => ({row, x: u(row) - 7, y: v(row) - 7, width: 14, height: 14}))
     const found = []
+    const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
+    const fits = (box) => box.x > LEFT + 2 && box.x + box.width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + box.height < TOP + h && isFree(box, [...points, ...found])
     for (const row of spots) {
       g.font = fontOf(row)
       const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), w * 0.6)
       const width = max(...words.map((line) => g.measureText(line).width))
       const height = 14 * words.length
-      const places = [9, 14, 20].flatMap((r) => SIDES.map(([across, down]) => ({row, words, width, height,
+      const places = [9, 14, 20].flatMap((r) => SIDES.map(([across, down]) => ({row, width, height,
         x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}))).filter(fits)
       const box = places.find((one) => isFree(one, lines)) ?? (marked.includes(row) && places[0])
       if (!box) continue
-      taken.push(box)
       found.push(box)
-    }
-    for (const {row, words, x, y} of found) {
-      g.font = fontOf(row)
       const colour = row === verdict?.row ? INK.accent : marked.includes(row) ? INK.text : INK.muted
-      words.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
+      words.forEach((line, k) => drawText(g, line, box.x, box.y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
     return found

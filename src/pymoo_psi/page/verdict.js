@@ -120,7 +120,6 @@ function showCompare() {
 
 function gainTexts(column, gain, share) {
   if (gain === 0) return make("div.hint", "the same")
-  const text = awayText(column, gain)
-  return [gain > 0 ? make("div.gain", `${text} better`) : make("div.loss", `${text} worse`),
-    isWithin(share) && make("div.hint.shares", percent(abs(share)))]
+  const kind = gain > 0 ? "better" : "worse"
+  return make(`div.${kind}`, `${awayText(column, gain)} ${kind}`, isWithin(share) && make("span.hint.shares", ` (${percent(abs(share))})`))
 }
