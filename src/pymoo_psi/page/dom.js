@@ -50,6 +50,8 @@ function renewElement(old, node) {
   renew(old, ...node.childNodes)
 }
 
+// A number and the word behind it, its unit perhaps, stay on one line.
+const tied = (text) => text.replace(/(?<=\d) /g, "\u00a0")
 const upper = (text) => text.replace(/^./, (first) => first.toUpperCase())
 
 // A name that may go on in a new line behind each underscore or slash, and before a capital within;

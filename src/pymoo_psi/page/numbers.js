@@ -39,11 +39,11 @@ function short(value, digits = 4) {
 // A share with two digits, above 10 % with none behind the point.
 function percent(share) {
   const hundreds = 100 * share
-  if (hundreds > 0 && hundreds < 0.01) return localized("less than 0.01\u00a0%")
-  if (hundreds >= 99.95 && hundreds < 100 - 1e-7) return localized("more than 99.9\u00a0%")
-  if (hundreds >= 99.5 && hundreds < 99.95) return `${short(hundreds, 3)}\u00a0%`
-  if (!(hundreds >= 9.95) || hundreds === Infinity) return `${short(hundreds, 2)}\u00a0%`
-  return `${rounded(hundreds, {...decimals(0), useGrouping: false})}\u00a0%`
+  if (hundreds > 0 && hundreds < 0.01) return localized("less than 0.01 %")
+  if (hundreds >= 99.95 && hundreds < 100 - 1e-7) return localized("more than 99.9 %")
+  if (hundreds >= 99.5 && hundreds < 99.95) return `${short(hundreds, 3)} %`
+  if (!(hundreds >= 9.95) || hundreds === Infinity) return `${short(hundreds, 2)} %`
+  return `${rounded(hundreds, {...decimals(0), useGrouping: false})} %`
 }
 
 // A number with the digits that tell designs of its column apart; a text is itself.
@@ -60,7 +60,7 @@ function written({texts, notation}, value) {
 
 // A difference of values in their unit; of per cent it is points.
 const amount = ({unit}, value) => withUnit({unit: unit === "%" ? "points" : unit}, short(value, 3))
-const withUnit = ({unit}, text) => (unit ? `${text}\u00a0${unit}` : text)
+const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
 // A value with six digits, rounded up or down.
 const inSixDigits = (value, isUp) => isNumber(value)

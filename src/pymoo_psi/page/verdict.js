@@ -26,7 +26,7 @@ function showVerdict() {
     const beyond = broke(row).map(({name}) => name)
     renew("verdict-title", `${upper(roleOf(row))}: `, make("em", called(row)))
     renew("verdict-words",
-      make("p.lead", instead || leadText(verdict)),
+      make("p.lead", tied(instead || leadText(verdict))),
       beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
       makeAll("p.caution", remarks))
     renew("verdict-actions", clear || chooseButton(row), pinButton(row),
@@ -70,7 +70,7 @@ function showSteps() {
   const {steps} = verdict ?? {steps: []}
   show("steps", steps.length)
   renew("steps-list", steps.map(({row, text}) => {
-    const [gain, ...costs] = text.split(". ")
+    const [gain, ...costs] = tied(text).split(". ")
     return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs.length && `${costs.join(". ")}.`), pinButton(row))
   }))
 }
@@ -94,7 +94,7 @@ function showSwitches(found) {
   renew("relax-list", changes.map((one) => {
     const {name, end, row, next, exact} = one
     const column = data.by.get(name)
-    return make("li", upper(`${switchText(data, one)}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
+    return make("li", upper(`${tied(switchText(data, one))}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
       next !== null && button("Set", () => setLimit(column, numericLimit(column).with(end, next)), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
   }))
   keepFocus()
