@@ -512,7 +512,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     assert f"{best} is proposed" in reader.text("#verdict-words")
     reader.until("D.resting")
     row = reader.page.locator("#relax-list li", has_text="mass must be").first
-    switched = row.inner_text().split(", ")[1].split(" is proposed")[0]
+    switched = row.inner_text().replace("\xa0", " ").split(", ")[1].split(" is proposed")[0]
     row.get_by_label("Set: mass, at most").focus()
     reader.press("Enter")
     assert reader.ask("D.data.names[D.verdict.row]") == switched

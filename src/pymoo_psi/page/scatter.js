@@ -196,7 +196,7 @@ function scatter(section, place) {
     const points = spots.map((row) => ({row, x: u(row) - 7, y: v(row) - 7, width: 14, height: 14}))
     const found = []
     const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
-    const fits = (box) => box.x > LEFT + 2 && box.x + box.width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + box.height < TOP + h && isFree(box, [...points, ...found])
+    const fits = (box) => box.x > LEFT && box.x + box.width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + box.height < TOP + h && isFree(box, [...points, ...found])
     for (const row of spots) {
       g.font = fontOf(row)
       const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), w * 0.6)
