@@ -362,8 +362,8 @@ def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
     for level, (name, worst, best, value) in enumerate(texts, start=-1):
         ax.annotate(name, (0, level), (-4, 8), **bold)
         ax.annotate(worst, (0, level), (-4, 0), **style)
-        ax.annotate(best, (1, level), (width + 4, 0), **style)
-        ax.annotate(value, (1, level), (2 * width + 14, 0), **bold | {"color": ACCENT})
+        ax.annotate(best, (1, level), (width + 6, 0), **style)
+        ax.annotate(value, (1, level), (2 * width + 16, 0), **bold | {"color": ACCENT})
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
