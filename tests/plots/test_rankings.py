@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.text import Text
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
@@ -150,3 +151,22 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
     save_figures({"pairs": figure}, tmp_path, width=width)
     names = [name for ax in figure.axes for name in ax.texts if name.get_visible()]
     assert names
+
+
+def test_names_are_not_on_the_front_or_a_limit():
+    """Only that of the marked design may be."""
+    x = np.linspace(0, 1, 12)
+    frame = pd.DataFrame(
+        {"cost": x, "mass": (1 - x) ** 3}, [f"a name, number {k}" for k in range(12)]
+    )
+    table = read_table(frame).under(limits={"cost": 0.5})
+    figure = plot_objectives(table)
+    assert_readable(figure)
+    (ax,) = figure.axes
+    lines = [line for line in ax.lines if line.get_linestyle() != "None"]
+    paths = [line.get_transform().transform_path(line.get_path()) for line in lines]
+    names = [name for name in ax.texts if name.get_visible()]
+    assert len(paths) == 2 < len(names)
+    for name in names[1:]:
+        box = Text.get_window_extent(name)
+        assert not any(path.intersects_bbox(box, filled=False) for path in paths), name

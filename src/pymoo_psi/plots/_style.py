@@ -47,10 +47,10 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
 _NAME = 28.0  # points of the width of axes for each name in them
-_REACHES = (5.0, 12.0, 20.0, 30.0, 42.0)  # points from a point to its name
+_REACHES = (5.0, 12.0, 20.0)  # points from a point to its name
 _SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
 _MARK = 4.0  # half the size of a marker
-_CROWDED = 30.0  # a name on a point is as bad as one so many points farther away
+_CROWDED = 30.0  # a name on a point or a line is as bad as one so many points farther away
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
 # Names from the second reach on have a line to their point.
@@ -337,9 +337,16 @@ def name_groups(
 
 
 def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
-    """Move each name to the best free place around its point; without one it is not shown."""
+    """Move each name to the best free place around its point; without one it is not shown.
+
+    Only the first one, the most important, may be on a line.
+    """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
+    lines = []
+    for drawn in axes.lines:
+        if drawn.get_linestyle() != "None":
+            lines.append(drawn.get_transform().transform_path(drawn.get_path()))
     most = int(axes.bbox.width / point / _NAME)
     taken: list[Bbox] = []
     for k, name in enumerate(names):
@@ -355,8 +362,13 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
             is_free = axes.bbox.count_contains(box.corners()) == 4
             for other in taken:
                 is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
+            n_below = box.count_contains(dots)
+            for line in lines:
+                is_below = line.intersects_bbox(box, filled=False)
+                is_free = is_free and not (is_below and k > 0)
+                n_below += is_below + line.intersects_path(leader, filled=False)
             if is_free:
-                free.setdefault(_CROWDED * box.count_contains(dots) + reach, (box, reach))
+                free.setdefault(_CROWDED * n_below + reach, (box, reach))
         name.set_visible(k < most and len(free) > 0)
         if name.get_visible():
             box, reach = free[min(free)]
