@@ -155,12 +155,18 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
     if len(frame) > _N_IN_DETAIL:
         say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
     ranking = table.feasible_ranking()
-    say(f"mu1 is the distance to the best values. {measured_in(ranking)}.")
-    say(*(f"Caution: {caution}" for caution in found[1:]))
     why = explain(ranking)
-    say("One step away:", *why.sentences[2:])
-    say(*filter(None, [weights_sentence(ranking, why.row)]), *switching(table))
-    say(*table.remarks[len(table.facts) :])
+    sentences = [
+        f"mu1 is the distance to the best values; efficiency_rank is the paper's rank, 0 to 6, and "
+        f"no order. {measured_in(ranking)}.",
+        *(f"Caution: {caution}" for caution in found[1:]),
+        "One step away:",
+        *why.sentences[2:],
+        weights_sentence(ranking, why.row),
+        *switching(table),
+        *table.remarks[len(table.facts) :],
+    ]
+    print_text(wrapped([*filter(None, sentences)], width() or WIDTH_OF_PIPE))
 
 
 def run_page(options: Options) -> int:
