@@ -333,8 +333,8 @@ def plot_ranking(
             for near in front[is_near][::-1]:
                 if near not in (row, best):
                     name = literal(ranking.name_of(near), _NAME)
-                    style: Style = {"fontsize": 7, "color": "0.35"}
-                    names.append(_name_end(ax, places[near, 0], 0, name, 4, **style))
+                    end = places[near, 0]
+                    names.append(_name_end(ax, end, 0, name, 4, fontsize=7, color="0.35"))
         figure.placed += ((show_free, names),)
         ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.3))
         ax.axis("off")
