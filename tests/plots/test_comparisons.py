@@ -58,11 +58,11 @@ def test_where_nothing_was_found_the_page_says_so():
     """The names of the algorithms are odd, and stand as they are."""
     figure = plot_indicators(compare(Narrow(0.0), n_evaluations=4, seeds=2, algorithms=ODD))
     assert_whole(figure)
-    names = {*texts(plot_fronts(compare(Narrow(0.5), n_evaluations=16, algorithms=ODD)))}
-    assert {name.rpartition(" (")[0] for name in names} == {
-        r"a\$b\$ c \alpha",
-        f"{'x' * 15}…{'x' * 14}",
-    }
+    fronts = plot_fronts(compare(Narrow(0.5), n_evaluations=16, algorithms=ODD))
+    names = {r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"}
+    assert {text.rpartition(" (")[0] for text in texts(fronts)} <= names  # where there is room
+    for name in names:
+        assert f"{name} (" in fronts.caption
     assert figure.axes[1].get_title(loc="right") == "infinite values are not drawn"
 
 
