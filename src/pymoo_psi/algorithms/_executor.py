@@ -256,9 +256,10 @@ class Executor:
         return seconds
 
     @property
-    def has_evaluated(self) -> bool:
-        """Whether points are evaluated and not taken yet."""
-        return bool(self._results or self._pieces or self._answers)
+    def n_evaluated(self) -> int:
+        """How many points are evaluated and not taken yet."""
+        in_pieces = sum(len(block.numbers) for block in self._pieces)
+        return len(self._results) + in_pieces + len(self._answers)
 
     def take(self, points: Points) -> Block:
         """Return the tests of the evaluated ones of points."""

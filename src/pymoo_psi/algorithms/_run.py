@@ -48,6 +48,8 @@ SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
+# Tests after which there is a commit in any case: they are filtered while others are computed.
+_MANY = 2**16
 SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
@@ -301,13 +303,14 @@ class Run:
         """Whether to store the evaluated tests now."""
         executor = self.executor
         queue = executor.queue
-        if not executor.has_evaluated:
+        if executor.n_evaluated == 0:
             return False
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
         is_complete = queue.n_pending == 0 or queue.first_pending > self._last_awaited
-        return is_late or is_complete or self.source.eager
+        are_many = executor.n_evaluated >= _MANY
+        return is_late or are_many or is_complete or self.source.eager
 
     def _next_to_start(self) -> Points:
         """Return the points to start next; ask the source if it has not returned them yet."""
@@ -349,7 +352,7 @@ class Run:
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
-        if self.executor.has_evaluated:
+        if self.executor.n_evaluated:
             block = self.executor.take(self._points)
             self.store.keep(block.tests, block.seconds)
             self._report(block)
