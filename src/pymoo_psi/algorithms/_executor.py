@@ -129,10 +129,9 @@ class Executor:
         model: Model,
         options: RunOptions,
         known: TestTable | None = None,
-        *,
         together: bool = False,
     ) -> None:
-        self._arguments = model, options
+        self._arguments = model, options, None, together
         self._model = model
         self.has_designs = streams(model.inner)
         if self.has_designs:

@@ -221,10 +221,4 @@ def answer_by(pickled: bytes, designs: Waiting) -> Answer:
     sent = [sendable_result(result) for result in results]
     if failure is not None:
         failure = sendable(failure)
-    return sent, failure, _versions_of(len(sys.modules))
-
-
-@lru_cache(maxsize=1)
-def _versions_of(n_modules: int) -> dict[str, bytes]:
-    """Return the versions of modules, which take some time; they change with their number."""
-    return versions()
+    return sent, failure, versions()
