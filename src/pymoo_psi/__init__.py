@@ -59,7 +59,7 @@ BibTeX.
 from pymoo_psi import _modules
 from pymoo_psi._names import attach_names
 
-__version__ = "0.4.0.dev0"  # the only place: the build reads this line
+__version__ = "0.4.0"  # the only place: the build reads this line
 __citation__ = f"""\
 @software{{pymoo_psi,
   title   = {{pymoo-psi: Parameter Space Investigation and decision-making on Pareto sets, for
