@@ -204,6 +204,19 @@ def test_a_worker_that_joblib_loses_costs_no_innocent_design():
     assert problem.failures[-1].reason == "its worker process died (exit code 3, 2 times)"
 
 
+def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
+    """Its traceback would be an error here, as of any thread."""
+    complete = joblib.parallel.BatchCompletionCallBack.__call__
+
+    def complete_slowly(*args):
+        complete(*args)
+        time.sleep(0.02)  # jobs that it has submitted wait meanwhile
+
+    monkeypatch.setattr(joblib.parallel.BatchCompletionCallBack, "__call__", complete_slowly)
+    with pytest.raises(EvaluationError):
+        model(elementwise_runner=JoblibRunner(2)).evaluate(designs(3))
+
+
 def test_joblib_has_no_time_limit():
     refused("timeout must be left out .*use ProcessRunner", JoblibRunner, timeout=3)
 
