@@ -23,7 +23,7 @@ from pymoo.problems import get_problem
 
 from benchmarks.machine import sized
 from pymoo_psi import TestTable, cautions, lp_tau, rank_of_efficiency
-from pymoo_psi.analysis import averaged
+from pymoo_psi.analysis import average_repeats
 from pymoo_psi.table import Schema
 
 N_DESIGNS = sized(256, 32)
@@ -83,7 +83,7 @@ def decisions(n_seeds: int) -> Iterator[dict[str, Any]]:
                         )
                     else:
                         table = TestTable.of(numbers, no_variables, values, notes=extra)
-                        table = averaged(table, "label")
+                        table = average_repeats(table, "label")
                     frame = table.confidence()
                     ranking = table.feasible_ranking()
                     chosen = ranking.salukvadze[0]

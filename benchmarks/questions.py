@@ -174,7 +174,7 @@ class Dialogue:
         for is_first in (True, False):
             self._person.answer(*(pair if is_first else pair[::-1]))
             self._visit((*answers, is_first))
-            self._person.take_back()
+            self._person.undo()
 
     def regrets(self, regrets: Array, share: float) -> Array:
         """Return ``(people, depth + 1)`` expected regrets after 0, 1, 2, … answers.

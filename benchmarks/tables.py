@@ -160,7 +160,7 @@ QUESTIONS: dict[str, Callable[[TestTable], Any]] = {
     "best": lambda table: (table.best().names, table.best().X),
     "bounds": lambda table: table.refined_bounds(),
     "sorted": lambda table: [
-        table.sorted_by(name).numbers.tolist() for name in table.schema.objectives
+        table.sort_by(name).numbers.tolist() for name in table.schema.objectives
     ],
     "frame": lambda table: table.to_frame().drop(columns=[*table]),
     "order": lambda table: [*table.to_frame()],
@@ -400,7 +400,7 @@ def _status(table: TestTable, row: int) -> str:
                 is_blank = cell is None or cell != cell
                 is_met &= ("" if is_blank else str(cell)) in limit.texts
             else:
-                is_met &= math.isfinite(cell) and limit.low <= float(cell) <= limit.high
+                is_met &= math.isfinite(cell) and limit.lower <= float(cell) <= limit.upper
     if not is_met:
         return "infeasible"
     return "ok" if all(is_finite) else "failed"

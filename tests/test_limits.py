@@ -26,7 +26,7 @@ from pymoo_psi import (
     investigate,
     representatives,
 )
-from pymoo_psi.analysis import averaged, certainty_sentences, separation_sentences
+from pymoo_psi.analysis import average_repeats, certainty_sentences, separation_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.plots import plot_ranking
@@ -167,7 +167,7 @@ def test_limits_leave_what_removed_rows_leave(seed):
         return
     assert limited.best().names == left.best().names
     first = limited.schema.objectives[0]
-    assert limited.sorted_by(first).names == left.sorted_by(first).names
+    assert limited.sort_by(first).names == left.sort_by(first).names
     np.testing.assert_array_equal(
         limited.refined_bounds(margin=0.1), left.refined_bounds(margin=0.1)
     )
@@ -216,7 +216,7 @@ def test_rejected_designs_change_no_certainty_of_means(seed):
     n = int(rng.integers(4, 12))
     X = np.repeat(rng.random((n, 1)), rng.integers(2, 5, n), axis=0)
     F = np.column_stack([X[:, 0], (1 - X[:, 0]) ** 2]) + rng.normal(0, 0.05, (len(X), 2))
-    designs = averaged(TestTable.of(np.arange(1, len(X) + 1), X, F))
+    designs = average_repeats(TestTable.of(np.arange(1, len(X) + 1), X, F))
     limit = float(np.quantile(designs["f1"], 0.7))
     limited = designs.under(limits={"f1": limit})
     left = designs.take(designs["f1"] <= limit)

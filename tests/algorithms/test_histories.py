@@ -148,7 +148,7 @@ class History:
         tests = {}
         if not self.options.study.exists():
             return tests
-        table = read_table(self.options.study, repeats=False)
+        table = read_table(self.options.study, average_by=False)
         if len(table):
             np.testing.assert_array_equal(table["ratio"], table["f"] / table["g"])
         for row, number in enumerate(table.numbers.tolist()):

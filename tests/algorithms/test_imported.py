@@ -70,7 +70,7 @@ def test_operands_of_what_is_needed_are_needed(lab, options):
 
 
 def exported(study, path):
-    read_table(study, repeats=False).to_csv(path)
+    read_table(study, average_by=False).to_csv(path)
     return path
 
 
@@ -78,7 +78,7 @@ def exported(study, path):
 def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     first, second = tmp_path / "a.db", tmp_path / "b.db"
     investigate(Queue(), 8, repeat=9, study=first)
-    tests = read_table(first, repeats=False)
+    tests = read_table(first, average_by=False)
     source = {
         "study": first,
         "csv": exported(first, tmp_path / "a.csv"),
@@ -93,7 +93,7 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     assert (means["tests"] == 9).all()
     # The study has three tests of each design already, of the same seeds.
     investigate(Queue(), 8, repeat=3, study=second)
-    assert len(read_table(second, repeats=False)) == 72
+    assert len(read_table(second, average_by=False)) == 72
 
 
 def test_repeats_of_a_model_without_noise_are_refused(lab, options):

@@ -120,7 +120,7 @@ def test_an_export_keeps_every_test_of_a_design(program, tmp_path, study_file, c
     tests = read_table(tmp_path / "tests.csv")
     assert len(tests) == 8
     assert "4 designs with the same variables" in tests.remarks[0]
-    means = read_table(tmp_path / "tests.csv", repeats="variables")
+    means = read_table(tmp_path / "tests.csv", average_by="variables")
     assert np.array_equal(means.F, read_table(study_file).F)
     # nothing is left to test
     assert "This run: no new test." in said(*solve, tmp_path / "copy.db")

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read_table
-from pymoo_psi.analysis import averaged
+from pymoo_psi.analysis import average_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Schema
 from tests.helpers.documents import payload_of
@@ -31,7 +31,7 @@ def file(tmp_path):
 
 
 def test_rows_with_one_label_are_one_design(file):
-    table = read_table(file, ASKED, repeats="variant")
+    table = read_table(file, ASKED, average_by="variant")
     assert sorted(table.names) == ["A", "B", "C"]
     for name, cost, mass, n in zip(
         table.names, table["cost"], table["mass"], table["tests"], strict=True
@@ -51,7 +51,7 @@ def test_five_tests_give_a_design_its_own_variance():
     f = np.random.default_rng(2).normal(size=sum(counts)) * np.repeat([5.0, 1.0, 1.0], counts)
     F = np.column_stack([f, -f])
     table = TestTable.of(range(1, len(F) + 1), np.repeat([[0], [1], [2]], counts, axis=0), F)
-    errors = averaged(table)["f1 standard error"]
+    errors = average_repeats(table)["f1 standard error"]
     groups = np.split(f, np.cumsum(counts)[:-1])
     pooled = sum(np.var(group) * len(group) for group in groups) / (len(f) - 3)
     assert errors[0] == pytest.approx(groups[0].std(ddof=1) / np.sqrt(5))
@@ -63,15 +63,15 @@ def test_computed_columns_and_limits_are_of_means(file):
         objectives=["cost", "ratio"], computed={"ratio": "mass / cost"}, limits={"mass": 5.1}
     )
     refused(
-        "ratio", read_table(file, asked, repeats="variant").confidence, error=ArgumentValueError
+        "ratio", read_table(file, asked, average_by="variant").confidence, error=ArgumentValueError
     )
-    table = read_table(file, ASKED, repeats="variant").under(limits={"mass": 5.1})
+    table = read_table(file, ASKED, average_by="variant").under(limits={"mass": 5.1})
     assert sorted(np.array(table.names)[table.feasible()]) == ["B", "C"]  # A has 5.2 on average
 
 
 def test_single_usable_tests_have_means_and_no_confidence():
     F = [[1.0, 2.0], [np.nan, np.nan], [2.0, 1.0]]
-    table = averaged(TestTable.of([1, 2, 3], [[0], [0], [1]], F))
+    table = average_repeats(TestTable.of([1, 2, 3], [[0], [0], [1]], F))
     assert table.F.tolist() == [[1, 2], [2, 1]]
     refused("standard errors", table.confidence, error=ArgumentValueError)
     shades = payload_of(decision_page(table))["shades"]
@@ -81,7 +81,7 @@ def test_single_usable_tests_have_means_and_no_confidence():
 def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
     path = tmp_path / "tests.csv"
     path.write_text("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,2,2\n")
-    table = read_table(path, repeats="name")
+    table = read_table(path, average_by="name")
     assert table["a"].tolist() == [2.0, 2.0]
     assert table["tests"].tolist() == [3.0, 1.0]
 
@@ -92,13 +92,13 @@ def test_failed_tests_do_not_count_in_means():
     F = [[1.0], [3.0], [5.0], [np.nan], [np.nan]]
     G = [[1.0], [-2.0], [0.5], [0.0], [0.0]]
     table = TestTable.of([3, 4, 5, 6, 7], X, F, G, schema=schema, reasons={7: "no licence"})
-    designs = averaged(table, "x")
+    designs = average_repeats(table, "x")
     assert designs.status.tolist() == ["ok", "infeasible", "failed"]
     assert designs["f"][:2].tolist() == [2.0, 5.0]
     assert designs.numbers.tolist() == [3, 5, 7]
     assert designs.reasons == {7: "no licence"}
-    assert averaged(table).equals(designs)
-    refused("^by must be", averaged, TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]))
+    assert average_repeats(table).equals(designs)
+    refused("^by must be", average_repeats, TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]))
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,9 @@ def test_failed_tests_do_not_count_in_means():
 )
 def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
     frame = FRAME.assign(x=range(8))
-    refused(f"^repeats must be.*{rule}", read_table, frame, ASKED, variables=["x"], repeats=column)
+    refused(
+        f"^average_by must be.*{rule}", read_table, frame, ASKED, variables=["x"], average_by=column
+    )
 
 
 def test_repeats_that_are_not_declared_are_reported():
@@ -117,7 +119,7 @@ def test_repeats_that_are_not_declared_are_reported():
     assert "--average-by" in remark
     same = frame.assign(cost=1.0, mass=2.0)
     assert read_table(same, ASKED).remarks == ()
-    assert read_table(frame, ASKED, repeats="id").remarks == (
+    assert read_table(frame, ASKED, average_by="id").remarks == (
         "3 designs, 8 tests: rows with the same id are tests of one design.",
         "Left out, as tests of one design differ in it: day.",
     )
@@ -142,7 +144,7 @@ def test_rank_and_report_count_designs(file, tmp_path, said):
 
 
 def test_the_page_shades_designs_by_their_chances():
-    table = read_table(FRAME, ASKED, repeats="variant")
+    table = read_table(FRAME, ASKED, average_by="variant")
     chances = {
         "share of the weights, which are squared": acceptability(table, factor=2)[:, 0],
         "probability of being optimal": table.confidence()["pareto"],
@@ -185,7 +187,7 @@ def test_without_noise_probabilities_are_0_or_1():
 
 def test_equal_values_have_no_standard_error():
     F = np.column_stack([np.repeat([0.1, 9.18559], 3), np.arange(6.0)])
-    designs = averaged(TestTable.of(range(1, 7), np.repeat([[0.0], [1.0]], 3, axis=0), F))
+    designs = average_repeats(TestTable.of(range(1, 7), np.repeat([[0.0], [1.0]], 3, axis=0), F))
     assert designs.column("f1 standard error").tolist() == [0, 0]
     assert (designs.column("f2 standard error") > 0).all()
 

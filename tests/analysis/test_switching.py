@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, read_table
-from pymoo_psi.analysis import change_text, constraint_costs, switching, switching_values
+from pymoo_psi.analysis import change_text, constraint_costs, switching_sentences, switching_values
 
 
 def offers(seed, n=40):
@@ -77,7 +77,7 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
     limit = {1: (None, 1450), -1: (-1450, None)}[sign]
     maximize = ["price"][: sign < 0]
     table = read_table(frame, Formulation([*frame], maximize=maximize, limits={"price": limit}))
-    (text,) = switching(table)
+    (text,) = switching_sentences(table)
     (tighter,) = re.findall(r"price must be (below|above) (-?[\d ]+), (.) is proposed", text)
     assert tighter == {1: ("below", "1299", "A"), -1: ("above", "-1299", "A")}[sign]
     for value, stays in ((1299, True), (1298, False)):

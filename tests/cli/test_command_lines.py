@@ -102,7 +102,7 @@ COMMANDS = {
     "solve": (PROBLEMS, {
         "points": WHOLE, "algorithm": ["psi", "surrogate", "nsga3", "x"], "seed": WHOLE, "limits": LIMITS,
         "study": ["s.db", "t.db", *PATHS], "study-key": NAMES, "retry": ["failed", "x"], "out": OUTS,
-        "box": ["x1=0.2:0.3", "x2=0.5", "x2=:3,x1=0", "x1=1:0", "x9=1", "x1=nan", "x1", "", "\udcff=1"],
+        "bounds": ["x1=0.2:0.3", "x2=0.5", "x2=:3,x1=0", "x1=1:0", "x9=1", "x1=nan", "x1", "", "\udcff=1"],
         "mu": REAL, "c": REAL, "r": REAL, "timeout": ["nan", "-1", "x"], "jobs": ["0", "-2", "x"],
         "share": ["1/2", "3/2", "x", ""], "sampling": ["lhs", "sobol", "x"],
     }),

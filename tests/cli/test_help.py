@@ -70,7 +70,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ("rank set.csv --units c=kg", "--units must be one of"),
         ("report set.csv --design 9", "--design must be the name of one design"),
         ("solve bnh --algorithm nsga4", "'nsga4' is not one of 'psi'"),
-        ("solve bnh --box x9=1:2", "error: --box must be one of"),
+        ("solve bnh --bounds x9=1:2", "error: --bounds must be one of"),
         ("solve bnh --log x1", "x1 in --log must be a real variable whose lower bound is above 0"),
         ("solve bnh --repeat 3", "error: --repeat must be 1"),
         ("solve bnh --points +8", "error: --points +N must be used with a study"),
@@ -125,9 +125,8 @@ def test_options_are_named_as_the_librarys_arguments(said):
     options = {
         word.replace("-", "_") for word in re.findall(r"--([a-z-]+)", said("rank", "--help"))
     }
-    # How repeated tests are read is, on the command line, by which column they are averaged.
-    arguments = {*signature(read_table).parameters} - {"source", "formulation", "repeats"}
-    assert arguments | {"average_by"} <= options
+    arguments = {*signature(read_table).parameters} - {"source", "formulation"}
+    assert arguments <= options
     assert {"objectives", "maximize", "limits"} <= options & {*signature(Formulation).parameters}
 
 

@@ -136,7 +136,7 @@ def test_a_run_says_what_it_added_to_its_study(said, tmp_path, monkeypatch):
     said(*words, "--points", "16")
     before = read_table("s.db").under(limits={"f1": 60}).best().numbers[0]
     printed = " ".join(
-        said(*words, "--points", "+16", "--algorithm", "surrogate", "--box", "x1=0.5:2").split()
+        said(*words, "--points", "+16", "--algorithm", "surrogate", "--bounds", "x1=0.5:2").split()
     )
     table = read_table("s.db").under(limits={"f1": 60})
     optimal = table.take(table.pareto())

@@ -47,7 +47,7 @@ def written(path="o.csv"):
          VectorizedSphereChute(0.4, model="rolling"), PSI(200)),
         (["chute", "--limits", "f1<=2.2, f4<=1.5"],
          VectorizedSphereChute(), PSI(200, limits={"f1": 2.2, "f4": 1.5})),
-        (["chute", "--box", "x1=0.2:0.6, x2=:3"],
+        (["chute", "--bounds", "x1=0.2:0.6, x2=:3"],
          Restricted(VectorizedSphereChute(), {"x1": (0.2, 0.6), "x2": (None, 3)}), PSI(200)),
                 *((["bnh", "--sampling", engine, "--seed", 3], get_problem("bnh"),
            PSI(200, sampling=QMCSampling(engine))) for engine in ("sobol", "halton", "lhs")),
@@ -83,23 +83,23 @@ def test_a_problem_is_solved_as_asked(said):
         printed = said("solve", "models:Beam", "--points", 200, *words, "--out", "o.csv")
         assert sorted(written()["test"]) == table.numbers[table.pareto()].tolist()
     # The part that is suggested holds every feasible design.
-    box = printed.partition("--box ")[2].split()[0].strip('"')
+    box = printed.partition("--bounds ")[2].split()[0].strip('"')
     for name, low, high in re.findall(r"(\w+)=([^:]+):([^,]+)", box):
         feasible = table.column(name)[table.feasible()]
         assert float(low) <= feasible.min() <= feasible.max() <= float(high)
-    said("solve", "models:Beam", "--points", 64, "--box", box)
+    said("solve", "models:Beam", "--points", 64, "--bounds", box)
 
 
 def test_mixed_variables_are_restricted(said):
     words = ["solve", "models:Mixed", "--points", 64, "--out", "o.csv"]
-    said(*words, "--box", "n=2:4,steel=S235|S460", "--study", "s.db")
+    said(*words, "--bounds", "n=2:4,steel=S235|S460", "--study", "s.db")
     table = read_table("s.db")
     assert {*table.column("steel")} == {"S235", "S460"}
     assert {*table.column("n")} == {2, 3, 4}
-    said(*words, "--box", "steel=S355,a=0.5", "--limits", "n<=3")
+    said(*words, "--bounds", "steel=S355,a=0.5", "--limits", "n<=3")
     assert ({*written()["steel"]}, {*written()["a"]}) == ({"S355"}, {0.5})
-    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "n of --box must be")):
-        assert message in said(*words, "--box", box, code=2)
+    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "n of --bounds must be")):
+        assert message in said(*words, "--bounds", box, code=2)
 
 
 def test_nsga3_is_the_librarys_and_repeatable(said):
@@ -127,7 +127,7 @@ def test_nsga3_continues_a_study(said):
     assert all(F in table.F.tolist() for F in alone)
     # A design that recurs is one test.
     words = ["solve", "models:Mixed", "--algorithm", "nsga3", "--points", 64, "--study", "m.db"]
-    said(*words, "--box", "a=0.5,n=1:2,steel=S235")
+    said(*words, "--bounds", "a=0.5,n=1:2,steel=S235")
     assert len(read_table("m.db")) == 2
 
 
@@ -165,7 +165,7 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     words = ["solve", "bnh", "--study", "s.db", "--out", "o.csv"]
     said(*words, "--points", 96)
     more = ["--algorithm", algorithm, "--points", 12 if algorithm == "nsga3" else "+12"]
-    printed = said(*words, *more, "--box", "x1=0.3:0.7")
+    printed = said(*words, *more, "--bounds", "x1=0.3:0.7")
     said("rank", "s.db", "--out", "ranked.csv")
     ranked = written("ranked.csv")
     columns = ["place", "test", "f1", "f2", "mu1", "mu2", "mu3", "efficiency_rank"]
@@ -179,7 +179,7 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
 def test_a_run_answers_with_designs_of_its_study(said):
     words = ["solve", "models:Root", "--points", 32, "--study", "s.db"]
     before = said(*words).partition("place")[2].partition("Proposed")[0]
-    printed = said(*words, "--box", "x1=-1:-0.5")
+    printed = said(*words, "--bounds", "x1=-1:-0.5")
     assert "s.db: 63 tests of 2 runs, 47 failed; " in printed
     assert "the proposal is as before" in joined(printed)
     assert len(before) == len(printed.partition("place")[2].partition("Proposed")[0])

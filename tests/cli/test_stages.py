@@ -64,8 +64,8 @@ def n_runs(log):
 
 def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     said(*SOLVE, "--points", "12")
-    said(*SOLVE, "--points", "6", "--box", "height=4:9")
-    text = said(*SOLVE, "--points", "6", "--box", "height=5:9")
+    said(*SOLVE, "--points", "6", "--bounds", "height=4:9")
+    text = said(*SOLVE, "--points", "6", "--bounds", "height=5:9")
     assert "beam.db: 24 tests of 3 runs; " in text
     assert n_runs(log) == 24
     said(*SOLVE, "--points", "12")
@@ -76,7 +76,7 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     text = said(*SOLVE, "--points", "12")
     assert "tip at most 2.5" in text
     table = read_table("beam.db")
-    assert table.limits == {"tip": Limit(high=2.5)}
+    assert table.limits == {"tip": Limit(upper=2.5)}
     assert table["mass"].tolist() == (3 * table["width"] * table["height"]).tolist()
     text = said(*SOLVE, "--points", "12", "--limits", "tip<=3")
     assert "tip at most 3" in text

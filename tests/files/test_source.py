@@ -154,7 +154,7 @@ FILES = {
     "a title left out": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {"skip_rows": [1]}, {"price": [1, 2], "power": [5, 7]}),
     "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "names? (is|are) empty .* skip_rows=.1"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
-    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"repeats": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
+    "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"average_by": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
     "names under test": ("test,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by drop_incomplete=True"),

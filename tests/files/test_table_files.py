@@ -128,7 +128,7 @@ def test_a_round_trip_by_study_changes_nothing(folder, table):
     path = folder / "table.db"
     path.unlink(missing_ok=True)
     write_table(table, path)
-    check_same(read_table(path, repeats=False), table.take(np.argsort(table.numbers)))
+    check_same(read_table(path, average_by=False), table.take(np.argsort(table.numbers)))
 
 
 EXAMPLE = TestTable.of(

@@ -469,7 +469,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
 
 
 def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folder, undrawn):
-    solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--box", "x1=0.1:0.9"]
+    solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--bounds", "x1=0.1:0.9"]
     said(*solve, "--points", "32", "--study", "s.db")
     said("page", "s.db", "--out", "p.html")
     page = visit(tmp_path / "p.html")

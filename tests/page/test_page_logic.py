@@ -14,7 +14,7 @@ import pytest
 
 from pymoo_psi import Preferences, compare_designs, explain, rank_of_efficiency
 from pymoo_psi._numbers import NumberFormat
-from pymoo_psi.analysis import separation_sentences, switching, switching_values
+from pymoo_psi.analysis import separation_sentences, switching_sentences, switching_values
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
@@ -450,7 +450,7 @@ def test_switching_values_are_those_of_python(rankings):
             assert (one["value"], design, one["exact"]) == (value, row.design, True)
             changed += row.design is not None
         compared += len(limits)
-        said = "".join(switching(table))
+        said = "".join(switching_sentences(table))
         for text in found["switches"]["texts"]:
             assert text in said
             said = said.replace(text, "", 1)

@@ -46,7 +46,7 @@ def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: 
             break
         reader.press(key)
         if key == "u":
-            person.take_back()
+            person.undo()
         else:
             one, other = reversed(pair) if key == "b" else pair
             person.add(one, {"s": "?", "e": "="}.get(key, ">"), other)

@@ -115,7 +115,7 @@ def test_answers_count_in_any_order():
     assert person.shares == pytest.approx(other.shares)
     assert person.answers == [(1, ">", 2), (1, "=", 0), (3, "?", 4)]
     for _ in range(4):
-        person.take_back()
+        person.undo()
     assert person.answers == []
     assert (person.regret, person.question()) == before[:2]
     assert np.array_equal(person.shares, before[2])

@@ -61,7 +61,7 @@ def test_curves_of_motion_stop_at_the_transition(case, figures):
 @pytest.mark.parametrize("suffix", [".svg", *rarely(".png", ".pdf")])
 def test_figures_are_written_in_each_format(figures, tmp_path, suffix):
     start = {".png": b"\x89PNG", ".pdf": b"%PDF-", ".svg": b"<?xml"}[suffix]
-    (path,) = save_figures([("figure_7", figures[7])], tmp_path, 30, suffix)
+    (path,) = save_figures([("figure_7", figures[7])], tmp_path, dpi=30, suffix=suffix)
     assert path.name == f"figure_7{suffix}"
     assert path.read_bytes().startswith(start)
     assert "Salukvadze optimum" in (tmp_path / "figure_7.txt").read_text()

@@ -55,15 +55,15 @@ def test_figures_are_saved_all_or_none(tmp_path):
 
     (tmp_path / "two.png").write_text("old")
     with pytest.raises(RuntimeError, match="no third figure"):
-        plots.save_figures(figures(failing=True), tmp_path, 20, ".png")
+        plots.save_figures(figures(failing=True), tmp_path, dpi=20)
     assert [path.name for path in tmp_path.iterdir()] == ["two.png"]
     assert (tmp_path / "two.png").read_text() == "old"
-    paths = plots.save_figures(figures(failing=False), tmp_path, 20, ".png")
+    paths = plots.save_figures(figures(failing=False), tmp_path, dpi=20)
     assert sorted(tmp_path.iterdir()) == sorted(paths)
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
     never = (pytest.fail("a figure was drawn in vain") for _ in range(1))
     with pytest.raises(OSError, match="two.png"):
-        plots.save_figures(never, tmp_path / "two.png", 20)
+        plots.save_figures(never, tmp_path / "two.png", dpi=20)
     refused("suffix must be one of ", plots.save_figures, never, tmp_path, 20, ".mp3")
 
 

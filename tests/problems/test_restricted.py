@@ -1,4 +1,4 @@
-"""A part of a box gives the whole problem's values, to any algorithm and in every table."""
+"""A part of the bounds gives the whole problem's values, to any algorithm and in every table."""
 
 import numpy as np
 import pytest
@@ -86,15 +86,15 @@ def given(table, problem):
     return np.array([dict(zip(names, row, strict=True)) for row in table.X.tolist()], dtype=object)
 
 
-@pytest.mark.parametrize(("make", "box"), CASES)
-def test_a_table_has_the_whole_problems_columns_and_values(make, box):
+@pytest.mark.parametrize(("make", "bounds"), CASES)
+def test_a_table_has_the_whole_problems_columns_and_values(make, bounds):
     whole = make()
-    table = investigate(Restricted(whole, box), 32)
+    table = investigate(Restricted(whole, bounds), 32)
     assert table.schema.variables == investigate(whole, 1).schema.variables
     F = whole.evaluate(given(table, whole), return_as_dictionary=True)
     np.testing.assert_array_equal(table.F, F["F"])
     np.testing.assert_array_equal(table.G, F.get("G", table.G))
-    for name, kept in box.items():
+    for name, kept in bounds.items():
         column = table[name].tolist()
         if isinstance(kept, tuple):
             assert min(column) >= (-np.inf if kept[0] is None else kept[0])
@@ -104,13 +104,13 @@ def test_a_table_has_the_whole_problems_columns_and_values(make, box):
 
 
 def test_processes_give_the_same_table():
-    box = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
-    table = investigate(Restricted(Beam(), box), 48)
+    bounds = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
+    table = investigate(Restricted(Beam(), bounds), 48)
     assert (table.status == "failed").any()
-    part = Restricted(Beam(), box)
+    part = Restricted(Beam(), bounds)
     part.elementwise_runner = ProcessRunner(2)
     assert investigate(part, 48).equals(table)
-    refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), box)
+    refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), bounds)
 
 
 MIXED = {
@@ -122,15 +122,15 @@ MIXED = {
 
 @pytest.mark.parametrize("tolerant", [False, True])
 @pytest.mark.parametrize(
-    ("make", "box", "is_inside"),
+    ("make", "bounds", "is_inside"),
     [
         (bnh, {"x1": (None, 1.0)}, lambda x: x[0] <= 1),
         (Beam, {"ribs": (2, 4), "width": 0.7}, lambda x: 2 <= x["ribs"] <= 4 and x["width"] == 0.7),
     ],
 )
-def test_another_algorithm_stays_in_the_part(make, box, is_inside, tolerant):
+def test_another_algorithm_stays_in_the_part(make, bounds, is_inside, tolerant):
     whole = make()
-    part = Restricted(whole, box)
+    part = Restricted(whole, bounds)
     problem = FailureTolerant(part) if tolerant else part
     options = MIXED if make is Beam else {"sampling": LPTauSampling()}
     result = minimize(problem, NSGA2(pop_size=10, **options), ("n_gen", 3), seed=1)
@@ -148,20 +148,20 @@ def test_parts_of_parts_are_the_part_by_both(width):
 
 
 @pytest.mark.parametrize(
-    "box", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
+    "bounds", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
 )
-def test_another_part_is_another_run_of_a_study(study_file, box):
+def test_another_part_is_another_run_of_a_study(study_file, bounds):
     investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study_file)
     investigate(Beam(), 4, study=study_file)  # the whole, however it is said
     assert len(Study(study_file).facts().runs) == 1
-    investigate(Restricted(Beam(), box), 4, study=study_file)
+    investigate(Restricted(Beam(), bounds), 4, study=study_file)
     assert len(Study(study_file).facts().runs) == 2
 
 
 @pytest.mark.parametrize(
-    ("box", "message"),
+    ("bounds", "message"),
     [
-        ({"width": (0.05, 1)}, r"width of box must be a value, or .* from 0.1 to 2.0, real, got"),
+        ({"width": (0.05, 1)}, r"width of bounds must be a value, or .* from 0.1 to 2.0, real, got"),
         ({"width": (1, 0.5)}, r"in increasing order, .*, got \(1, 0.5\)"),
         ({"widht": 1}, "did you mean 'width'"),
         ({"ribs": (1.5, 3)}, "from 1.0 to 9.0, integer"),
@@ -169,5 +169,5 @@ def test_another_part_is_another_run_of_a_study(study_file, box):
         ({"width": 1, "ribs": 2, "metal": "iron", "hollow": True}, "leaves a variable free"),
     ],
 )  # fmt: skip
-def test_what_is_no_part_is_refused(box, message):
-    refused(message, Restricted, Beam(), box)
+def test_what_is_no_part_is_refused(bounds, message):
+    refused(message, Restricted, Beam(), bounds)

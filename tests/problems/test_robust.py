@@ -52,7 +52,7 @@ def test_linear_models_with_normal_tolerances_have_closed_forms(statistic, q, wi
     text = statistic if statistic == "mean" else f"{statistic}:{q}"
     robust = Robust(
         Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
-        criteria=text, n_scenarios=255, failure_probability=0.25,
+        statistics=text, n_scenarios=255, failure_probability=0.25,
     )  # fmt: skip
     F, G = robust.evaluate(X)
     spread = np.sqrt((A**2 @ SIGMA**2) + 0.1**2)
@@ -70,20 +70,20 @@ def test_one_tolerance_has_its_quantiles_exactly():
         ("mean", 0.0),
         (["worst", "mean"], [62 / 64, 0.0]),
     )
-    for criteria, factor in cases:
-        robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, criteria=criteria)
+    for statistics, factor in cases:
+        robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics=statistics)
         F, _ = robust.evaluate(X)
         np.testing.assert_allclose(
             F, X @ A.T + 0.1 * np.multiply(factor, np.abs(A[:, 0])), atol=1e-12
         )
     # The worst quarter of 63 is 15.75 of them: 0.97 to 0.53 in steps, and a part of the next.
     expected = 0.1 * (np.arange(62, 32, -2).sum() + 0.75 * 32) / 15.75 / 64
-    robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, criteria="cvar:0.75")
+    robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics="cvar:0.75")
     np.testing.assert_allclose(robust.evaluate(X)[0][:, 0], X @ A[0] + expected, atol=1e-12)
 
 
 def test_elementwise_and_vectorised_models_give_the_same():
-    options = {"uncertainty": {"load": stats.uniform(0, 1)}, "criteria": "cvar:0.5"}
+    options = {"uncertainty": {"load": stats.uniform(0, 1)}, "statistics": "cvar:0.5"}
     options |= {"tolerances": {"x1": 0.1}, "n_scenarios": 7}
     one = Robust(lambda load: Linear(load, elementwise=True), **options).evaluate(X)
     many = Robust(Linear, **options).evaluate(X)
@@ -130,12 +130,12 @@ def test_the_share_of_violations_may_equal_the_probability():
 
 def test_its_study_is_its_own(study_file):
     chute = VectorizedSphereChute(0.4)
-    given = {"tolerances": {"x2": 0.05}, "criteria": "cvar:0.9"}
+    given = {"tolerances": {"x2": 0.05}, "statistics": "cvar:0.9"}
     minimize(Robust(chute, **given), PSI(8, study=study_file))
     faster = VectorizedSphereChute(0.5, upper=chute.xu)
     for problem, changed in (
         (chute, {"tolerances": {"x2": 0.06}}),
-        (chute, {"criteria": "mean"}),
+        (chute, {"statistics": "mean"}),
         (chute, {"failure_probability": 0.5}),
         (faster, {}),
     ):
@@ -167,8 +167,8 @@ CHUTE = SphereChute()
         (CHUTE, {}, ValueError, "uncertainty or tolerances must be given"),
         (Linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": ["mean"]}, ValueError, "criteria must be one for all or each of 4 objectives"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:1"}, ValueError, "statistics must be"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": ["mean"]}, ValueError, "statistics must be one for all or each of 4 objectives"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
         (CHUTE, {"uncertainty": {"mu": stats.norm(0.4, 0.01)}}, TypeError, "problem must be a function of mu that returns a pymoo problem"),
         (SphereChute, {"uncertainty": {"mu": 0.4}}, TypeError, r"uncertainty\['mu'\] must be a distribution such as"),

@@ -181,7 +181,7 @@ class Check:
         for _ in range(self.random.integers(1, 6)):
             designs.append({name: self.value(v) for name, v in self.model.vars.items()})
         if self.study.exists():
-            for row in read_table(self.study, repeats=False).X[:3].tolist():
+            for row in read_table(self.study, average_by=False).X[:3].tolist():
                 designs.append(dict(zip(self.model.vars, row, strict=True)))
         designs += designs[:2]
         F = problem.evaluate(np.array(designs, dtype=object), return_values_of=["F"])
@@ -202,7 +202,7 @@ class Check:
 
     def check_table(self, table):
         """All tests are of the model, and they are those of the study."""
-        whole = read_table(self.study, repeats=False)
+        whole = read_table(self.study, average_by=False)
         if self.model.noisy:
             return
         by_number = dict(zip(whole.numbers.tolist(), rows_of(whole), strict=True))
@@ -213,7 +213,7 @@ class Check:
 
     def check_study(self):
         calls = self.model.calls
-        whole = rows_of(read_table(self.study, repeats=False))
+        whole = rows_of(read_table(self.study, average_by=False))
         if self.model.noisy:
             assert Counter(whole) == Counter(calls)
             return
@@ -255,7 +255,7 @@ def test_shares_in_any_order_are_one_run(seed, tmp_path):
         if n_points:
             table = investigate(Model(variables), n_points, share=(part, n_parts))
             expected |= zip(table.numbers.tolist(), rows_of(table), strict=True)
-    whole = read_table(tmp_path / "parts", repeats=False)
+    whole = read_table(tmp_path / "parts", average_by=False)
     tests = dict(zip(whole.numbers.tolist(), rows_of(whole), strict=True))
     assert {*map(repr, tests.values())} == {*map(repr, expected.values())}
     assert len(tests) == len({row[0] for row in tests.values()})

@@ -49,8 +49,8 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(ask(mine), ask(other))
     assert len(mine.violations()[1]) == len(other.violations()[1])
     for name in ("f1", "f2"):
-        order = mine.sorted_by(name)
-        assert np.array_equal(order.numbers, other.sorted_by(name).numbers)
+        order = mine.sort_by(name)
+        assert np.array_equal(order.numbers, other.sort_by(name).numbers)
         # The best is first, in the criterion's own sense.
         steps = np.diff(order.column(name)[np.isfinite(order.column(name))])
         assert ((steps <= 0) if name in turned.schema.maximize else (steps >= 0)).all()

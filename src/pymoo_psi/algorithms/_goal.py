@@ -98,7 +98,7 @@ class Goal:
                 texts[variables.index(name)] = limit.texts
         # Requirements are not learned.
         inequalities = table.evaluated.of_role("inequality")[: model.n_ieq_constr]
-        allowed = {name: Limit(high=0.0) for name in inequalities if name in schema.constraints}
+        allowed = {name: Limit(upper=0.0) for name in inequalities if name in schema.constraints}
         allowed |= dict.fromkeys(schema.of_role("equality"), Limit(0.0, 0.0))
         allowed |= limits
         outputs = _outputs(table, allowed, model)
@@ -287,7 +287,7 @@ def _outputs(table: TestTable, allowed: Mapping[str, Limit], model: Model) -> di
         if name in schema.maximize:
             sign = -1.0
         limit = allowed.get(name, Limit())
-        least, greatest = sorted((sign * limit.low, sign * limit.high))
+        least, greatest = sorted((sign * limit.lower, sign * limit.upper))
         # An equality that is an objective counts by its absolute value.
         is_absolute = is_objective and name in tested.of_role("equality")
         is_tested = name in tested.names and not is_absolute
@@ -311,7 +311,7 @@ def _limits_of_cube(model: Model, limits: Mapping[str, Limit], learned: Names) -
     for j, variable in enumerate(space.searched):
         name = names[variable.name]
         if name in limits and name not in learned:
-            cube[:, j] = variable.between(limits[name].low, limits[name].high)
+            cube[:, j] = variable.between(limits[name].lower, limits[name].upper)
     return cube
 
 

@@ -108,7 +108,7 @@ def _table_of(model: Model, source: Any) -> TestTable:
     formulation = Formulation(objectives=results, units=units)
     arguments = ("objectives", "units", "column")  # which nobody has given
     with named_as(dict.fromkeys(arguments, "a column that the problem needs")):
-        table = read_table(source, formulation, repeats=False, drop_incomplete=True)
+        table = read_table(source, formulation, average_by=False, drop_incomplete=True)
         for name in schema.variables:
             table.column(name)
     means = error_column(schema.objectives[0])

@@ -7,9 +7,10 @@ Every function takes a :class:`~pymoo_psi.TestTable` and answers under its formu
 - sensitivities: first-order sensitivities of columns to variables, and convergence of the decision
   with the number of tests, which convergence_sentence states. Both use only tests that sample the
   bounds evenly, see even_part. :mod:`pymoo_psi.plots` draws them.
-- switching_values: at which limits another design is recommended; switching states it in a
-  sentence.
-- averaged: the designs of repeated tests, whose ``confidence()`` says how sure a decision is.
+- switching_values: at which limits another design is recommended, as a frame;
+  switching_sentences: the same in sentences.
+- average_repeats: the designs of repeated tests; their ``confidence()`` says how sure a decision
+  is.
 
 Example:
     A cantilever of 1 m with 5 kN at its end: limits on any column, and what each costs, how many
@@ -17,7 +18,7 @@ Example:
 
     >>> from pymoo.core.problem import Problem
     >>> from pymoo_psi import explain, investigate
-    >>> from pymoo_psi.analysis import constraint_costs, switching
+    >>> from pymoo_psi.analysis import constraint_costs, switching_sentences
     >>> class Beam(Problem):
     ...     names = {"x1": "width", "x2": "height", "f1": "mass", "f2": "stiffness",
     ...              "g1": "slender"}

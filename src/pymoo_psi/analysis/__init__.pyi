@@ -5,10 +5,10 @@ from ._convergence import convergence_sentence as convergence_sentence
 from ._costs import constraint_costs as constraint_costs
 from ._histogram import Histogram as Histogram
 from ._histogram import histogram as histogram
-from ._repeats import averaged as averaged
+from ._repeats import average_repeats as average_repeats
 from ._sampling import even_part as even_part
 from ._sensitivities import sensitivities as sensitivities
-from ._switching import switching as switching
+from ._switching import switching_sentences as switching_sentences
 from ._switching import switching_values as switching_values
 
 # Names that other subpackages share; they are no promise to users.

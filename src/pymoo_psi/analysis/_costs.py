@@ -58,7 +58,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     bounds += [(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
     for limit in table.limits.values():
         if limit.texts is None:
-            bounds.append((limit.low, limit.high))
+            bounds.append((limit.lower, limit.upper))
         else:
             bounds.append((np.nan, np.nan))
     alone = mask & (mask.sum(axis=1) == 1)[:, None]

@@ -31,7 +31,7 @@ _VARIABLES = "variables"
 _ROUNDED = 1e-13  # the relative rounding error of a mean of equal values
 
 
-def averaged(table: TestTable, by: str | None = None) -> TestTable:
+def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     """Return the table of designs, each the mean of its tests.
 
     Tests with the same value in a column are tests of one design. Further outputs are ``tests``,
@@ -49,7 +49,7 @@ def averaged(table: TestTable, by: str | None = None) -> TestTable:
     Example:
         >>> tests = TestTable.of(range(1, 6), np.zeros((5, 0)), [[1], [2], [3], [5], [7]],
         ...                      notes={"rail": ["A", "A", "B", "B", "B"]})
-        >>> designs = averaged(tests, "rail")
+        >>> designs = average_repeats(tests, "rail")
         >>> designs.names, designs["f1"], designs["tests"]
         (['A', 'B'], array([1.5, 5. ]), array([2., 3.]))
         >>> designs["f1 standard error"].round(2)
@@ -113,7 +113,7 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
 
     Args:
         table: The n tests.
-        by: As for :func:`averaged`.
+        by: As for :func:`average_repeats`.
 
     Returns:
         The name of the column whose equal values mark the tests of one design; ``(k,)`` the row of
@@ -129,20 +129,20 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
         if not table.schema.variables:
             raise invalid("by", "the column that names designs, as there are no variables", None)
     else:
-        cells = table.column(known_name("repeats", by, table.columns))
+        cells = table.column(known_name("by", by, table.columns))
         gaps = blank(cells)
         if gaps.any():
             received = Received(f"none in row {int(gaps.argmax()) + 1} of {by}")
-            raise invalid("repeats", "a column without gaps", received)
+            raise invalid("by", "a column without gaps", received)
         labels = cells.tolist()
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
-        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
+        raise invalid("by", "a column in which a value recurs", by, "it has none that does")
     for row, key in enumerate(keys):
         if key != keys[first_of_label[row]]:
             received = Received(f"{by} {labels[row]} with different ones")
-            raise invalid("repeats", "a column whose equal values have equal variables", received)
+            raise invalid("by", "a column whose equal values have equal variables", received)
     return by, first, design
 
 
@@ -162,7 +162,7 @@ def averaged_repeats(table: TestTable) -> TestTable:
     """Return the tests of a noisy model, those of the same design averaged if there are any."""
     if (first_tests(table) == np.arange(len(table))).all():
         return table
-    return averaged(table)
+    return average_repeats(table)
 
 
 def has_repeats(table: TestTable) -> bool:
@@ -189,7 +189,7 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     return [
         f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
         f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "
-        "repeats= in Python."
+        "average_by= in Python."
     ]
 
 

@@ -53,8 +53,8 @@ def switching_values(table: TestTable) -> pd.DataFrame:
 
     Each limit is tightened and loosened; an objective without a limit on its worse side gets one.
     Everything else stays as it is. The returned value is the nearest change in a direction; more
-    changes may follow beyond it, because ranges follow the limits. :func:`switching` states the
-    same in a sentence.
+    changes may follow beyond it, because ranges follow the limits. :func:`switching_sentences`
+    states the same in sentences.
 
     Args:
         table: The tests, under the formulation with the limits.
@@ -93,8 +93,8 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
     for name in dict.fromkeys([*schema.objectives, *schema.values]):
         limit = table.limits.get(name, Limit())  # infinite at both ends if it is one on texts
         sides = (
-            ("lower", -1.0, limit.low, limit._replace(low=-np.inf)),
-            ("upper", 1.0, limit.high, limit._replace(high=np.inf)),
+            ("lower", -1.0, limit.lower, limit._replace(lower=-np.inf)),
+            ("upper", 1.0, limit.upper, limit._replace(upper=np.inf)),
         )
         for end, sign, present, free in sides:
             is_set = bool(np.isfinite(present))
@@ -243,7 +243,7 @@ def _may_be_nearer(F: Array, b: Array, low: Array, high: Array) -> Mask:
     return np.asarray(~(least >= -LAST_PLACES * squares))
 
 
-def switching(table: TestTable) -> list[str]:
+def switching_sentences(table: TestTable) -> list[str]:
     """Return sentences on the tighter and the looser limits that change the best design.
 
     :func:`switching_values` returns the numbers. The list is empty if more than 500 designs are
@@ -255,7 +255,7 @@ def switching(table: TestTable) -> list[str]:
     Example:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
-        >>> switching(table)[0]
+        >>> switching_sentences(table)[0]
         'Tighter: if f1 must be below 1, test 1 is proposed; if f2 must be below 1, test 3 is
         proposed.'
     """

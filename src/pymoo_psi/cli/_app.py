@@ -103,7 +103,7 @@ _FILE = click.Argument(["file"], type=path_in)
 _PROBLEM = click.Argument(["problem"])
 # Options that describe the argument PROBLEM.
 _OF_PROBLEM = [
-    _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
+    _names("bounds", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
     _file("study", "FILE.db", "Keep every test here, and answer with all of them."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
@@ -248,7 +248,7 @@ def solve() -> None:
       pymoo-psi solve bnh --points 256 --out front.csv
       pymoo-psi solve bnh --points 256 --limits "f1<=60, x1<=2" --study bnh.db
       pymoo-psi solve dtlz2 --n-obj 4 --n-var 7 --algorithm nsga3 --points 500
-      pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"
+      pymoo-psi solve chute --mu 0.4 --model rolling --bounds "x1=0.2:0.8, x2=0.1"
       pymoo-psi solve --new bracket.toml
 
     The variables of the chute are x1, the slope tan α, and x2, the speed of the floor. Its
@@ -573,7 +573,6 @@ _TYPED = {
     "n_evaluations": "--points",
     "n_jobs": "--jobs",
     "computed": "--compute",
-    "repeats": "--average-by",
 }
 
 

@@ -26,7 +26,7 @@ from pymoo_psi.analysis import (
     none_left_sentence,
     position_sentences,
     separation_sentences,
-    switching,
+    switching_sentences,
 )
 from pymoo_psi.cli._app import OF_FORMULATION, OF_SOURCE, Options, path_in
 from pymoo_psi.cli._console import (
@@ -163,7 +163,7 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
         "One step away:",
         *why.sentences[2:],
         weights_sentence(ranking, why.row),
-        *switching(table),
+        *switching_sentences(table),
         *table.remarks[len(table.facts) :],
     ]
     print_text(wrapped([*filter(None, sentences)], width() or WIDTH_OF_PIPE))
@@ -284,7 +284,7 @@ def _write_analysis(name: str, frame: pd.DataFrame, folder: Path, title: str) ->
 
     plot = getattr(plots, f"plot_{name}", None)
     if plot is not None:
-        plots.save_figures([(name, plot(frame, title=title))], folder, 200, ".png")
+        plots.save_figures([(name, plot(frame, title=title))], folder, dpi=200)
     if frame.index.names != [None]:
         frame = frame.reset_index()
     write_frame(frame, folder / f"{name}.csv")

@@ -76,7 +76,7 @@ def _write_comparison(result: Comparison, folder: Path) -> None:
     write_frame(result.summary(), folder / "summary.csv")
     write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
     figures = [("indicators", plot_indicators(result)), ("fronts", plot_fronts(result))]
-    save_figures(figures, folder, 200, ".png")
+    save_figures(figures, folder, dpi=200)
 
 
 def run_reproduce(options: Options) -> int:
@@ -99,7 +99,7 @@ def run_reproduce(options: Options) -> int:
             mu=mu,
             models=models,
             n_jobs=options.jobs,
-            on_case=show_case,
+            callback=show_case,
         )
         draw = partial(_draw_paper, result, out)
         # Figures take most of the time, so that a second process is worth its start.
@@ -132,5 +132,5 @@ def _folder_of(out: Path, model: str) -> Path:
 def _draw_paper(result: Reproduction, out: Path, model: ModelName) -> str:
     """Write the figures of a model, and return its name."""
     folder = results_folder(_folder_of(out, model))
-    save_figures(paper_figures(result, model=model), folder, 200, ".png")
+    save_figures(paper_figures(result, model=model), folder, dpi=200)
     return model

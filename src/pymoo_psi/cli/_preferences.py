@@ -104,7 +104,7 @@ class _Dialogue:
             if key == "q":
                 return
             if key == "u":
-                self.person.take_back()
+                self.person.undo()
             else:
                 first, relation, second = _ANSWERS[key]
                 self.person.add(pair[first], relation, pair[second])

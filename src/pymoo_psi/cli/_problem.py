@@ -47,7 +47,7 @@ from pymoo_psi.problems import (
 from pymoo_psi.table import entries_of
 
 # Options that a command must repeat to continue a run.
-_OF_RUN = ("sampling", "seed", "box", "log", "noisy", "study_key", "timeout", "jobs")
+_OF_RUN = ("sampling", "seed", "bounds", "log", "noisy", "study_key", "timeout", "jobs")
 _REMEDY = "a model goes into the _evaluate of a class, as in help(pymoo_psi.table)"
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 _CONNECTING = 10  # seconds for a scheduler to answer
@@ -59,7 +59,7 @@ def load_problem(
     name: str,
     timeout: float | None = None,
     *,
-    box: Names = (),
+    bounds: Names = (),
     log: Names = (),
     noisy: bool = False,
 ) -> Problem:
@@ -72,7 +72,7 @@ def load_problem(
             ``module:attribute`` where the attribute is a problem, or a class or function that
             returns one. The working directory is searched for the module first.
         timeout: Seconds allowed for a design, if limited; a program keeps this limit itself.
-        box: Entries of ``--box``, which narrow the bounds.
+        bounds: Entries of ``--bounds``, narrower ones.
         log: Variables on a logarithmic scale; by default those that the problem names.
         noisy: Whether the problem is noisy, whatever it says.
 
@@ -94,9 +94,9 @@ def load_problem(
     if noisy:
         problem.noisy = True
     layers(problem)[-1].command_words = command
-    if not box:
+    if not bounds:
         return problem
-    return Restricted(problem, _box_in(box, problem))
+    return Restricted(problem, _bounds_in(bounds, problem))
 
 
 def _command_words(name: str) -> str:
@@ -298,7 +298,7 @@ def _dask_client(cluster: Any) -> Any:
         raise invalid("--cluster", rule, cluster, one_line(error)) from error
 
 
-def _box_in(entries: Names, problem: Problem) -> Values:
+def _bounds_in(entries: Names, problem: Problem) -> Values:
     """Return narrowed bounds as :class:`~pymoo_psi.Restricted` takes them.
 
     Each entry is ``name=lower:upper``, where one of the two may be missing, ``name=value``, or for
@@ -306,19 +306,19 @@ def _box_in(entries: Names, problem: Problem) -> Values:
     """
     variables = {variable.title: variable for variable in design_space(problem).variables}
     form = "variable=lower:upper or variable=value"
-    box: Values = {}
-    for name, text in pairs_in("--box", entries, form).items():
-        variable = variables[known_name("--box", name, variables)]
+    bounds: Values = {}
+    for name, text in pairs_in("--bounds", entries, form).items():
+        variable = variables[known_name("--bounds", name, variables)]
         if variable.kind is Kind.CHOICE:
             options = {option_text(option): option for option in variable.options}
-            words = [named_option(f"--box {name}", word, options) for word in text.split("|")]
-            box[name] = [options[word] for word in words]
+            words = [named_option(f"--bounds {name}", word, options) for word in text.split("|")]
+            bounds[name] = [options[word] for word in words]
         elif ":" in text:
             ends = [_literal(end) for end in text.split(":")]
-            box[name] = tuple(None if end == "" else end for end in ends)
+            bounds[name] = tuple(None if end == "" else end for end in ends)
         else:
-            box[name] = _literal(text)
-    return box
+            bounds[name] = _literal(text)
+    return bounds
 
 
 def write_example(name: str) -> int:

@@ -113,7 +113,7 @@ def run_solve(options: Options) -> int:
     problem = load_problem(
         options.problem,
         options.timeout,
-        box=options.box,
+        bounds=options.bounds,
         log=options.log,
         noisy=options.noisy,
     )
@@ -132,7 +132,7 @@ def run_solve(options: Options) -> int:
     subject = f"{problem_name(problem)} by {options.algorithm}"
     if study is not None:
         subject = str(options.study)
-        tests = read_table(study, repeats=False)
+        tests = read_table(study, average_by=False)
         result = _result(problem, settings, tests, result.n_evaluated)
     is_new = ~np.isin(result.tests.numbers, known)
     reasons = _reasons(result, is_new, is_continued=len(known) > 0)
@@ -330,9 +330,9 @@ def _say_result(
     last = []
     if options.out is not None:
         last.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
-    box = _box(table)
-    if box and options.limits and not options.box:
-        last.append(f"To search there only: --box {box}")
+    bounds = _feasible_bounds(table)
+    if bounds and options.limits and not options.bounds:
+        last.append(f"To search there only: --bounds {bounds}")
     formulated = typed_options(OF_FORMULATION)
     if options.study is not None:
         following = command("pymoo-psi", "page", str(options.study), *formulated)
@@ -416,7 +416,7 @@ def _reasons(result: Result, is_new: Mask, *, is_continued: bool) -> list[str]:
     return [" ".join([text, *failure_sentences(result.tests)])]
 
 
-def _box(table: TestTable) -> str:
+def _feasible_bounds(table: TestTable) -> str:
     """Return the bounds of the feasible designs as an option, rounded outwards; "" of a few."""
     if table.feasible().sum() < _MANY:
         return ""
@@ -451,7 +451,7 @@ def run_ask(options: Options) -> int:
     if formulation != Formulation() and not with_surrogates:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)
-    problem = load_problem(options.problem, box=options.box, log=options.log)
+    problem = load_problem(options.problem, bounds=options.bounds, log=options.log)
     out = require_output(options.out, suffixes_for("designs"), options.study)
     if out is None or out.exists():
         # It may hold results that nobody has told yet.

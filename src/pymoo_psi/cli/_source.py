@@ -102,7 +102,7 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
         path,
         asked,
         variables=entries_of(options.variables) or None,
-        repeats=options.average_by,
+        average_by=options.average_by,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
         encoding=options.encoding,

@@ -137,7 +137,7 @@ class FileFormat(ABC):
             OSError: The file cannot be written.
             PsiError: A package that writes such files is not installed.
         """
-        self.save(path, table.shown_columns() | columns_of(table), marked(table))
+        self.save(path, table.display_columns() | columns_of(table), marked(table))
 
     def is_ours(self, path: Path) -> bool:
         """Say whether pymoo-psi wrote a file, so that a new result may replace it."""

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pymoo_psi._names import name_of, named_as
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -32,7 +33,7 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.analysis import averaged, has_repeats, undeclared_repeats
+from pymoo_psi.analysis import average_repeats, has_repeats, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files._cells import (
     Cells,
@@ -98,7 +99,7 @@ def read_table(
     formulation: Formulation | Decision | None = None,
     *,
     variables: Names | None = None,
-    repeats: str | Literal[False] | None = None,
+    average_by: str | Literal[False] | None = None,
     drop_incomplete: bool = False,
     decimal: str | None = None,
     encoding: str | None = None,
@@ -128,9 +129,9 @@ def read_table(
             limits on other columns hold, and it is ranked without normalisation if either says so.
             :meth:`TestTable.under` without a source replaces all of them.
         variables: Names of the columns with design variables; by default as the source says.
-        repeats: The column whose equal values mark tests of one design, or ``"variables"``; the
-            design is their mean, see :func:`~pymoo_psi.analysis.averaged`. By default only repeated
-            tests of a study are averaged, by variables; ``False`` averages nothing.
+        average_by: The column whose equal values mark tests of one design, or ``"variables"``; the
+            design is their mean, see :func:`~pymoo_psi.analysis.average_repeats`. By default only
+            repeated tests of a study are averaged, by variables; ``False`` averages nothing.
         drop_incomplete: Count designs without a finite objective as failed, instead of refusing the
             source.
         decimal: The decimal mark of texts, ``"."`` or ``","``; the other one may then divide
@@ -176,20 +177,21 @@ def read_table(
         if has_cells:
             cells, head = content
             cells = _named(cells, head, asked.formulation.units)
-            if repeats in cells.columns:
-                head = {**head, "label": repeats}
+            if average_by in cells.columns:
+                head = {**head, "label": average_by}
             if decimal:
                 head = {**head, "decimal": decimal}
             # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
-            is_file = path is not None and not repeats
+            is_file = path is not None and not average_by
             cells, remarks = _designs(cells, head, asked.formulation, is_file=is_file)
             table = _table(cells, head, asked.formulation, variables, remarks, drop_incomplete)
-            if repeats == "variables" and variables and not table.schema.variables:
+            if average_by == "variables" and variables and not table.schema.variables:
                 raise UnfitError(table.facts[-1].rstrip("."))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    if repeats or (repeats is None and is_study and has_repeats(table)):
-        table = averaged(table, repeats)
+    if average_by or (average_by is None and is_study and has_repeats(table)):
+        with named_as({"by": name_of("average_by")}):
+            table = average_repeats(table, average_by)
     if formulation is not None:
         try:
             # One more limit, as a command adds it, must not drop those that are part of a file.
@@ -200,7 +202,7 @@ def read_table(
             raise ArgumentValueError(f"{path}: {error}") from None
     designs = table.take(table.feasible())
     remarks = _failures(designs)
-    if repeats is None and not isinstance(source, TestTable):
+    if average_by is None and not isinstance(source, TestTable):
         remarks = [*undeclared_repeats(designs), *remarks]
     return replace(table, facts=(*table.facts, *remarks))
 

@@ -195,7 +195,7 @@ def reproduce(
     mu: Sequence[float] = PAPER_MU,
     models: Sequence[ModelName] = MODELS,
     n_jobs: int = 1,
-    on_case: Callable[[Case], object] = lambda case: None,
+    callback: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
     """Solve the cases of the paper under both models, or those of other friction coefficients.
 
@@ -204,7 +204,7 @@ def reproduce(
         mu: Friction coefficients.
         models: ``"full"``, ``"rolling"`` or both.
         n_jobs: Number of processes, -1 for one per core.
-        on_case: Called with each case as soon as it is ready, to show progress.
+        callback: Called with each case as soon as it is ready, to show progress.
 
     Raises:
         ArgumentValueError: A number is out of range, there is no μ or model, or a model is
@@ -228,7 +228,7 @@ def reproduce(
 
     cases = {}
     for number, case in in_parallel(solved, pairs, n_jobs):
-        on_case(case)
+        callback(case)
         cases[number] = case
     every_case = tuple(cases[number] for number in range(len(pairs)))
     return Reproduction(n_points, every_case)

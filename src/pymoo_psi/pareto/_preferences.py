@@ -371,7 +371,7 @@ class Preferences(Shown):
         self._chances.append(chances / chances.sum())
         self._answers.append((rows[0], relation, rows[1]))
 
-    def take_back(self) -> None:
+    def undo(self) -> None:
         """Forget the last answer, if there is one."""
         if self._answers:
             self._answers.pop()

@@ -259,7 +259,7 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         if has_errors(table):
             errors = table.column(error_column(name))
     label = column.heading if sign == 0 else with_unit(name, column.unit)
-    limits = (limit.low, limit.high)
+    limits = (limit.lower, limit.upper)
     return Column(values, (low, high), label, (), is_log, limits, sign, errors)
 
 

@@ -536,10 +536,10 @@ def _resized(figure: Figure, width: float) -> Figure:
 
 def save_figures(
     figures: Mapping[str, Figure] | Iterable[tuple[str, Figure]],
-    directory: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    *,
     dpi: int = 150,
     suffix: str = ".png",
-    *,
     width: float | None = None,
 ) -> tuple[Path, ...]:
     """Write figures to files; no file changes before the last figure is drawn.
@@ -549,7 +549,7 @@ def save_figures(
     Args:
         figures: Figures by their file name without suffix: a mapping, or pairs of a name and a
             figure, of which each is drawn before the next one is made.
-        directory: Folder of the files; it is made if necessary.
+        folder: Folder of the files; it is made if necessary.
         dpi: Resolution in dots per inch.
         suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``. Fonts in PDF are
             TrueType, as journals demand.
@@ -566,14 +566,14 @@ def save_figures(
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     [path.name for path in save_figures({"one": Figure()}, folder, 20, ".png")]
+        ...     [path.name for path in save_figures({"one": Figure()}, folder, dpi=20)]
         ['one.png']
     """
     # Before the figures, whose computation may take long.
     known_name("suffix", suffix, [f".{name}" for name in Figure().canvas.get_supported_filetypes()])
     if width is not None and not 10 <= finite_number("width", width) <= 1000:
         raise invalid("width", "10 to 1000 mm", width)
-    Path(directory).mkdir(parents=True, exist_ok=True)
+    Path(folder).mkdir(parents=True, exist_ok=True)
     paths = []
     contents = {}
     if isinstance(figures, Mapping):
@@ -584,13 +584,13 @@ def save_figures(
             figure = _resized(figure, width)
         with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
             figure.savefig(picture, format=suffix[1:], dpi=dpi)
-        path = Path(directory, f"{name}{suffix}")
+        path = Path(folder, f"{name}{suffix}")
         paths.append(path)
         contents[path] = picture.getvalue()
         caption = getattr(figure, "caption", "")
         if caption:
             lines = fill(caption, 100)
-            contents[Path(directory, f"{name}.txt")] = f"{lines}\n".encode()
+            contents[Path(folder, f"{name}.txt")] = f"{lines}\n".encode()
     for path, content in contents.items():
         with whole_file(path) as temporary:
             temporary.write_bytes(content)

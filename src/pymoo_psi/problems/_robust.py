@@ -67,8 +67,8 @@ class Robust(WrappedProblem):
         uncertainty: For each parameter its distribution, as for :func:`pymoo_psi.robustness`. All
             tolerances and parameters are independent.
         n_scenarios: How many scenarios.
-        criteria: ``"mean"``; ``"cvar:0.9"``, the mean of the worst tenth; or ``"worst"``, the worst
-            of all. One text for all objectives or a list with one for each. They apply to the
+        statistics: ``"mean"``; ``"cvar:0.9"``, the mean of the worst tenth; or ``"worst"``, the
+            worst of all. One text for all objectives or a list with one for each. They apply to the
             minimised values, so that low values of an objective to be maximised are the bad ones.
         failure_probability: The share of scenarios in which a design may violate constraints, 0
             to below 1. It is known in steps of ``1 / n_scenarios``.
@@ -95,7 +95,7 @@ class Robust(WrappedProblem):
         ...     return 1 - x[0] if x[0] <= 0.8 else 2.0
         >>> problem = FunctionalProblem(1, [cost], xl=0, xu=1)
         >>> within = {"x1": 0.1}
-        >>> robust = Robust(problem, tolerances=within, criteria="worst", n_scenarios=31)
+        >>> robust = Robust(problem, tolerances=within, statistics="worst", n_scenarios=31)
         >>> for p in (problem, robust):
         ...     table = investigate(p, 128)
         ...     print(table.X[table.F.argmin()].round(2))
@@ -110,7 +110,7 @@ class Robust(WrappedProblem):
         ...     lambda mu: VectorizedSphereChute(mu),
         ...     tolerances={"x2": norm(0, 0.01)},
         ...     uncertainty={"mu": uniform(0.35, 0.1)},
-        ...     criteria="cvar:0.9",
+        ...     statistics="cvar:0.9",
         ... )
         >>> chute.evaluate(np.array([[0.26, 0.5]]))[0].round(3)
         array([[2.312, 0.031, 0.26 , 0.516]])
@@ -125,7 +125,7 @@ class Robust(WrappedProblem):
         tolerances: Entries | None = None,
         uncertainty: Entries | None = None,
         n_scenarios: int = 64,
-        criteria: str | Names = "mean",
+        statistics: str | Names = "mean",
         failure_probability: float = 0.0,
     ) -> None:
         tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
@@ -139,18 +139,20 @@ class Robust(WrappedProblem):
         nominal = self.problems[0]
         self.space = design_space(nominal)
         self._columns = [self._column(title) for title in tolerances]
-        self.criteria = [criteria] * nominal.n_obj if isinstance(criteria, str) else [*criteria]
-        if len(self.criteria) != nominal.n_obj:
+        if isinstance(statistics, str):
+            statistics = [statistics] * nominal.n_obj
+        self.statistics = [*statistics]
+        if len(self.statistics) != nominal.n_obj:
             rule = f"one for all or each of {nominal.n_obj} objectives"
-            raise invalid("criteria", rule, criteria)
-        self._shares = [_share(str(criterion)) for criterion in self.criteria]
+            raise invalid("statistics", rule, statistics)
+        self._shares = [_share(str(statistic)) for statistic in self.statistics]
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
         titles = column_titles(nominal, self.space)
-        columns = [*self.space.variable_names, *numbered("f", self.criteria)]
+        columns = [*self.space.variable_names, *numbered("f", self.statistics)]
         self.names = {name: titles.get(name, name) for name in columns}
         units = getattr(nominal, "units", None) or {}
         self.units = {title: units[title] for title in filter(units.get, self.names.values())}
@@ -165,7 +167,7 @@ class Robust(WrappedProblem):
                 "tolerances",
                 "of real variables that are not fixed",
                 title,
-                "to fix one, give Restricted(Robust(problem, ...), box)",
+                "to fix one, give Restricted(Robust(problem, ...), bounds)",
             )
         return j
 
@@ -184,7 +186,7 @@ class Robust(WrappedProblem):
 
         Example:
             >>> from pymoo_psi import SphereChute
-            >>> Robust(SphereChute(), tolerances={"x1": 0.01}).fingerprint()["criteria"]
+            >>> Robust(SphereChute(), tolerances={"x1": 0.01}).fingerprint()["statistics"]
             ['mean', 'mean', 'mean', 'mean']
         """
         # a hash, as scenarios have many numbers
@@ -193,7 +195,7 @@ class Robust(WrappedProblem):
         return {
             "tolerances": [names[j] for j in self._columns],
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
-            "criteria": self.criteria,
+            "statistics": self.statistics,
             "failure_probability": self.failure_probability,
         }
 
@@ -264,15 +266,15 @@ def mean_of_worst(share: float, ordered: Array, counts: Rows) -> Array:
     return np.where(counts > 0, mean, np.inf)
 
 
-def _share(criterion: str) -> float:
-    """Return the share of the scenarios, from the worst one, whose mean is the criterion."""
-    if criterion == "mean":
+def _share(statistic: str) -> float:
+    """Return the share of the scenarios, from the worst one, whose mean is the statistic."""
+    if statistic == "mean":
         return 1.0
-    if criterion == "worst":
+    if statistic == "worst":
         return 0.0
-    if not re.fullmatch(r"cvar:0?\.\d+", criterion):
-        raise invalid("criteria", "'mean', 'worst' or 'cvar:q' with 0 < q < 1", criterion)
-    return 1 - float(criterion.removeprefix("cvar:"))
+    if not re.fullmatch(r"cvar:0?\.\d+", statistic):
+        raise invalid("statistics", "'mean', 'worst' or 'cvar:q' with 0 < q < 1", statistic)
+    return 1 - float(statistic.removeprefix("cvar:"))
 
 
 def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> Array:

@@ -129,7 +129,7 @@ class Restricted(Transformed):
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any
             kind; it may be restricted already.
-        box: For names of variables (x1, x2, … of a vector, or those of the problem's attribute
+        bounds: For names of variables (x1, x2, … of a vector, or those of the problem's attribute
             ``names``): a tuple ``(lower, upper)``, in which ``None`` keeps the problem's bound; or
             a value, at which the variable is fixed; or, for a choice, a list of the options to
             keep. Other variables are unchanged. Instead of a mapping, the two arrays that
@@ -137,7 +137,7 @@ class Restricted(Transformed):
 
     Attributes:
         wrapped: The problem.
-        box: The bounds, value or options of each restricted variable.
+        bounds: The bounds, value or options of each restricted variable.
 
     Raises:
         ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
@@ -179,32 +179,33 @@ class Restricted(Transformed):
 
     same_columns = True
 
-    def __init__(self, problem: Any, box: Entries | Sequence[Any]) -> None:
+    def __init__(self, problem: Any, bounds: Entries | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        self.box = _parts_by_title(box, space.titles)
+        self.bounds = _parts_by_title(bounds, space.titles)
         variables = []
         for variable in space.variables:
             title = variable.title
-            if title in self.box:
-                variable = _part(variable, f"{title} of box", self.box[title])
+            if title in self.bounds:
+                variable = _part(variable, f"{title} of bounds", self.bounds[title])
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
         space = replace(space, variables=tuple(variables))
         if not space.free.variables:
-            raise invalid("box", "one that leaves a variable free", Received("all of them fixed"))
+            received = Received("all of them fixed")
+            raise invalid("bounds", "such that a variable is free", received)
         super().__init__(problem, space)
 
 
-def _parts_by_title(box: Any, titles: Names) -> Values:
-    """Return the parts of a box by the titles of variables; of two arrays, those without NaN."""
+def _parts_by_title(bounds: Any, titles: Names) -> Values:
+    """Return the bounds, values or options by the titles of variables; pairs with NaN are none."""
     parts = {}
-    if isinstance(box, Mapping):
-        for title, part in box.items():
-            parts[known_name("a variable of box", title, titles)] = part
+    if isinstance(bounds, Mapping):
+        for title, part in bounds.items():
+            parts[known_name("a variable of bounds", title, titles)] = part
         return parts
-    bounds = real_array("box", box, "or a mapping from variables to bounds or values")
-    require_shape("box", bounds, (2, len(titles)))
-    for title, pair in zip(titles, bounds.T.tolist(), strict=True):
+    pairs = real_array("bounds", bounds, "or a mapping from variables to bounds or values")
+    require_shape("bounds", pairs, (2, len(titles)))
+    for title, pair in zip(titles, pairs.T.tolist(), strict=True):
         if not np.isnan(pair).any():  # bounds of choices are NaN
             parts[title] = tuple(pair)
     return parts

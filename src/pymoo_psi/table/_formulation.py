@@ -130,7 +130,7 @@ class Formulation(Shown):
         """The limits by column.
 
         Example:
-            >>> Formulation(limits="mass<=30").allowed["mass"].high
+            >>> Formulation(limits="mass<=30").allowed["mass"].upper
             30.0
         """
         limits: Any = self.limits  # as they are after the check

@@ -49,11 +49,11 @@ _FORM = "a number or a pair (lower, upper)"
 
 
 class Limit(NamedTuple):
-    """What a limit allows, in the original direction: numbers from low to high, or some texts.
+    """What a limit allows, in the original direction: numbers from lower to upper, or some texts.
 
     Attributes:
-        low: The least value allowed, infinite if there is none.
-        high: The greatest value allowed, infinite if there is none.
+        lower: The least value allowed, infinite if there is none.
+        upper: The greatest value allowed, infinite if there is none.
         texts: The texts allowed in a column of texts; None for a limit on numbers.
         is_bare: Whether it was given as a number without a side, the greatest value of a column
             that is minimised.
@@ -63,8 +63,8 @@ class Limit(NamedTuple):
         array([0., 2.])
     """
 
-    low: float = -math.inf
-    high: float = math.inf
+    lower: float = -math.inf
+    upper: float = math.inf
     texts: tuple[str, ...] | None = None
     is_bare: bool = False
 
@@ -86,7 +86,7 @@ class Limit(NamedTuple):
             value = [value]
         if not isinstance(value, (tuple, list)):
             high = _end(argument, value)
-            return cls(high=high, is_bare=high < math.inf)._checked(argument)
+            return cls(upper=high, is_bare=high < math.inf)._checked(argument)
         if all(isinstance(text, str) for text in value):
             return cls(texts=tuple(value))
         if len(value) != 2:
@@ -100,8 +100,8 @@ class Limit(NamedTuple):
 
     def _checked(self, argument: str) -> Limit:
         """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""
-        if not (self.low <= self.high and self.low < math.inf and self.high > -math.inf):
-            received = Received(f"({self.low:g}, {self.high:g})")
+        if not (self.lower <= self.upper and self.lower < math.inf and self.upper > -math.inf):
+            received = Received(f"({self.lower:g}, {self.upper:g})")
             raise invalid(argument, "(lower, upper) in increasing order", received)
         return self
 
@@ -127,7 +127,7 @@ class Limit(NamedTuple):
         values = real_column(name, cells)
         # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
         with np.errstate(over="ignore", invalid="ignore"):
-            excess = np.maximum(self.low - values, 0) + np.maximum(values - self.high, 0)
+            excess = np.maximum(self.lower - values, 0) + np.maximum(values - self.upper, 0)
         # Infinity is what a division by zero leaves: nothing that is known to be large enough.
         return np.asarray(np.where(np.isfinite(values), excess, np.inf))
 
@@ -136,10 +136,10 @@ class Limit(NamedTuple):
         """The limit as JSON can hold it: a number, a pair with None for an open end, or texts."""
         if self.texts is not None:
             return [*self.texts]
-        high = None if self.high == math.inf else plain_number(self.high)
+        high = None if self.upper == math.inf else plain_number(self.upper)
         if self.is_bare:
             return high
-        low = None if self.low == -math.inf else plain_number(self.low)
+        low = None if self.lower == -math.inf else plain_number(self.lower)
         return [low, high]
 
     def written(self, name: str) -> str:
@@ -148,9 +148,9 @@ class Limit(NamedTuple):
         It cannot read a list without texts, nor names and texts that contain < > or =.
 
         Example:
-            >>> Limit(high=30.0).written("mass"), Limit(0.25, 1.125).written("width")
+            >>> Limit(upper=30.0).written("mass"), Limit(0.25, 1.125).written("width")
             ('mass<=30', '0.25<=width<=1.1250')
-            >>> Limit(texts=("tin", "oak")).written("material"), Limit(high=5.0).written("time, s")
+            >>> Limit(texts=("tin", "oak")).written("material"), Limit(upper=5.0).written("time, s")
             ('material in tin, oak', '"time, s<=5"')
         """
         if self.texts is not None:
@@ -158,27 +158,27 @@ class Limit(NamedTuple):
                 return _entry(f"{name}={self.texts[0]}")
             first, *others = self.texts or ("nothing",)
             return ", ".join(map(_entry, [f"{name} in {first}", *others]))
-        if self.high == math.inf:
-            return _entry(f"{name}>={_digits(self.low)}")
-        if self.low == -math.inf:
-            return _entry(f"{name}<={_digits(self.high)}")
-        return _entry(f"{_digits(self.low)}<={name}<={_digits(self.high)}")
+        if self.upper == math.inf:
+            return _entry(f"{name}>={_digits(self.lower)}")
+        if self.lower == -math.inf:
+            return _entry(f"{name}<={_digits(self.upper)}")
+        return _entry(f"{_digits(self.lower)}<={name}<={_digits(self.upper)}")
 
     def in_words(self, name: str, unit: str = "") -> str:
         """Return it as sentences name it, with the unit of its column.
 
         Example:
-            >>> Limit(high=30.0).in_words("mass", "kg"), Limit(0.25, 1.5).in_words("width")
+            >>> Limit(upper=30.0).in_words("mass", "kg"), Limit(0.25, 1.5).in_words("width")
             ('mass at most 30 kg', 'width from 0.25 to 1.5')
             >>> Limit(texts=("tin", "oak")).in_words("material")
             'material = tin or oak'
         """
-        low, high = number(self.low, _AS_TYPED), number(self.high, _AS_TYPED)
+        low, high = number(self.lower, _AS_TYPED), number(self.upper, _AS_TYPED)
         if self.texts is not None:
             allowed = f"= {listed(self.texts or ['nothing'], 'or')}"
-        elif self.low == -math.inf:
+        elif self.lower == -math.inf:
             allowed = f"at most {high}"
-        elif self.high == math.inf:
+        elif self.upper == math.inf:
             allowed = f"at least {low}"
         else:
             allowed = f"from {low} to {high}"
@@ -216,7 +216,7 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
         >>> [limit.written(name) for name, limit in limits.items()]
         ['f1<=2.5', 'yield>=80', '1<=x1<=2', 'material in steel, alu']
         >>> limits_of({"f1": 2.5, "yield": ">= 80"})["yield"]
-        Limit(low=80.0, high=inf, texts=None, is_bare=False)
+        Limit(lower=80.0, upper=inf, texts=None, is_bare=False)
     """
     if limits is None:
         return {}

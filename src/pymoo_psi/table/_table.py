@@ -508,7 +508,7 @@ class TestTable(View, Shown):
             vars(table)["_front"] = np.ones(len(rows), dtype=bool)
         return table
 
-    def sorted_by(self, objective: str) -> TestTable:
+    def sort_by(self, objective: str) -> TestTable:
         """Return the feasible designs ordered by an objective, the best first: PSI's test table.
 
         The largest value is the best one if the objective is maximised. Equal designs stay in the
@@ -516,9 +516,9 @@ class TestTable(View, Shown):
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
-            >>> table.sorted_by("f1").numbers
+            >>> table.sort_by("f1").numbers
             array([2, 1, 3])
-            >>> table.under(limits={"f2": 5}).sorted_by("f1").numbers
+            >>> table.under(limits={"f2": 5}).sort_by("f1").numbers
             array([1, 3])
         """
         names = self.schema.objectives
@@ -704,8 +704,8 @@ class TestTable(View, Shown):
         """Return how probable it is that each design is Pareto optimal, the best, or near it.
 
         The probabilities come from samples of the true values, given means and their standard
-        errors: columns such as ``f1 standard error``, as of :func:`pymoo_psi.analysis.averaged`.
-        Noise is assumed to be normal and independent. With five designs or more for each objective,
+        errors: columns such as ``f1 standard error``, which
+        :func:`pymoo_psi.analysis.average_repeats` adds. Noise is assumed to be normal and independent. With five designs or more for each objective,
         means are shrunk towards those of all designs. All designs are assumed to meet the limits.
 
         Returns:
@@ -717,10 +717,10 @@ class TestTable(View, Shown):
             ArgumentValueError: There is no feasible design, or no standard error of an objective.
 
         Example:
-            >>> from pymoo_psi.analysis import averaged
+            >>> from pymoo_psi.analysis import average_repeats
             >>> F = [[0, 4], [0.1, 4.1], [1, 1], [1.1, 0.9], [4, 0], [3.9, 0.1]]
             >>> tests = TestTable.of(range(1, 7), [[1], [1], [2], [2], [3], [3]], F)
-            >>> averaged(tests).confidence()["best"].round(2).tolist()
+            >>> average_repeats(tests).confidence()["best"].round(2).tolist()
             [0.0, 1.0, 0.0]
         """
         import pandas as pd
@@ -730,7 +730,7 @@ class TestTable(View, Shown):
         names = list(map(error_column, objectives))
         if not has_errors(self):
             rule = f"one with standard errors, {', '.join(names)}"
-            remedy = "average tests by pymoo_psi.analysis.averaged(table, label)"
+            remedy = "average tests by pymoo_psi.analysis.average_repeats(table, label)"
             raise invalid("the table", rule, Received("none"), remedy)
         errors = np.column_stack([self.column(name)[ranking.rows] for name in names])
         degrees = None
@@ -968,13 +968,13 @@ class TestTable(View, Shown):
         """
         import pandas as pd
 
-        return pd.DataFrame(self.shown_columns()).set_index(TEST)
+        return pd.DataFrame(self.display_columns()).set_index(TEST)
 
-    def shown_columns(self) -> Columns:
+    def display_columns(self) -> Columns:
         """Return the columns of a frame: the numbers, the cells, and what follows from them.
 
         Example:
-            >>> [*TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]]).shown_columns()]
+            >>> [*TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]]).display_columns()]
             ['test', 'x1', 'f1', 'status', 'violated', 'reason', 'pareto']
         """
         mask, names = self.violations()
@@ -1025,7 +1025,7 @@ class TestTable(View, Shown):
             1     0.0  3.0
             2     0.5  4.0
         """
-        write_csv(path, self.shown_columns() | columns_of(self), marked(self))
+        write_csv(path, self.display_columns() | columns_of(self), marked(self))
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         """Pickle the attributes, without what follows from them."""
