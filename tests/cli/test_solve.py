@@ -83,7 +83,7 @@ def test_a_problem_is_solved_as_asked(said):
         printed = said("solve", "models:Beam", "--points", 200, *words, "--out", "o.csv")
         assert sorted(written()["test"]) == table.numbers[table.pareto()].tolist()
     # The part that is suggested holds every feasible design.
-    box = printed.partition("--bounds ")[2].split()[0].strip('"')
+    box = joined(printed).partition("--bounds ")[2].split()[0].strip('"')
     for name, low, high in re.findall(r"(\w+)=([^:]+):([^,]+)", box):
         feasible = table.column(name)[table.feasible()]
         assert float(low) <= feasible.min() <= feasible.max() <= float(high)

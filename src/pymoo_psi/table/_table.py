@@ -705,8 +705,9 @@ class TestTable(View, Shown):
 
         The probabilities come from samples of the true values, given means and their standard
         errors: columns such as ``f1 standard error``, which
-        :func:`pymoo_psi.analysis.average_repeats` adds. Noise is assumed to be normal and independent. With five designs or more for each objective,
-        means are shrunk towards those of all designs. All designs are assumed to meet the limits.
+        :func:`pymoo_psi.analysis.average_repeats` adds. Noise is assumed to be normal and
+        independent. With five designs or more for each objective, means are shrunk towards those
+        of all designs. All designs are assumed to meet the limits.
 
         Returns:
             Index: the names of the feasible designs. Columns: the expected true values of the
