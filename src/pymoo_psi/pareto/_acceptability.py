@@ -21,9 +21,10 @@ from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 _N_WEIGHTS = 8192  # a power of 2, so that they are evenly distributed
-_MANY = 10_000  # designs above which there are fewer weights: for p = inf, all are compared
+_MANY = 10_000  # designs above which there are fewer weights
 _N_WEIGHTS_OF_MANY = 2048
-_AT_ONCE = 1 << 18  # distances that are computed at once, so that they fit in a cache
+_CELL = 256  # designs that are not worth being divided
+_MOST_CELLS = 1024
 _ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
 CHEBYSHEV_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
@@ -78,20 +79,14 @@ def acceptability(
     if len(front) > _MANY:
         n_weights = _N_WEIGHTS_OF_MANY
     weights = simplex_weights(n_weights, len(weighted), factor)
-    shares = np.zeros((len(front), places))
-    for place, nearest in enumerate(nearest_designs(terms[:, weighted], weights, p, places).T):
-        shares[:, place] = np.bincount(nearest, minlength=len(front)) / n_weights
-    # Equal designs share their places; few have a first value of a design with a place.
-    firsts = terms[:, weighted[0]]
-    similar = np.flatnonzero(np.isin(firsts, firsts[shares.any(axis=1)]))
-    _, group = np.unique(terms[similar], axis=0, return_inverse=True)
-    group = group.ravel()
-    sums = np.zeros((len(similar), places))
-    np.add.at(sums, group, shares[similar])
-    shares[similar] = sums[group]
-    shares_of_all = np.zeros((len(ranking.pareto), places))
-    shares_of_all[front] = shares
-    return shares_of_all
+    first = first_of_equal(terms)
+    different = np.unique(first)
+    nearest = different[nearest_designs(terms[np.ix_(different, weighted)], weights, p, places)]
+    shares = np.zeros((len(ranking.pareto), places))
+    for place, designs in enumerate(nearest.T):
+        counts = np.bincount(designs, minlength=len(front))
+        shares[front, place] = counts[first] / n_weights
+    return shares
 
 
 @lru_cache(maxsize=1)  # cautions, sentences and the page ask for those of one ranking
@@ -196,69 +191,88 @@ def _on_simplex(cube: Array) -> Array:
     return np.maximum(weights, 0.0)
 
 
+def first_of_equal(rows: Array) -> Rows:
+    """Return ``(n,)`` for each of ``(n, m)`` rows the first one that equals it."""
+    first = np.arange(len(rows))
+    # Only rows that share their first value can be equal: they are few if it is continuous.
+    _, group, counts = np.unique(rows[:, 0], return_inverse=True, return_counts=True)
+    similar = np.flatnonzero(counts[group] > 1)
+    _, firsts, group = np.unique(rows[similar], axis=0, return_index=True, return_inverse=True)
+    first[similar] = similar[firsts[group.ravel()]]
+    return first
+
+
 def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> Integers:
     """Return ``(k, places)`` the nearest design for each weight, the second nearest, ….
 
-    The weights are halved until few designs may be near for any of a part.
+    Designs are put into cells. No design of a cell is nearer than its lower corner, so that for
+    most weights only a few cells are searched.
 
     Args:
-        designs: ``(n, m)`` terms from 0 to 1, before they are weighted. Of equal designs, the first
-            has the place.
+        designs: ``(n, m)`` different terms from 0 to 1, before they are weighted.
         weights: ``(k, m)`` weights.
         p: Order of the norm.
-        places: How many places; fewer are returned if there are fewer different designs.
+        places: How many places; at most n are returned.
     """
+    places = min(places, len(designs))
     weights = weights / weights.max(axis=1)[:, None]
     if not np.isinf(p):
         weights = weights**p
         designs = designs**p  # no root is taken, as it changes no order
-    _, different = np.unique(designs, axis=0, return_index=True)
-    different.sort()
-    places = min(places, len(different))
-    nearest = np.empty((len(weights), places), dtype=np.int64)
-    parts = [(np.arange(len(weights)), different, np.ascontiguousarray(designs[different].T))]
-    while parts:
-        some, rows, terms = parts.pop()
-        part = weights[some]
-        if len(some) > 1 and not np.isinf(p):
-            near = _may_be_near(terms, part.min(axis=0), part.max(axis=0), places)
-            rows = rows.take(near)
-            terms = terms.take(near, axis=1)
-        if len(some) > 1 and terms[0].size * len(some) > _AT_ONCE:
-            some = some[part[:, np.ptp(part, axis=0).argmax()].argsort()]
-            parts += [(half, rows, terms) for half in np.array_split(some, 2)]
-            continue
-        distances = part @ terms
-        if np.isinf(p):
-            distances *= CHEBYSHEV_SUM
-            distances += (part[:, :, None] * terms).max(axis=1)
-        for place in range(places):
+    terms = np.ascontiguousarray(designs.T)
+    cells = _cells(terms)
+    corners = np.column_stack([terms[:, cell].min(axis=1) for cell in cells])
+    # A few designs from all over the set bound the distance of the last place from above.
+    some = np.union1d([cell[0] for cell in cells], np.arange(places))
+    farthest = np.partition(weighted_distances(terms[:, some], weights, p), places - 1)
+    farthest = farthest[:, places - 1 : places] * (1 + _ROUNDING)
+    is_near = weighted_distances(corners, weights, p) <= farthest
+    found = []
+    for cell, is_near_cell in zip(cells, is_near.T, strict=True):
+        near = np.flatnonzero(is_near_cell)
+        distances = weighted_distances(terms[:, cell], weights[near], p)
+        for _ in range(min(places, len(cell))):
             best = distances.argmin(axis=1)
-            nearest[some, place] = rows[best]
-            distances[np.arange(len(some)), best] = np.inf
-    return nearest
+            at_best = np.arange(len(near)), best
+            found.append((near, distances[at_best], cell[best]))
+            distances[at_best] = np.inf
+    of_weights, distance, nearest = map(np.concatenate, zip(*found, strict=True))
+    order = np.lexsort((distance, of_weights))
+    starts = np.searchsorted(of_weights[order], np.arange(len(weights)))
+    return np.asarray(nearest[order[starts[:, None] + np.arange(places)]])
 
 
-def _may_be_near(terms: Array, low: Array, high: Array, places: int) -> Rows:
-    """Return which designs may have one of the first places for weights between two.
-
-    A design with terms t is farther than one with terms r by at least
-    low·t + (high − low)·min(t, r) − high·r.
+def weighted_distances(terms: Array, weights: Array, p: float) -> Array:
+    """Return ``(k, n)`` distances, which for a finite p are still to the power p.
 
     Args:
-        terms: ``(m, n)`` terms of n designs, which a weight multiplies.
-        low: ``(m,)`` least weights.
-        high: ``(m,)`` greatest weights.
-        places: How many designs with smaller distances leave a design out; at most n.
+        terms: ``(m, n)`` terms of n designs, to the power p if it is finite.
+        weights: ``(k, m)`` weights, likewise.
+        p: Order of the norm.
     """
-    least = low @ terms
-    distances = (low + high) @ terms
-    is_near = np.zeros(len(least), dtype=bool)
-    for _ in range(places):
-        nearest = distances.argmin()
-        distances[nearest] = np.inf
-        reference = terms[:, nearest]
-        shared = (high - low) @ np.minimum(terms, reference[:, None])
-        farthest = high @ reference
-        is_near |= least + shared - farthest <= _ROUNDING * farthest
-    return np.flatnonzero(is_near)
+    if not np.isinf(p):
+        return np.asarray(weights @ terms)
+    distances = np.zeros((len(weights), terms.shape[1]))
+    for weight, term in zip(weights.T, terms, strict=True):
+        np.maximum(distances, weight[:, None] * term, out=distances)
+    return np.asarray(distances + CHEBYSHEV_SUM * weights @ terms)
+
+
+def _cells(terms: Array) -> list[Rows]:
+    """Return the designs in cells of similar size: halved by the objectives in turn.
+
+    Args:
+        terms: ``(m, n)`` terms of n designs.
+    """
+    cells = [np.arange(terms.shape[1])]
+    level = 0
+    while len(cells[0]) > _CELL and len(cells) < _MOST_CELLS:
+        term = terms[level % len(terms)]
+        halves = []
+        for cell in cells:
+            middle = len(cell) // 2
+            order = cell[term[cell].argpartition(middle)]
+            halves += [order[:middle], order[middle:]]
+        cells = halves
+        level += 1
+    return cells

@@ -27,10 +27,11 @@ from pymoo_psi._numbers import decimal_mark, percent
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid
 from pymoo_psi.pareto._acceptability import (
-    CHEBYSHEV_SUM,
+    first_of_equal,
     nearest_designs,
     require_norm,
     simplex_weights,
+    weighted_distances,
     weighted_terms,
 )
 from pymoo_psi.pareto._cautions import originals
@@ -124,7 +125,7 @@ class Preferences(Shown):
         self._answers: list[tuple[int, str, int]] = []
         # What can be proposed are the designs that are the best for some weights.
         best = [nearest_designs(self._terms, w, q, 1)[:, 0] for q, w in self._weights.items()]
-        candidates = np.unique(np.concatenate(best))
+        candidates = np.unique(first_of_equal(self._terms)[np.concatenate(best)])
         self._rows: Rows = self._front[candidates]
         self._steps: Array = steps[candidates]
         self._least = self._distances(candidates).min(axis=1, keepdims=True)
@@ -137,14 +138,13 @@ class Preferences(Shown):
 
     def _distances(self, positions: Rows) -> Array:
         """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""
-        terms = self._terms[positions]
+        terms = self._terms[positions].T
         blocks = []
         for p, weights in self._weights.items():
             if np.isinf(p):
-                greatest = (weights[:, None] * terms).max(axis=2)
-                blocks.append(greatest + CHEBYSHEV_SUM * weights @ terms.T)
+                blocks.append(weighted_distances(terms, weights, p))
             else:
-                blocks.append((weights**p @ (terms**p).T) ** (1 / p))
+                blocks.append(weighted_distances(terms**p, weights**p, p) ** (1 / p))
         return np.concatenate(blocks)
 
     def _values_of(self, positions: Rows) -> Array:
