@@ -8,7 +8,7 @@ to the simplex.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -23,7 +23,7 @@ from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 _N_WEIGHTS = 8192  # a power of 2, so that they are evenly distributed
 _MANY = 10_000  # designs above which there are fewer weights
 _N_WEIGHTS_OF_MANY = 2048
-_CELL = 256  # designs that are not worth being divided
+_CELL = 512  # designs that are not worth being divided
 _MOST_CELLS = 1024
 _ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
@@ -80,7 +80,7 @@ def acceptability(
         n_weights = _N_WEIGHTS_OF_MANY
     weights = simplex_weights(n_weights, len(weighted), factor)
     first = first_of_equal(terms)
-    different = np.unique(first)
+    different = np.flatnonzero(first == np.arange(len(first)))
     nearest = different[nearest_designs(terms[np.ix_(different, weighted)], weights, p, places)]
     shares = np.zeros((len(ranking.pareto), places))
     for place, designs in enumerate(nearest.T):
@@ -220,26 +220,31 @@ def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> In
         weights = weights**p
         designs = designs**p  # no root is taken, as it changes no order
     terms = np.ascontiguousarray(designs.T)
-    cells = _cells(terms)
-    corners = np.column_stack([terms[:, cell].min(axis=1) for cell in cells])
-    # A few designs from all over the set bound the distance of the last place from above.
-    some = np.union1d([cell[0] for cell in cells], np.arange(places))
-    farthest = np.partition(weighted_distances(terms[:, some], weights, p), places - 1)
-    farthest = farthest[:, places - 1 : places] * (1 + _ROUNDING)
-    is_near = weighted_distances(corners, weights, p) <= farthest
-    found = []
-    for cell, is_near_cell in zip(cells, is_near.T, strict=True):
-        near = np.flatnonzero(is_near_cell)
-        distances = weighted_distances(terms[:, cell], weights[near], p)
+    entries = []
+    for cell, near in _near_cells(terms, weights, p, places):
+        distances = weighted_distances(terms.take(cell, axis=1), weights.take(near, axis=0), p)
         for _ in range(min(places, len(cell))):
             best = distances.argmin(axis=1)
             at_best = np.arange(len(near)), best
-            found.append((near, distances[at_best], cell[best]))
+            entries.append((near, distances[at_best], cell[best]))
             distances[at_best] = np.inf
-    of_weights, distance, nearest = map(np.concatenate, zip(*found, strict=True))
-    order = np.lexsort((distance, of_weights))
-    starts = np.searchsorted(of_weights[order], np.arange(len(weights)))
-    return np.asarray(nearest[order[starts[:, None] + np.arange(places)]])
+    weight, distance, design = map(np.concatenate, zip(*entries, strict=True))
+    order = np.lexsort((distance, weight))
+    starts = np.searchsorted(weight[order], np.arange(len(weights)))
+    return np.asarray(design[order[starts[:, None] + np.arange(places)]])
+
+
+def _near_cells(terms: Array, weights: Array, p: float, places: int) -> Iterator[tuple[Rows, Rows]]:
+    """Yield cells of designs, and for which weights one of the first places may be in it."""
+    cells = _cells(terms)
+    corners = np.column_stack([terms.take(cell, axis=1).min(axis=1) for cell in cells])
+    # A few designs from all over the set bound the distance of the last place from above.
+    some = np.union1d([cell[0] for cell in cells], np.arange(places))
+    distances = weighted_distances(terms.take(some, axis=1), weights, p)
+    farthest = np.partition(distances, places - 1)[:, places - 1] * (1 + _ROUNDING)
+    is_near = farthest >= weighted_distances(corners, weights, p).T
+    for cell, is_near_cell in zip(cells, np.ascontiguousarray(is_near), strict=True):
+        yield cell, np.flatnonzero(is_near_cell)
 
 
 def weighted_distances(terms: Array, weights: Array, p: float) -> Array:
