@@ -14,9 +14,9 @@ LIMITS = {"f1": 2.9, "f4": 5.0}  # with wide ranges of the feasible, so that all
 
 
 def points(ax):
-    """What is drawn in a plane, by the name of the group before its number."""
-    lines = [line for line in ax.lines if not line.get_label().startswith("_")]
-    return {line.get_label().rpartition(" (")[0]: line.get_xydata() for line in lines}
+    """What is drawn in a plane, by the name of the group behind its number."""
+    groups = [line for line in ax.lines if line.get_label()[0].isdigit()]
+    return {line.get_label().partition(" ")[2]: line.get_xydata() for line in groups}
 
 
 def in_groups(table, limits):
@@ -32,7 +32,7 @@ def in_groups(table, limits):
 def test_every_test_is_in_its_group_in_every_plane(chute, limits):
     figure = plot_objectives(chute.under(limits=limits))
     names = in_groups(chute, limits)
-    for ax, pair in zip(shown(figure), [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)],
+    for ax, pair in zip(shown(figure), [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)],
                         strict=True):  # fmt: skip
         for name, xy in points(ax).items():
             if name in names:
@@ -45,7 +45,7 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
 def test_a_chosen_design_is_marked(chute):
     figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
     (ax,) = shown(figure)
-    (marked,) = (line for line in ax.lines if line.get_label() == "_marked")
+    (marked,) = (line for line in ax.lines if line.get_marker() == "*")
     np.testing.assert_array_equal(marked.get_xydata(), chute.F[[6]][:, [0, 3]])
     assert "test 7" in texts(figure)
 

@@ -7,7 +7,7 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations, product
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +40,7 @@ from pymoo_psi.plots._style import (
     Style,
     curves,
     literal,
+    matrix,
     name_above,
     name_axis,
     name_groups,
@@ -48,8 +49,10 @@ from pymoo_psi.plots._style import (
     new_figure,
     panels,
     places_between,
+    raised,
     set_log,
     show_free,
+    write_key,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -66,6 +69,7 @@ _ROW = 9.0  # height of a row in mm
 _LOW_ROW = 6.6  # and of one among many
 _FEW = 12  # rows of full height
 _NAME = 26  # letters of the name of a row
+_HEAD = -0.8  # level of the head, in rows
 _LETTER = 4.4  # width of a digit in points, and a little more
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
 _SOLID: Style = {"color": ACCENT, "linewidth": 2.0}
@@ -209,7 +213,10 @@ def plot_objectives(
     design: int | str | None = None,
     title: str = "",
 ) -> Drawing:
-    """Return the objectives against each other, each pair once.
+    """Return the objectives against each other, each pair once, in half a matrix.
+
+    The other half has the key. Names stand beside the best designs in planes that are wide enough,
+    which those of two or three objectives are.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
@@ -239,22 +246,15 @@ def plot_objectives(
     if design is not None:
         marked = [table.row_of(design)]
     points = points_of_table(table, names, marked)
-    pairs = list(combinations(names, 2))
-    with panels(len(pairs), _columns_of(len(pairs)), head=4.0) as (figure, axes):
-        figure.is_divisible = True
-        for ax, (first, second) in zip(axes, pairs, strict=True):
+    with matrix(names) as (figure, planes):
+        for ax, first, second in planes:
             points.draw(ax, first, second)
+            ax.label_outer()
             places = np.column_stack([points.columns[name].places for name in (first, second)])
             name_points(figure, ax, places, points.names())
+        write_key(figure, planes[0][0])
         figure.describe(title, points.counts(table))
     return figure
-
-
-def _columns_of(n: int) -> int:
-    """Return how many of n panels are side by side: three, of many four."""
-    if n > 2 * _PANELS:
-        return _PANELS + 1
-    return min(n, _PANELS)
 
 
 # Parallel coordinates
@@ -302,7 +302,7 @@ def plot_ranking(
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    with new_figure((n + 2) * height) as figure:
+    with new_figure((n + 1.6) * height) as figure:
         ax = figure.add_subplot()
         places = np.empty(objectives.values.shape)
         texts = [["", "worst", "best", "proposed" if row == best else "marked"]]
@@ -317,7 +317,8 @@ def plot_ranking(
                 decades, _ = places_between(10.0 ** np.arange(np.ceil(low), high), *ends)
                 ax.plot(decades, np.full(len(decades), j), "|", color="0.4", markersize=5, zorder=1)
             written = NumberFormat.of(column[ranking.pareto], minus="−").text
-            texts.append([heading, *map(written, (*ends, column[row]))])
+            numbers = [raised(written(value)) for value in (*ends, column[row])]
+            texts.append([heading, *numbers])
         if not values:
             texts = [[*line[:-1], ""] for line in texts]
         _write_rows(ax, texts)
@@ -336,7 +337,7 @@ def plot_ranking(
                     end = places[near, 0]
                     names.append(_name_end(ax, end, 0, name, 4, fontsize=7, color="0.35"))
         figure.placed += ((show_free, names),)
-        ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, -1.3))
+        ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, _HEAD - 0.3))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
@@ -358,12 +359,15 @@ def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
     width = _LETTER * max(len(text) for row in texts for text in row[2:])
     style: Style = BESIDE | {"color": "0.3", "ha": "right", "va": "center", "fontsize": 7}
     bold = style | {"color": INK, "fontweight": "bold"}
-    ax.annotate("better →", (0.5, -1), (0, 0), **style | {"ha": "center"})
-    for level, (name, worst, best, value) in enumerate(texts, start=-1):
-        ax.annotate(name, (0, level), (-4, 8), **bold)
-        ax.annotate(worst, (0, level), (-4, 0), **style)
-        ax.annotate(best, (1, level), (width + 6, 0), **style)
-        ax.annotate(value, (1, level), (2 * width + 16, 0), **bold | {"color": ACCENT})
+    ax.annotate("better →", (0.5, _HEAD), (0, 0), **style | {"ha": "center"})
+    for level, (name, worst, best, value) in zip([_HEAD, *range(len(texts))], texts, strict=False):
+        below = -5
+        if level == _HEAD:
+            below = 0
+        ax.annotate(name, (0, level), (-4, 4.5), **bold)
+        ax.annotate(worst, (0, level), (-4, below), **style)
+        ax.annotate(best, (1, level), (width + 4, 0), **style)
+        ax.annotate(value, (1, level), (2 * width + 10, 0), **bold | {"color": ACCENT})
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
@@ -566,18 +570,19 @@ def plot_fronts(comparison: Comparison) -> Drawing:
         names[name] = {"text": text, "color": style["color"]}
         markers.append(f"{text} {SHAPES[style['marker']]}")
     m = min(MATRIX + 1, comparison.runs[0].F.shape[1])
-    pairs = list(combinations(range(m), 2))
-    with panels(len(pairs), _columns_of(len(pairs)), head=4.0) as (figure, axes):
-        figure.is_divisible = True
+    objectives = [f"f{j + 1}" for j in range(m)]
+    with matrix(objectives) as (figure, planes):
         places = []
-        for ax, pair in zip(axes, pairs, strict=True):
+        for ax, first, second in planes:
+            pair = [objectives.index(first), objectives.index(second)]
             places.append({name: F[:, pair] for name, F in fronts.items()})
             for name, style in styles.items():
                 outline = style | {"linestyle": "none", "markerfacecolor": "none"}
                 ax.plot(*fronts[name][:, pair].T, markersize=3.0, **outline)
-            name_axis(ax, "x", f"f{pair[0] + 1}")
-            name_axis(ax, "y", f"f{pair[1] + 1}")
-        name_groups(figure, axes, places, names)
+            name_axis(ax, "x", first)
+            name_axis(ax, "y", second)
+            ax.label_outer()
+        name_groups(figure, [ax for ax, *_ in planes], places, names)
         figure.describe(
             f"{comparison.problem}: fronts of the algorithms, objectives in pairs, minimised",
             f"{most} evaluations, the first seed: {', '.join(markers)}.",

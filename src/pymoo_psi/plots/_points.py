@@ -39,6 +39,7 @@ PARETO = "dominated by no other"
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 _NAMED = 8  # designs that are named where there is room
+_LETTERS = 26  # of their names
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
@@ -57,7 +58,6 @@ _MARKED: Style = {  # the chosen or proposed design
     "markeredgecolor": "white",
     "markeredgewidth": 0.5,
     "zorder": 7.0,
-    "label": "_marked",
 }
 
 
@@ -137,24 +137,33 @@ class Points:
                     "linestyle": "none",
                     "rasterized": n > _RASTERIZED,
                 }
-                axes.plot(x.places[rows], y.places[rows], label=f"{name} ({n})", **looks)
+                axes.plot(x.places[rows], y.places[rows], label=f"{n} {name}", **looks)
         if PARETO in self.groups and x.sign * y.sign != 0:
             rows = visible & self.groups[PARETO][1]
             u, v = x.places[rows], y.places[rows]
             front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
             front = front[np.argsort(u[front], kind="stable")]
-            axes.plot(u[front], v[front], color="0.55", linewidth=0.8, zorder=2.5, label="_front")
+            axes.plot(
+                u[front],
+                v[front],
+                color="0.55",
+                linewidth=0.8,
+                zorder=2.5,
+                label="front of the two",
+            )
             if x.errors is not None and y.errors is not None:
                 bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
                 axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
-        for row in list(self.named)[:1]:
-            axes.plot(x.places[row], y.places[row], **_MARKED)
+        for row, name in list(self.named.items())[:1]:
+            axes.plot(x.places[row], y.places[row], label=literal(name, _LETTERS), **_MARKED)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
     def names(self) -> dict[int, Style]:
         """Return the names by row as they are written, the first one in the accent."""
-        names = {row: {"text": literal(name, 24), "color": INK} for row, name in self.named.items()}
+        names = {
+            row: {"text": literal(name, _LETTERS), "color": INK} for row, name in self.named.items()
+        }
         for style in list(names.values())[:1]:
             style |= {"color": ACCENT, "fontweight": "bold"}
         return names

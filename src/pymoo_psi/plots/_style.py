@@ -46,11 +46,11 @@ INK = "#1A1A1A"
 _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
-_NAME = 28.0  # points of the width of axes for each name in them
+_WIDEST = 0.6  # share of the width of axes that the longest name in them may take
 _REACHES = (5.0, 12.0, 20.0)  # points from a point to its name
 _SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
 _MARK = 4.0  # half the size of a marker
-_CROWDED = 30.0  # a name on a point or a line is as bad as one so many points farther away
+_CROSSED = 30.0  # a line between a name and its point is as bad as so many points of distance
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
 # Names from the second reach on have a line to their point.
@@ -79,6 +79,9 @@ SHAPES = {
 _MM_OF_LETTER = 2.0  # width of a letter in labels of axes
 _NAMES_OF_PANEL = 2  # groups that are named in one of several axes
 _LETTERS_OF_Y = 22  # of the label of a vertical axis
+_LETTERS_OF_TICK = 6  # and of a number at it, with the room beside it
+_ARROWS = {"less is better": "↓", "more is better": "↑"}  # where there is no room for the words
+_RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _NARROW = 120.0  # narrower figures have half as many panels side by side
@@ -90,6 +93,9 @@ _SETTINGS: Any = {
     "figure.facecolor": "white",
     "axes.facecolor": "white",
     "font.size": 7.5,
+    "font.stretch": "condensed",  # where the fonts have it, as more of names then fits
+    "legend.handlelength": 1.2,
+    "legend.handletextpad": 0.7,
     "axes.titlesize": 7.5,
     "axes.labelsize": 7.5,
     "figure.labelsize": 7.5,
@@ -101,6 +107,8 @@ _SETTINGS: Any = {
     "axes.axisbelow": True,
     "grid.color": "0.9",
     "grid.linewidth": 0.5,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
     "xtick.major.size": 2.5,
@@ -201,6 +209,33 @@ def panels(
         yield figure, axes[:n]
 
 
+@contextmanager
+def matrix(names: Sequence[str]) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
+    """Yield a figure and its planes: axes with the names of the columns across and upwards.
+
+    The planes of a column have the same axis across, those of a row the same axis upwards: half a
+    matrix, whose other half has room for a key.
+    """
+    n = len(names) - 1
+    with panels(n * n, n, head=6.0) as (figure, axes):
+        planes = []
+        for ax, (row, column) in zip(axes, product(range(n), repeat=2), strict=True):
+            if column > row:
+                ax.remove()
+            else:
+                planes.append((ax, names[column], names[row + 1]))
+        yield figure, planes
+
+
+def write_key(figure: Drawing, axes: Axes) -> None:
+    """Write what the markers of axes mean: in the free corner of a matrix, or above its axes."""
+    marks, names = axes.get_legend_handles_labels()
+    place, n_columns = "upper right", 1
+    if len(figure.axes) == 1:
+        place, n_columns = "outside upper left", 2
+    figure.legend(marks[::-1], names[::-1], loc=place, ncols=n_columns)
+
+
 def name_axis(
     axes: Axes, letter: str, label: str, options: Sequence[object] = (), better: str = ""
 ) -> None:
@@ -218,15 +253,13 @@ def name_axis(
     figure.axis_names += ((axes, letter, label, options, better),)  # again in another width
     grid: Any = axes.get_gridspec()
     room = int(figure.get_figwidth() * 25.4 / _MM_OF_LETTER) // grid.ncols
-    n_ticks = 4
-    if room < 25:
-        n_ticks = 3
     if letter == "y":
         room = _LETTERS_OF_Y
-    elif room < 10:
-        n_ticks = 1
+    n_ticks = min(4, max(1, room // _LETTERS_OF_TICK))
     text = literal(label, room)
-    if better:
+    if len(better) > room:
+        text += f" {_ARROWS[better]}"
+    elif better:
         apart = " "
         if letter == "y" or len(f"{text}, {better}") > room:
             apart = "\n"
@@ -243,6 +276,8 @@ def name_axis(
         axis.grid(visible=False)
     elif axis.get_scale() == "linear":
         axis.get_major_locator().set_params(nbins=n_ticks)
+    else:
+        axis.get_major_locator().set_params(numticks=n_ticks + 1)
 
 
 def curves() -> Iterator[Style]:
@@ -339,7 +374,7 @@ def name_groups(
 def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     """Move each name to the best free place around its point; without one it is not shown.
 
-    Only the first one, the most important, may be on a line.
+    None is on a line or a point, and axes that are narrow beside their names have none.
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
@@ -347,11 +382,15 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     for drawn in axes.lines:
         if drawn.get_linestyle() != "None":
             lines.append(drawn.get_transform().transform_path(drawn.get_path()))
-    most = int(axes.bbox.width / point / _NAME)
-    taken: list[Bbox] = []
-    for k, name in enumerate(names):
+    for name in names:
         name.set_visible(True)  # an invisible one has no size
-        text = Text.get_window_extent(name).padded(1)
+    texts = [Text.get_window_extent(name).padded(1) for name in names]
+    if max((text.width for text in texts), default=0) > _WIDEST * axes.bbox.width:
+        for name in names:
+            name.set_visible(False)
+        return
+    taken: list[Bbox] = []
+    for name, text in zip(names, texts, strict=True):
         size = np.array(text.size)
         dot = axes.transData.transform(name.xy)
         free: dict[float, tuple[Bbox, float]] = {}
@@ -360,17 +399,17 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
             box = text.anchored(side, Bbox([dot - away, dot + away]))
             leader = Line([dot, box.p0 + size / 2])
             is_free = axes.bbox.count_contains(box.corners()) == 4
+            is_free = is_free and box.count_contains(dots) == 0
             for other in taken:
                 is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
-            n_below = box.count_contains(dots)
+            n_crossed = 0
             for line in lines:
-                is_below = line.intersects_bbox(box, filled=False)
-                is_free = is_free and not (is_below and k > 0)
-                n_below += is_below + line.intersects_path(leader, filled=False)
+                is_free = is_free and not line.intersects_bbox(box, filled=False)
+                n_crossed += line.intersects_path(leader, filled=False)
             if is_free:
-                free.setdefault(_CROWDED * n_below + reach, (box, reach))
-        name.set_visible(k < most and len(free) > 0)
-        if name.get_visible():
+                free.setdefault(_CROSSED * n_crossed + reach, (box, reach))
+        name.set_visible(len(free) > 0)
+        if free:
             box, reach = free[min(free)]
             name.xyann = tuple((box.p0 - dot) / point)
             arrow: Any = name.arrow_patch
@@ -482,7 +521,22 @@ def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
 def _tick(value: float) -> str:
     if 1e-3 <= value < 1e4:
         return number(value)
-    return NumberFormat(0, has_powers=True, minus="−").text(value)
+    return raised(NumberFormat(0, has_powers=True, minus="−").text(value))
+
+
+def raised(text: str) -> str:
+    """Return the text of a number with its power of ten raised.
+
+    Example:
+        >>> raised("1.67e9"), raised("1e−4"), raised("12.5")
+        ('1.67×10⁹', '10⁻⁴', '12.5')
+    """
+    factor, exponent, power = text.partition("e")
+    if not exponent:
+        return text
+    if factor == "1":
+        return f"10{power.translate(_RAISED)}"
+    return f"{factor}×10{power.translate(_RAISED)}"
 
 
 def spans_decades(values: ArrayLike) -> bool:
