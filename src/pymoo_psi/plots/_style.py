@@ -230,10 +230,10 @@ def matrix(names: Sequence[str]) -> Iterator[tuple[Drawing, list[tuple[Any, str,
 def write_key(figure: Drawing, axes: Axes) -> None:
     """Write what the markers of axes mean: in the free corner of a matrix, or above its axes."""
     marks, names = axes.get_legend_handles_labels()
-    place, n_columns = "upper right", 1
     if len(figure.axes) == 1:
-        place, n_columns = "outside upper left", 2
-    figure.legend(marks[::-1], names[::-1], loc=place, ncols=n_columns)
+        figure.legend(marks[::-1], names[::-1], loc="outside upper left", ncols=2)
+    else:
+        figure.legend(marks[::-1], names[::-1], loc="upper right")
 
 
 def name_axis(
