@@ -19,6 +19,7 @@ from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     NO_OUTPUTS,
+    DesignSpace,
     columns_of_values,
     design_space,
     evaluate_designs,
@@ -63,21 +64,21 @@ class Model:
     def __init__(self, problem: Any, options: RunOptions, repeat: int = 1) -> None:
         self.repeat = repeat
         self.noisy: bool = getattr(problem, "noisy", False)
-        self.problem = with_requirements(untolerant(problem), options.requirements)
-        self.inner = without_requirements(self.problem)
+        self.problem: Any = with_requirements(untolerant(problem), options.requirements)
+        self.inner: Any = without_requirements(self.problem)
         self._limits = known_limits(self.problem)  # the first constraints, but not of a table
         names = mapping("names", options.names or {}, "names such as f1 to your own")
         log = options.log
         if log is not None:
             default_names = {own: name for name, own in names.items()}
             log = [default_names.get(name, name) for name in log]
-        self.space = design_space(self.problem, log=log)
+        self.space: DesignSpace = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
         schema = problem_schema(self.problem, self.space, *columns)
-        self.schema = schema.without(schema.of_role("inequality")[: len(self._limits)])
-        self.default_limits = _pairs(self._limits)
+        self.schema: Schema = schema.without(schema.of_role("inequality")[: len(self._limits)])
+        self.default_limits: Values = _pairs(self._limits)
         formulation = options.formulation or Formulation(limits=options.limits)
-        self.formulation = self.with_default_limits(formulation)
+        self.formulation: Formulation = self.with_default_limits(formulation)
 
     def with_default_limits(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others."""

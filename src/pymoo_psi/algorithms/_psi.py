@@ -75,7 +75,7 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def __init__(self, n_points: int, options: RunOptions, /, **kwargs: Any) -> None:
         require_known_keywords(type(self).__name__, type(self), kwargs, taken=("options",))
-        self.n_points = n_points
+        self.n_points: int = n_points
         self.options = options
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._block_sizes: list[int] = []  # the number of tests of each iteration

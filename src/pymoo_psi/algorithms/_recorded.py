@@ -133,7 +133,7 @@ class Recorded(WithTable, WrappedProblem):
         self._store.study.stays_open = True
         self._executor = Executor(self._model, options, together=True)
         self.returned: set[int] = set()
-        self.n_evaluated = 0
+        self.n_evaluated: int = 0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Recorded:
         """Return the problem itself, as pymoo copies problems often."""

@@ -78,12 +78,12 @@ class Run:
         n_points: int = 0,
     ) -> None:
         self.model = model
-        self.n_points = n_points
+        self.n_points: int = n_points
         self.source = source
         self.executor = executor
         self.store = store
-        self.n_taken = 0
-        self.n_called = 0
+        self.n_taken: int = 0
+        self.n_called: int = 0
         self._points = Points.none()  # those whose tests were not taken, by number
         self._is_testing = False  # between two calls, points may be under way
         self._lock: ExitStack | None = None  # of the study, which begins as late as it can

@@ -7,12 +7,15 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 from pymoo_psi._output import is_marked, whole_file
 from pymoo_psi._validation import Entries, FilePath, Head
 from pymoo_psi.files._cells import Cells, UnfitError
 from pymoo_psi.table import TestTable, columns_of, marked
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _START = 1024  # bytes by which a format is recognized
 
@@ -94,7 +97,7 @@ class FileFormat(ABC):
         return file.path.suffix.lower() == self.suffix
 
     @abstractmethod
-    def read(self, file: SourceFile) -> tuple[Cells | Entries, Head] | TestTable:
+    def read(self, file: SourceFile) -> tuple[Cells | Entries | pd.DataFrame, Head] | TestTable:
         """Return the content of a file.
 
         Args:

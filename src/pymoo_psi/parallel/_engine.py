@@ -95,7 +95,7 @@ class ProcessRunner(Runner):
             raise invalid(
                 "the system of ProcessRunner", "Linux or macOS", "Windows", "use JoblibRunner"
             )
-        self.n_jobs = job_count("n_jobs", n_jobs)
+        self.n_jobs: int = job_count("n_jobs", n_jobs)
 
     @property
     def n_workers(self) -> int:

@@ -83,7 +83,7 @@ class JoblibRunner(Runner):
         self, n_jobs: int = -1, *, backend: Any = None, timeout: float | None = None
     ) -> None:
         super().__init__()
-        self.n_jobs = job_count("n_jobs", n_jobs)
+        self.n_jobs: int = job_count("n_jobs", n_jobs)
         self.backend = backend
         if timeout is not None:
             remedy = "use ProcessRunner, on Linux or macOS, to limit the time of a design"

@@ -70,7 +70,9 @@ class Runner:
     in_rounds = False
 
     def __init__(self, timeout: float | None = None) -> None:
-        self.timeout = None if timeout is None else positive_number("timeout", timeout)
+        self.timeout: float | None = (
+            None if timeout is None else positive_number("timeout", timeout)
+        )
         if timeout and sys.platform == "win32":
             raise invalid("timeout", "None on Windows", timeout)
         self.samples: deque[tuple[int, float]] = deque(maxlen=5)
@@ -173,7 +175,7 @@ class Queue:
         seconds: float = _JOB_SECONDS,
     ) -> None:
         self.function = function
-        self.runner = runner or Runner()
+        self.runner: Runner = runner or Runner()
         self._in_pieces = in_pieces
         self._smallest = smallest
         self.largest = largest

@@ -95,11 +95,11 @@ class UtopianFrame:
         self.nadir = nadir
         self.normalize = normalize
         self.is_fixed = is_fixed
-        self.lengths = unit_lengths(ideal, nadir)
-        self.scale = np.ones_like(ideal)
+        self.lengths: Array = unit_lengths(ideal, nadir)
+        self.scale: Array = np.ones_like(ideal)
         if normalize:
             self.scale = self.lengths
-        self.line = np.where(np.isfinite(self.lengths), nadir - ideal, 0.0) / self.scale
+        self.line: Array = np.where(np.isfinite(self.lengths), nadir - ideal, 0.0) / self.scale
         line = self.line / (self.line.max() or 1.0)
         self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
 

@@ -130,7 +130,7 @@ class Drawing(Figure):
         is_divisible: Whether its panels can be arranged in fewer columns.
     """
 
-    caption = ""
+    caption: str = ""
     placed: tuple[tuple[Any, ...], ...] = ()
     axis_names: tuple[tuple[Any, ...], ...] = ()
     is_divisible = False

@@ -357,7 +357,7 @@ class FailureTolerant(WrappedProblem):
     ) -> None:
         require_problem(problem)
         problem = with_requirements(untolerant(problem))
-        self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
+        self.failed_as: str = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.failures: list[EvaluationError] = []
         self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
         n_ieq_constr = problem.n_ieq_constr

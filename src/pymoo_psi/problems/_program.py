@@ -156,24 +156,24 @@ class ProgramProblem(ElementwiseProblem):
         **kwargs: Any,
     ) -> None:
         require_known_keywords("ProgramProblem", ElementwiseProblem, kwargs, taken=OF_A_MODEL)
-        self.base = Path(base).absolute()
-        self.key = str(key)
-        self.noisy = boolean("noisy", noisy)
-        self.by_people = program is None
+        self.base: Path = Path(base).absolute()
+        self.key: str = str(key)
+        self.noisy: bool = boolean("noisy", noisy)
+        self.by_people: bool = program is None
         self._name = str(name)
 
         settings = settings_of(variables)
-        self.variables = {name: setting.variable for name, setting in settings.items()}
-        self.log = [name for name, setting in settings.items() if setting.scale == "log"]
+        self.variables: Values = {name: setting.variable for name, setting in settings.items()}
+        self.log: list[str] = [name for name, setting in settings.items() if setting.scale == "log"]
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
-        self.units = {}
+        self.units: dict[str, str] = {}
         for name, entry in (settings | self.outputs).items():
             if entry.unit:
                 self.units[name] = entry.unit
         directions = section("objectives", Directions, objectives)
-        self.objectives = [*directions.minimize, *directions.maximize]
-        self.maximize = [*directions.maximize]
-        self.limits = limits_on_outputs(limits)
+        self.objectives: list[str] = [*directions.minimize, *directions.maximize]
+        self.maximize: list[str] = [*directions.maximize]
+        self.limits: list[OutputLimit] = limits_on_outputs(limits)
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])
         self.known_expressions: dict[str, Expression] = {}
@@ -189,7 +189,7 @@ class ProgramProblem(ElementwiseProblem):
             self._check_placeholders()
 
         limit_texts = [limit.text for limit in self.limits]
-        self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
+        self.names: dict[str, str] = numbered("f", self.objectives) | numbered("g", limit_texts)
         kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
             # pymoo takes such variables as a vector, without names.

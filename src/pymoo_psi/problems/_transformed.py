@@ -100,8 +100,8 @@ class LogScaled(Transformed):
                 lower = np.log10(variable.lower)
                 upper = np.log10(variable.upper)
                 variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
-        self.logarithms = [variable.title for variable in self._log.values()]
-        self.log = ()  # for other wrappers, these variables are plain ones
+        self.logarithms: list[str] = [variable.title for variable in self._log.values()]
+        self.log: Collection[str] = ()  # for other wrappers, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
 
     def _values_within(self, matrix: AnyArray) -> AnyArray:
@@ -182,7 +182,7 @@ class Restricted(Transformed):
     def __init__(self, problem: Any, bounds: Entries | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        self.bounds = _parts_by_title(bounds, space.titles)
+        self.bounds: Values = _parts_by_title(bounds, space.titles)
         variables = []
         for variable in space.variables:
             title = variable.title

@@ -77,7 +77,7 @@ class WrappedProblem(Problem):
             same += ["n_var", "xl", "xu", "vtype"]
         arguments = {name: getattr(problem, name) for name in same}
         super().__init__(**{**arguments, **changed})
-        self.data = problem.data  # pymoo's further arguments, or what the model has called so
+        self.data: Any = problem.data  # pymoo's further arguments, or what the model has called so
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute that only the wrapped problem has, for repairs and operators."""

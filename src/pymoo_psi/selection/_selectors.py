@@ -206,8 +206,8 @@ class ReferencePoint(RankingSelector):
         self, point: ArrayLike, *, weights: ArrayLike | None = None, normalize: bool = True
     ) -> None:
         super().__init__(normalize=normalize)
-        self.point = finite_array("point", point)
-        self.weights = _of_sum_one(weights)
+        self.point: Array = finite_array("point", point)
+        self.weights: Array | None = _of_sum_one(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         point = ranking.objectives.turned("point", self.point)
@@ -247,7 +247,7 @@ class Preferred(RankingSelector):
         normalize: bool = True,
     ) -> None:
         super().__init__(normalize=normalize)
-        self.answers = [*answers]
+        self.answers: list[tuple[Any, str, Any]] = [*answers]
         self.p = p
         self.factor = factor
 

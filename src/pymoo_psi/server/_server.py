@@ -70,9 +70,9 @@ class GrowingStudy:
     """
 
     def __init__(self, path: Path, *, steer: bool) -> None:
-        self.study = Study(path)
-        self.tests = TestTable.empty()
-        self.edition = ""
+        self.study: Study = Study(path)
+        self.tests: TestTable = TestTable.empty()
+        self.edition: str = ""
         self.progress: Values = {"lines": []}
         self._steer = steer
         self._facts = Facts({})

@@ -87,7 +87,7 @@ class Study:
     _database: Database | None = None  # the open file
 
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
-        self.path = os.path.realpath(path)
+        self.path: str = os.path.realpath(path)
         if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
             rule = "a database with a name such as designs.db"
             remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
