@@ -1,13 +1,13 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._convergence import convergence as convergence
-from ._convergence import convergence_sentence as convergence_sentence
 from ._costs import constraint_costs as constraint_costs
 from ._histogram import Histogram as Histogram
 from ._histogram import histogram as histogram
 from ._repeats import average_repeats as average_repeats
-from ._sampling import even_part as even_part
-from ._sensitivities import sensitivities as sensitivities
+from ._samples import convergence as convergence
+from ._samples import convergence_sentence as convergence_sentence
+from ._samples import even_part as even_part
+from ._samples import sensitivities as sensitivities
 from ._switching import switching_sentences as switching_sentences
 from ._switching import switching_values as switching_values
 
@@ -16,10 +16,10 @@ from ._switching import switching_values as switching_values
 
 from ._costs import alike as alike
 from ._costs import counts_sentence as counts_sentence
+from ._costs import failure_sentences as failure_sentences
 from ._costs import limit_words as limit_words
 from ._costs import none_left_sentence as none_left_sentence
 from ._costs import within_limits as within_limits
-from ._failures import failure_sentences as failure_sentences
 from ._positions import beyond_limits as beyond_limits
 from ._positions import decision_sentences as decision_sentences
 from ._positions import latest_positions as latest_positions

@@ -46,8 +46,7 @@ from pymoo_psi.files._cells import (
 )
 from pymoo_psi.files._format import SourceFile
 from pymoo_psi.files._formats import recognized
-from pymoo_psi.files._study import tests_of_folder
-from pymoo_psi.files._tests import stated_by_designs, tests_of_cells
+from pymoo_psi.files._tests import stated_by_designs, tests_of_cells, tests_of_folder
 from pymoo_psi.pareto import RANKING_COLUMNS, listed
 from pymoo_psi.table import (
     MARK,

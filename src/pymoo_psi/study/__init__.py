@@ -27,8 +27,8 @@ from pymoo_psi.study._facts import Share as Share
 from pymoo_psi.study._facts import StudyRun as StudyRun
 from pymoo_psi.study._facts import further_tests as further_tests
 from pymoo_psi.study._facts import identity_of_run as identity_of_run
-from pymoo_psi.study._folder import read_folder as read_folder
-from pymoo_psi.study._folder import write_study as write_study
+from pymoo_psi.study._study import read_folder as read_folder
+from pymoo_psi.study._study import write_study as write_study
 
 __all__ = [
     "Study",

@@ -27,7 +27,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table._schema import real_column
+from pymoo_psi.table._cells import real_column
 
 
 def _least(*values: Any) -> Any:

@@ -30,7 +30,8 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import listed
-from pymoo_psi.table._schema import blank, column_names, real_column
+from pymoo_psi.table._cells import blank, real_column
+from pymoo_psi.table._schema import column_names
 
 _AS_TYPED = 15  # digits
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from operator import attrgetter
@@ -17,16 +17,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._kinds import DTYPES, keys_of_designs, option_text, plain
 from pymoo_psi._kinds import Kind as Kind  # public here
+from pymoo_psi._kinds import keys_of_designs, option_text
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     AnyArray,
     Array,
-    Mask,
     Names,
     Received,
-    Rows,
     Values,
     finite_number,
     instance,
@@ -38,7 +36,6 @@ from pymoo_psi._validation import (
     require_shape,
     wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EQ_TOLERANCE
 
 VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY = "variable", "objective", "inequality", "equality"
@@ -64,8 +61,6 @@ N_TESTS = "tests"
 # What sentences call the rows of a table, and those without values.
 _OF_TESTS = {"row": "test", "failed": "failed"}
 _OF_DESIGNS = {"row": "design", "failed": "incomplete"}
-# By the exact type of a cell, since True is an int for isinstance.
-_KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
 
 class Column(NamedTuple):
@@ -519,101 +514,6 @@ def _bound(bound: Any) -> float | None:
     return float(bound)
 
 
-# Cells
-
-
-def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
-    """Return the ``(n,)`` cells of a column as an array of its kind, the same one if it is that.
-
-    Raises:
-        ArgumentTypeError: A cell is not of the kind.
-    """
-    array = values if isinstance(values, np.ndarray) else np.fromiter(values, object)
-    kind = kind or kind_of_cells(array)
-    dtype = np.dtype(DTYPES[kind])
-    if array.dtype == dtype != np.object_:
-        return array
-    cells = np.empty(len(array), dtype)
-    for i, cell in enumerate(map(plain, array.tolist())):
-        if not _is_of_kind(cell, kind):
-            message = f"X must hold {kind.value} values for {name}, got {cell!r:.80}"
-            raise ArgumentTypeError(message)
-        is_huge = isinstance(cell, int) and abs(cell) >= 2**63
-        if is_huge or not isinstance(cell, (int, float, str)):
-            rule = "a number, an integer within int64, True, False or text"
-            raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
-        cells[i] = cell
-    return cells
-
-
-def _is_of_kind(cell: Any, kind: Kind) -> bool:
-    """Whether a cell is of the type of a kind, or a number that is equal to one of it."""
-    kind_of_cell = _KIND_OF_TYPE.get(type(cell), Kind.CHOICE)
-    if kind in (kind_of_cell, Kind.CHOICE):
-        return True
-    if kind_of_cell not in (Kind.REAL, Kind.INTEGER):
-        return False
-    if kind.real:
-        return bool(float(cell) == cell)
-    if kind is Kind.INTEGER:
-        return bool(cell == cell // 1)
-    return cell in (0, 1)
-
-
-def kind_of_cells(array: AnyArray) -> Kind:
-    """Return the kind that ``(n,)`` cells show; cells of several types are those of a choice."""
-    sample = array
-    if array.dtype != object:  # all are of one type
-        sample = array[:1]
-    types = {type(plain(cell)) for cell in sample.tolist()} or {float}
-    if len(types) > 1:
-        return Kind.CHOICE
-    return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
-
-
 def _frozen(array: AnyArray) -> AnyArray:
     array.setflags(write=False)
     return array
-
-
-def real_column(name: str, column: AnyArray) -> Array:
-    """Return a ``(n,)`` column as float64; one of objects may hold numbers, too.
-
-    Raises:
-        ArgumentTypeError: The column holds other values than numbers.
-    """
-    if column.dtype.kind not in "biuf":
-        for value in column.tolist():
-            if not isinstance(value, (int, float)):
-                raise ArgumentTypeError(
-                    "only columns of numbers can be limited and computed with, and "
-                    f"{name!r} holds {value!r:.40}; select designs by it with "
-                    f"table.take(table.column({name!r}) == value)"
-                )
-    return column.astype(np.float64, copy=False)
-
-
-def blank(column: AnyArray) -> Mask:
-    """``(n,)`` which cells hold nothing."""
-    if column.dtype.kind == "f":
-        return np.isnan(column)
-    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
-
-
-def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
-    """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
-
-    Values of one type stand together.
-    """
-    # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and
-    # numbers have no order.
-    keys = [(type(cell).__name__, cell) for cell in column.tolist()]
-    ranks = {key: rank for rank, key in enumerate(sorted(set(keys)))}
-    values = [value for _, value in ranks]
-    return values, np.array([ranks[key] for key in keys], dtype=np.intp)
-
-
-def first_of(keys: Iterable[Any]) -> Rows:
-    """Return ``(n,)`` the index of the first of n keys that is equal to each."""
-    index_by_key: dict[Any, int] = {}
-    return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)

@@ -55,12 +55,9 @@ from pymoo_psi.pareto import (
     ranking_of,
     row_of_design,
 )
-from pymoo_psi.table._csv import write_csv
-from pymoo_psi.table._data import Data
+from pymoo_psi.table._cells import blank, cells_of_kind, designs_of
 from pymoo_psi.table._decision import Decision, decision_of
-from pymoo_psi.table._designs import designs_of
 from pymoo_psi.table._formulation import Formulation, FormulationFields
-from pymoo_psi.table._head import columns_of, marked, reason_cells
 from pymoo_psi.table._schema import (
     EQUALITY,
     INEQUALITY,
@@ -76,12 +73,11 @@ from pymoo_psi.table._schema import (
     VARIABLE,
     Column,
     Schema,
-    blank,
-    cells_of_kind,
     error_column,
     result_columns,
 )
-from pymoo_psi.table._view import View
+from pymoo_psi.table._storage import columns_of, marked, reason_cells, write_csv
+from pymoo_psi.table._view import Data, View
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,0 +1,199 @@
+"""Cells of columns, their kinds, and designs in any form as columns of cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pymoo_psi._kinds import DTYPES, Kind, plain
+from pymoo_psi._validation import (
+    AnyArray,
+    Array,
+    Columns,
+    Mask,
+    Names,
+    Received,
+    Rows,
+    finite_array,
+    invalid,
+    wrong_type,
+)
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.table._schema import VARIABLE, Column, column_names
+
+# By the exact type of a cell, since True is an int for isinstance.
+_KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
+
+# Cells
+
+
+def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
+    """Return the ``(n,)`` cells of a column as an array of its kind, the same one if it is that.
+
+    Raises:
+        ArgumentTypeError: A cell is not of the kind.
+    """
+    array = values if isinstance(values, np.ndarray) else np.fromiter(values, object)
+    kind = kind or kind_of_cells(array)
+    dtype = np.dtype(DTYPES[kind])
+    if array.dtype == dtype != np.object_:
+        return array
+    cells = np.empty(len(array), dtype)
+    for i, cell in enumerate(map(plain, array.tolist())):
+        if not _is_of_kind(cell, kind):
+            message = f"X must hold {kind.value} values for {name}, got {cell!r:.80}"
+            raise ArgumentTypeError(message)
+        is_huge = isinstance(cell, int) and abs(cell) >= 2**63
+        if is_huge or not isinstance(cell, (int, float, str)):
+            rule = "a number, an integer within int64, True, False or text"
+            raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
+        cells[i] = cell
+    return cells
+
+
+def _is_of_kind(cell: Any, kind: Kind) -> bool:
+    """Whether a cell is of the type of a kind, or a number that is equal to one of it."""
+    kind_of_cell = _KIND_OF_TYPE.get(type(cell), Kind.CHOICE)
+    if kind in (kind_of_cell, Kind.CHOICE):
+        return True
+    if kind_of_cell not in (Kind.REAL, Kind.INTEGER):
+        return False
+    if kind.real:
+        return bool(float(cell) == cell)
+    if kind is Kind.INTEGER:
+        return bool(cell == cell // 1)
+    return cell in (0, 1)
+
+
+def kind_of_cells(array: AnyArray) -> Kind:
+    """Return the kind that ``(n,)`` cells show; cells of several types are those of a choice."""
+    sample = array
+    if array.dtype != object:  # all are of one type
+        sample = array[:1]
+    types = {type(plain(cell)) for cell in sample.tolist()} or {float}
+    if len(types) > 1:
+        return Kind.CHOICE
+    return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
+
+
+def real_column(name: str, column: AnyArray) -> Array:
+    """Return a ``(n,)`` column as float64; one of objects may hold numbers, too.
+
+    Raises:
+        ArgumentTypeError: The column holds other values than numbers.
+    """
+    if column.dtype.kind not in "biuf":
+        for value in column.tolist():
+            if not isinstance(value, (int, float)):
+                raise ArgumentTypeError(
+                    "only columns of numbers can be limited and computed with, and "
+                    f"{name!r} holds {value!r:.40}; select designs by it with "
+                    f"table.take(table.column({name!r}) == value)"
+                )
+    return column.astype(np.float64, copy=False)
+
+
+def blank(column: AnyArray) -> Mask:
+    """``(n,)`` which cells hold nothing."""
+    if column.dtype.kind == "f":
+        return np.isnan(column)
+    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
+
+
+def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
+    """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
+
+    Values of one type stand together.
+    """
+    # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and
+    # numbers have no order.
+    keys = [(type(cell).__name__, cell) for cell in column.tolist()]
+    ranks = {key: rank for rank, key in enumerate(sorted(set(keys)))}
+    values = [value for _, value in ranks]
+    return values, np.array([ranks[key] for key in keys], dtype=np.intp)
+
+
+def first_of(keys: Iterable[Any]) -> Rows:
+    """Return ``(n,)`` the index of the first of n keys that is equal to each."""
+    index_by_key: dict[Any, int] = {}
+    return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
+
+
+# Designs
+
+
+def designs_of(
+    value: Any, variables: Sequence[Column] | None = None
+) -> tuple[Columns, list[Column]]:
+    """Return n designs as columns, and the variables with their kinds.
+
+    Args:
+        value: ``(n, n_var)`` array, rows, or frame; or n mappings from variable to value, as
+            pymoo's mixed-variable problems have them. Whole numbers beside fractions are real
+            numbers where all cells of rows are numbers; other values keep their types.
+        variables: The variables; unless given, those of mappings or a frame, or else x1, x2, ….
+            The kind of one that has none is that of its values.
+
+    Raises:
+        ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
+        ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
+    """
+    if hasattr(value, "itertuples"):  # a frame of pandas
+        value = value.to_dict("records")
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
+    names: Names = ()
+    if variables is not None:
+        names = [column.name for column in variables]
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        array = np.array(value, order="C")
+    else:
+        rows = list(value)
+        if rows and isinstance(rows[0], Mapping):
+            names = names or [*rows[0]]
+            rows = _cells_of_mappings(rows, names)
+        is_declared = variables is not None and all(column.kind for column in variables)
+        array = _array(rows, real=not is_declared)
+    if array.ndim != 2 or (variables is not None and array.shape[1] != len(names)):
+        width = "n_var" if variables is None else len(names)
+        raise invalid("X", f"of shape (n, {width})", Received(f"shape {array.shape}"))
+    if variables is None:
+        names = names or column_names("variables", array.shape[1], "x")
+        variables = [Column(name, VARIABLE, None) for name in names]
+    columns = []
+    data: Columns = {}
+    for column, values in zip(variables, array.T, strict=True):
+        cells = cells_of_kind(column.name, values, column.kind)
+        numbers = cells
+        if cells.dtype == object:
+            numbers = np.array([cell for cell in cells.tolist() if isinstance(cell, float)])
+        finite_array(f"X, {column.name},", numbers)
+        data[column.name] = cells
+        if len(cells):
+            column = column._replace(kind=column.kind or kind_of_cells(cells))
+        columns.append(column)
+    return data, columns
+
+
+def _cells_of_mappings(rows: Sequence[Any], names: Names) -> list[list[Any]]:
+    """Return the cells of designs that are mappings from variable to value."""
+    cells = []
+    for row in rows:
+        if not isinstance(row, Mapping) or row.keys() != {*names}:
+            raise invalid("X", f"mappings of the variables {', '.join(map(str, names))}", row)
+        cells.append([row[name] for name in names])
+    return cells
+
+
+def _array(rows: Sequence[Any], *, real: bool) -> AnyArray:
+    """Return rows as an array of objects; of float64 if whole numbers beside fractions are real."""
+    try:
+        array = np.array(rows, dtype=object)
+    except ValueError as error:
+        raise invalid("X", "rows of one length", Received(error)) from None
+    types = {type(plain(cell)) for cell in array.ravel().tolist()}
+    if real and types == {int, float}:
+        return array.astype(np.float64)
+    return array
