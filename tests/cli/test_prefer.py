@@ -1,14 +1,13 @@
 """``pymoo-psi prefer``: questions in a terminal and without one, and the file of the answers."""
 
-import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from pymoo_psi import Decision, Preferences, read_table
-from pymoo_psi.cli import main
 
 CARS = """\
 car,mass,price,range,trunk
@@ -23,15 +22,13 @@ OPTIONS = ("--maximize", "range", "--units", "mass=kg,price=k€")
 
 
 @pytest.fixture(autouse=True)
-def cars(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "cars.csv").write_text(CARS, "utf-8")
+def cars(in_folder):
+    Path("cars.csv").write_text(CARS, "utf-8")
 
 
-def test_answers_without_a_dialogue_are_those_of_python(capsys):
+def test_answers_without_a_dialogue_are_those_of_python(said):
     answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "A>B?Town"]
-    assert main(["prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json"]) == 0
-    printed = capsys.readouterr().out
+    printed = said("prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json")
     assert "you give up 9 k€ of price and 300 kg of mass for 210 of range." in printed
     decision = Decision.read_json("d.json")
     table = read_table("cars.csv", decision)
@@ -46,35 +43,32 @@ def test_answers_without_a_dialogue_are_those_of_python(capsys):
     assert (first["name"], first["chosen"]) == ("me", person.best)
 
     again = ["--decision", "d.json", "--answers", "Country>Coast", "--out", "d.json"]
-    assert main(["prefer", "cars.csv", *again]) == 0
-    assert "Proposed after 3 answers" in capsys.readouterr().out
+    assert "Proposed after 3 answers" in said("prefer", "cars.csv", *again)
     positions = Decision.read_json("d.json").positions
     assert [len(position["answers"]) for position in positions] == [3, 4]
-    for command in ("rank", "report"):
-        assert main([command, "cars.csv", "--decision", "d.json"]) == 0
-        assert "Chosen: " in capsys.readouterr().out or command == "report"
+    for command, choice in (("rank", "Chosen: "), ("report", " chosen of ")):
+        assert choice in said(command, "cars.csv", "--decision", "d.json")
 
 
-def test_answers_of_several_people_stay_apart(capsys):
+def test_answers_of_several_people_stay_apart(said):
     for name, answer, read in (("Ada", "Town>Coast", ()), ("Bo", "A>B>Town", ["d.json"])):
         person = ["--as", name, "--answers", answer, "--out", "d.json"]
         source = [word for path in read for word in ("--decision", path)]
-        assert main(["prefer", "cars.csv", *OPTIONS, *person, *source]) == 0
+        said("prefer", "cars.csv", *OPTIONS, *person, *source)
     decision = Decision.read_json("d.json")
     chosen = {position["name"]: position["chosen"] for position in decision.positions}
     assert chosen["Ada"] == decision.chosen  # nobody has decided for both
     assert chosen["Bo"] != chosen["Ada"]
-    capsys.readouterr()
-    assert main(["prefer", "cars.csv", "--decision", "d.json", "--answers", "Town>Coast"]) == 2
-    assert "several positions, got Ada, Bo" in capsys.readouterr().err
+    again = ["--decision", "d.json", "--answers", "Town>Coast"]
+    assert "several positions, got Ada, Bo" in said("prefer", "cars.csv", *again, code=2)
 
 
-def test_answers_that_fit_no_longer_stay_in_the_file(capsys):
+def test_answers_that_fit_no_longer_stay_in_the_file(said):
     given = ["--answers", "Town>Coast, Country>Coast", "--out", "d.json"]
-    assert main(["prefer", "cars.csv", *OPTIONS, *given]) == 0
+    said("prefer", "cars.csv", *OPTIONS, *given)
     more = ["--decision", "d.json", "--limits", "mass<=1400", "--answers", "Country?Town"]
-    assert main(["prefer", "cars.csv", *more, "--out", "e.json"]) == 0
-    assert "of these: Town>Coast, Country>Coast." in capsys.readouterr().out
+    printed = said("prefer", "cars.csv", *more, "--out", "e.json")
+    assert "of these: Town>Coast, Country>Coast." in printed
     [*_, last] = Decision.read_json("e.json").positions
     assert ["".join(answer) for answer in last["answers"]] == [
         "Town>Coast",
@@ -99,12 +93,13 @@ def test_answers_that_fit_no_longer_stay_in_the_file(capsys):
         (["--answers", "Town>Coast", "--limits", "mass<=1"], "with a feasible design"),
     ],
 )
-def test_what_cannot_be_done_is_refused_and_writes_nothing(words, message, tmp_path, capsys):
-    (tmp_path / "other.json").write_text('{"mine": 1}')
-    assert main(["prefer", "cars.csv", *OPTIONS, *words]) == 2
-    assert message in capsys.readouterr().err
-    assert {path.name for path in tmp_path.iterdir()} == {"cars.csv", "other.json"}
-    assert json.loads((tmp_path / "other.json").read_text()) == {"mine": 1}
+def test_what_cannot_be_done_is_refused_and_writes_nothing(words, message, run):
+    Path("other.json").write_text('{"mine": 1}')
+    code, _, err = run("prefer", "cars.csv", *OPTIONS, *words)
+    assert code == 2
+    assert message in err
+    assert {*os.listdir()} == {"cars.csv", "models.py", "other.json"}
+    assert Path("other.json").read_text() == '{"mine": 1}'
 
 
 class Terminal:

@@ -51,12 +51,11 @@ def by_hand(rows, signs):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path, monkeypatch):
+def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path):
     rows, objectives, maximize, limit = random_table(seed)
     lines = [",".join(["name", *objectives])]
     lines += [",".join([name, *map(str, map(float, row))]) for name, row in rows.items()]
     (tmp_path / "set.csv").write_text("\n".join(lines))
-    monkeypatch.chdir(tmp_path)
     words = ["rank", "set.csv", "--limits", f"f0<={float(limit)}"]
     printed = said(*words, *(["--maximize", ",".join(maximize)] if maximize else []))
     signs = [-1 if name in maximize else 1 for name in objectives]
@@ -112,7 +111,6 @@ def test_texts_are_cut_to_the_terminal_but_no_number(columns, said, tmp_path, mo
         for i, f in enumerate(F.tolist())
     ]
     (tmp_path / "wide.csv").write_text("\n".join(lines))
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", str(columns))
     printed = said("rank", "wide.csv")
     assert max(map(len, printed.splitlines())) <= columns
@@ -130,8 +128,7 @@ def test_texts_are_cut_to_the_terminal_but_no_number(columns, said, tmp_path, mo
             np.testing.assert_allclose(values, F[row, :n_shown], rtol=0.05)
 
 
-def test_a_run_says_what_it_added_to_its_study(said, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_run_says_what_it_added_to_its_study(said):
     words = ["solve", "bnh", "--study", "s.db", "--limits", "f1<=60"]
     said(*words, "--points", "16")
     before = read_table("s.db").under(limits={"f1": 60}).best().numbers[0]
@@ -149,10 +146,7 @@ def test_a_run_says_what_it_added_to_its_study(said, tmp_path, monkeypatch):
     assert best.numbers[0] == before or f"(before: test {before})" in printed
 
 
-def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(
-    said, tmp_path, monkeypatch, undrawn
-):
-    monkeypatch.chdir(tmp_path)
+def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said, undrawn):
     words = ["solve", "bnh", "--study", "s.db"]
     said(*words, "--points", "16")
     first = read_table("s.db")
@@ -182,8 +176,7 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(
     assert "s: test 2.4 chosen of" in texts[2]
 
 
-def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     Path("set.csv").write_text("name,cost,mass\nA,1,9\nB,3,3\nC,9,1\n")
     reason = "It is light, " * 30
     positions = [
@@ -202,8 +195,7 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said, tmp_path
     assert text.count("equally near") + text.count("is as near") == 1
 
 
-def test_a_tie_is_said_once(said, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_tie_is_said_once(said):
     Path("set.csv").write_text("name,cost,mass\nA,1,2\nB,2,1\n")
     printed = said("rank", "set.csv")
     assert "Caution: B is as near to the best values as A" in printed
