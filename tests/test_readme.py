@@ -28,8 +28,9 @@ SECTIONS = dict(
 GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
 TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.search(text)}
 
-# Their clusters and processes take a third of the time.
-PARALLEL, SLOW = ("cluster", "engineer_python"), pytest.mark.slow
+# Their clusters, processes and whole programs take most of the time.
+WHOLE = ("changing_a_study", "cluster", "engineer_python", "noise", "programs", "pymoo_user")
+WHOLE += ("tutorial", "which_runner")
 
 
 @pytest.fixture
@@ -43,7 +44,7 @@ def formats():
 @pytest.mark.usefixtures("formats")
 @pytest.mark.parametrize(
     "title",
-    [pytest.param(title, marks=SLOW if title in PARALLEL else ()) for title in TEXTS],
+    [pytest.param(title, marks=pytest.mark.slow if title in WHOLE else ()) for title in TEXTS],
 )
 def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)  # this file runs without the fixtures of the others, too

@@ -91,7 +91,7 @@ class Pinned(ElementwiseProblem):
     [
         lambda problem: minimize(problem, PSI(16)).algorithm.table,
         lambda problem: investigate(problem, 16, sampling="halton", seed=1),
-        lambda problem: minimize(problem, SurrogatePSI(36), seed=1).algorithm.table,
+        lambda problem: minimize(problem, SurrogatePSI(28, batch=4), seed=1).algorithm.table,
     ],
 )
 def test_equal_bounds_fix_a_variable_as_restricted_does(run):

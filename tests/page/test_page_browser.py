@@ -423,7 +423,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
         member("Cy", [8], {"cost, total, at most": "120"}, keys=True),
     ]
     states = []
-    for several in ([files], [files[::-1]], [[file] for file in files[1:] + files]):
+    for several in ([files], [[file] for file in files[:0:-1] + files]):
         fresh = visit(page_file)
         opened = fresh.state
         for some in several:
@@ -433,7 +433,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
         states.append(fresh.state)
         # Nothing else has changed.
         assert states[-1] | {"positions": []} == opened
-    assert states[0] == states[1] == states[2]
+    assert states[0] == states[1]
     assert [one["name"] for one in fresh.state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
     positions = fresh.page.locator("#position-list li")
     assert positions.locator("b").all_inner_texts() == ["Ann", "Ben", "Cy"]

@@ -24,7 +24,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.files import read_table
-from tests.helpers.processes import posix
+from tests.helpers.processes import posix, until
 from tests.helpers.refusals import refused
 
 
@@ -54,12 +54,10 @@ class Scripted:
 
     def __init__(self, *script):
         self.script, self.pool = list(script), ThreadPoolExecutor(8)
-        self.sent, self.futures, self.running, self.most = [], [], 0, 0
+        self.sent, self.futures = [], []
 
     def submit(self, function, *args):
         self.sent.append(args)
-        self.running += 1
-        self.most = max(self.most, self.running)
         what = self.script.pop(0) if self.script else None
         future = Future()
         if what is None:
@@ -68,12 +66,8 @@ class Scripted:
             future.set_exception(what)
         else:
             future.set_result(what)
-        future.add_done_callback(self._done)
         self.futures.append(future)
         return future
-
-    def _done(self, _):
-        self.running -= 1
 
 
 @pytest.fixture(scope="module")
@@ -177,27 +171,40 @@ def test_workers_that_can_do_nothing_end_the_run(tmp_path, script, message):
     )
 
 
+class Gathering(Scripted):
+    """An executor, the tasks of which wait until as many are under way as are wanted."""
+
+    wanted = most = 0
+
+    def submit(self, function, *args):
+        def run():
+            assert until(lambda: self.most >= self.wanted)
+            return function(*args)
+
+        future = super().submit(run)
+        self.most = max(self.most, sum(not future.done() for future in self.futures))
+        return future
+
+
 def test_workers_join_and_leave():
     """At most two tasks a worker are under way, and all of those that have joined are busy."""
-    executor, counts = Scripted(), [1]
+    executor, counts = Gathering(), [1]
     runner = ExecutorRunner(executor, workers=lambda: counts[0])
-    seen = []
+    most = []
 
     def callback(algorithm):
-        seen.append(executor.most)
-        counts[0] = [1, 4, 4, 4][len(seen)]
-        executor.most = 0
+        most.append(executor.most)
+        counts[0], executor.wanted = 4, 8
 
     problem = Sum(seconds=0.06, elementwise_runner=runner)
     minimize(problem, PSI(48, block_size=16), callback=callback)
-    assert seen[0] <= 2
-    assert max(seen) == 8
+    assert most == [2, 8, 8]
 
 
 def test_tasks_not_begun_are_given_up():
     executor = Scripted()
     executor.pool = ThreadPoolExecutor(1)
-    problem = Sum(seconds=0.06, elementwise_runner=ExecutorRunner(executor, workers=4))
+    problem = Sum(seconds=0.2, elementwise_runner=ExecutorRunner(executor, workers=4))
     minimize(problem, PSI(500, block_size=2), ("n_gen", 1))
     assert any(future.cancelled() for future in executor.futures)
 

@@ -178,22 +178,29 @@ def test_joblib_evaluates_by_joblib_runner_and_by_no_other(monkeypatch):
     np.testing.assert_array_equal(F, model().evaluate(X))
 
 
-def slow(x):
-    time.sleep(0.01)
-    return {"F": x, "worker": (os.getpid(), threading.get_ident())}
+@pytest.fixture
+def met(tmp_path):
+    """Return a model that waits until n workers are at work, and those that have been."""
+
+    def model(x, n):
+        (tmp_path / f"{os.getpid()} {threading.get_ident()}").touch()
+        assert until(lambda: len(os.listdir(tmp_path)) >= n)
+        return {"F": x}
+
+    return model, lambda: [tuple(map(int, name.split())) for name in os.listdir(tmp_path)]
 
 
 @pytest.mark.parametrize("backend", ["loky", "threading", *rarely("multiprocessing")])
-def test_joblib_evaluates_on_the_backend_of_its_configuration(backend):
+def test_joblib_evaluates_on_the_backend_of_its_configuration(backend, met):
+    model, workers = met
     with joblib.parallel_config(backend):
-        values = JoblibRunner(2)(slow, range(40))
-    assert [value["F"] for value in values] == [*range(40)]
-    workers = {value["worker"] for value in values}
-    assert len(workers) >= 2
-    assert slow(0)["worker"] not in workers
-    assert ({pid for pid, _ in workers} == {os.getpid()}) == (backend == "threading")
+        values = JoblibRunner(2)(partial(model, n=2), range(40))
+    assert values == [{"F": x} for x in range(40)]
+    assert (os.getpid(), threading.get_ident()) not in workers()
+    assert ({pid for pid, _ in workers()} == {os.getpid()}) == (backend == "threading")
 
 
+@pytest.mark.slow
 def test_a_worker_that_joblib_loses_costs_no_innocent_design():
     problem = FailureTolerant(model(elementwise_runner=JoblibRunner(2)))
     X = designs(3, 7)
@@ -222,15 +229,11 @@ def test_joblib_has_no_time_limit():
 
 
 @pytest.mark.parametrize("n_jobs", [1, 3])
-def test_the_number_of_jobs_is_that_of_parallel_config(n_jobs, tmp_path):
-    def together(x):
-        (tmp_path / str(os.getpid())).touch()
-        assert until(lambda: len([*tmp_path.iterdir()]) >= n_jobs)
-        return {"F": x}
-
+def test_the_number_of_jobs_is_that_of_parallel_config(n_jobs, met):
+    model, workers = met
     with joblib.parallel_config(n_jobs=n_jobs):
-        JoblibRunner()(together, range(60))
-    assert len([*tmp_path.iterdir()]) == n_jobs
+        JoblibRunner()(partial(model, n=n_jobs), range(60))
+    assert len(workers()) == n_jobs
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons

@@ -152,7 +152,7 @@ def test_a_fixed_share_leaves_less_for_the_others():
 def test_proposals_meet_equalities_and_inequalities():
     problem = Mixture(*FIVE[:3])
     requirements = {"mix": "a + b + c + d + e = 1", "order": "a <= b"}
-    algorithm = SurrogatePSI(26, n_points=12, requirements=requirements)
+    algorithm = SurrogatePSI(26, n_points=12, batch=7, requirements=requirements)
     table = minimize(problem, algorithm, seed=1).algorithm.table
     np.testing.assert_allclose(table.X.sum(axis=1), 1, rtol=0, atol=1e-12)
     assert (table.X[12:, 0] <= table.X[12:, 1]).all()

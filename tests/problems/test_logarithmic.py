@@ -58,7 +58,7 @@ def exponents(X):
         lambda problem: investigate(problem, 64),
         lambda problem: investigate(problem, 64, sampling=QMCSampling("halton"), seed=1),
         lambda problem: minimize(problem, PSI(64)).algorithm.table,
-        lambda problem: minimize(problem, SurrogatePSI(44), seed=1).algorithm.table,
+        lambda problem: minimize(problem, SurrogatePSI(28, batch=4), seed=1).algorithm.table,
         lambda problem: nsga3(problem, n_evaluations=200, seed=1),
     ],
 )
