@@ -151,7 +151,7 @@ def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
 
 def test_the_better_algorithm_is_named_for_every_indicator():
     result = compare(
-        get_problem("osy"), n_evaluations=256, seeds=6, algorithms=["psi-scrambled", "nsga3"],
+        get_problem("zdt1"), n_evaluations=256, seeds=6, algorithms=["psi-scrambled", "nsga3"],
     )  # fmt: skip
     for indicator, sense in INDICATORS.items():
         row = result.tests(indicator).iloc[0]
