@@ -38,7 +38,7 @@ def shuffled(x):
     ("study", "make"),
     [
         (True, ProcessRunner),
-        (False, ProcessRunner),
+        pytest.param(False, ProcessRunner, marks=pytest.mark.slow),
         pytest.param(True, JoblibRunner, marks=pytest.mark.slow),
     ],
 )

@@ -217,6 +217,7 @@ def test_surrogates_know_results_and_pending_designs(tmp_path, in_folder):
     assert (4 * directed["x1"] ** 2 + 4 * directed["x2"] ** 2 < 7).all()
 
 
+@pytest.mark.slow
 def test_processes_that_ask_at_once_get_different_designs(alloy):
     asked("first.csv")
     command = [sys.executable, "-m", "pymoo_psi", "ask", "alloy.toml", "--study", "lab.db"]

@@ -11,7 +11,6 @@ import pytest
 
 from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import EvaluationError
-from tests.helpers.draws import rarely
 from tests.helpers.processes import posix
 from tests.helpers.refusals import refused
 
@@ -267,7 +266,8 @@ except WorkerError as error:
 """
 
 
-@pytest.mark.parametrize("runner", ["ProcessRunner", *rarely("JoblibRunner")])
+@pytest.mark.slow
+@pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
 def test_workers_with_two_versions_are_refused(tmp_path, runner):
     """One imports a module before it is edited, another one after; the script never does."""
     done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")
@@ -333,7 +333,7 @@ def test_a_call_after_an_error_gets_own_answers():
 
     runner = ProcessRunner(2)
     for start in (10, 110):
-        designs = [*range(start, start + 40)]
+        designs = [*range(start, start + 12)]
         torn = [*designs[:5], 3, *designs[6:]]
         refused("the mesh is torn", runner, doubled, torn, error=EvaluationError)
         assert runner(doubled, designs) == [{"F": 2 * x} for x in designs]

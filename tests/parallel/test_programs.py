@@ -95,7 +95,7 @@ investigate(Stuck(n_var=1, n_obj=1, xl=0.0, xu=1.0), 1000, n_jobs=2)
     ("program", "how"),
     [
         (RUNNER.format(""), signal.SIGKILL),
-        (BLOCKS, signal.SIGTERM),
+        pytest.param(BLOCKS, signal.SIGTERM, marks=pytest.mark.slow),
         pytest.param(RUNNER.format("timeout=1e4"), signal.SIGTERM, marks=pytest.mark.slow),
         # as Ctrl-C, but to the parent alone
         pytest.param(RUNNER.format(""), signal.SIGINT, marks=pytest.mark.slow),
