@@ -15,8 +15,7 @@ from pymoo.core.problem import LoopedElementwiseEvaluation
 
 from pymoo_psi._validation import Array, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sources import Points
+from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Queue, Runner, raise_original
 from pymoo_psi.problems import function_of_designs, streams

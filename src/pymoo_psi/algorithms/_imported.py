@@ -16,8 +16,8 @@ from pymoo_psi._names import named_as
 from pymoo_psi._validation import Columns, Mask, Received, counted, invalid
 from pymoo_psi.algorithms._laboratory import design_value, with_computed
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
+from pymoo_psi.algorithms._sources import RunOptions
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import read_table
 from pymoo_psi.problems import known_expressions, problem_identity

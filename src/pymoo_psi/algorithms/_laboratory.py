@@ -29,9 +29,8 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
-from pymoo_psi.algorithms._sources import unit_points
+from pymoo_psi.algorithms._sources import RunOptions, unit_points
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import is_blank, source_columns
 from pymoo_psi.problems import require_no_permutation, requirements_of

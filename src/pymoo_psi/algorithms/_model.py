@@ -14,8 +14,7 @@ import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Designs, Entries, Values, known_name, mapping
-from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sources import Points
+from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     NO_OUTPUTS,

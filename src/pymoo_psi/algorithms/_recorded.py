@@ -13,9 +13,8 @@ from pymoo_psi._output import WithTable
 from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import ByName, Retry, RunOptions
 from pymoo_psi.algorithms._run import Run, table_of_run
-from pymoo_psi.algorithms._sources import PlannedPoints, Points
+from pymoo_psi.algorithms._sources import ByName, PlannedPoints, Points, Retry, RunOptions
 from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems import (

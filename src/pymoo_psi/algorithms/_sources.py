@@ -1,4 +1,4 @@
-"""Points of a run, and the sources that they come from.
+"""The options of a run, its points, and the sources that they come from.
 
 A run asks its source for points to test; see :class:`Source`. A new way to choose points is a new
 source, in a file of its own.
@@ -6,19 +6,115 @@ source, in a file of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, Array, Designs, Numbers, Received, finite_array, invalid
-from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sampling import LPTauSampling
+from pymoo_psi._validation import (
+    AnyArray,
+    Array,
+    Designs,
+    FilePath,
+    Numbers,
+    Received,
+    finite_array,
+    instance,
+    integer,
+    invalid,
+    known_name,
+    positive_number,
+)
+from pymoo_psi.algorithms._sampling import (
+    LPTauSampling,
+    QMCSampling,
+    SequenceName,
+    UniformSampling,
+    uniform_sampling,
+)
 from pymoo_psi.errors import PsiError
+from pymoo_psi.parallel import Runner
 from pymoo_psi.problems import DesignSpace
-from pymoo_psi.sequences import lp_tau, lp_tau_at
-from pymoo_psi.table import Formulation, TestTable
+from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau, lp_tau_at
+from pymoo_psi.study import ALL, Share
+from pymoo_psi.table import Formulation, Limits, TestTable
+
+# Declared, as type checkers that skip pymoo would take it for Any.
+PointSequence: TypeAlias = UniformSampling | SequenceName
+ByName = Mapping[str, str]  # texts by the name of a column
+Retry = Literal["failed", "incomplete"]
+Keep = Literal["all", "feasible", "pareto"]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The options of a run: which points are tested, how, and where tests are stored.
+
+    They are described where users give them: those of every run by :class:`PSI`, ``repeat``,
+    ``runner`` and ``keep`` by :func:`investigate`.
+
+    Raises:
+        ArgumentValueError: A count is out of range, or there is no such action or share.
+        ArgumentTypeError: An option has the wrong type.
+    """
+
+    first: int = 1
+    sampling: PointSequence | None = None
+    seed: int | None = None
+    limits: Limits | None = None
+    formulation: Formulation | None = None
+    share: tuple[int, int] | None = None
+    study: FilePath | None = None
+    study_key: str | None = None
+    study_wait: float = 10.0
+    more: bool = False
+    retry: Retry | None = None
+    names: ByName | None = None
+    maximize: Collection[str] | None = None
+    units: ByName | None = None
+    log: Collection[str] | None = None
+    requirements: Any = None
+    repeat: int = 1
+    block_size: int | None = None
+    runner: Runner | None = None
+    keep: Keep = "all"
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a problem."""
+        integer("first", self.first, minimum=1)
+        uniform_sampling(self.sampling)
+        if self.seed is not None:
+            integer("seed", self.seed, minimum=0)
+        integer("repeat", self.repeat, minimum=1)
+        if self.block_size is not None:
+            integer("block_size", self.block_size, minimum=1)
+        positive_number("study_wait", self.study_wait)
+        if self.more and self.study is None:
+            raise invalid("more", "used with a study, which says what the run has", self.more)
+        if self.retry is not None:
+            known_name("retry", self.retry, ("failed", "incomplete"))
+        if self.formulation is not None:
+            instance("formulation", self.formulation, Formulation)
+            if self.limits:
+                remedy = "give them as Formulation(limits=...)"
+                raise invalid("limits", "left out beside a formulation", self.limits, remedy)
+
+    def sampling_in(self, n_dim: int) -> UniformSampling:
+        """Return the sampling of points in ``n_dim`` dimensions."""
+        sampling = uniform_sampling(self.sampling)
+        if sampling is not None:
+            return sampling
+        if n_dim <= MAX_DIMENSIONS:
+            return LPTauSampling()
+        return QMCSampling("sobol", scramble=False)  # up to 21201 dimensions
+
+    @property
+    def part(self) -> Share:
+        """The share of the points that is tested."""
+        if self.share is None:
+            return ALL
+        return Share.checked(self.share)
 
 
 @dataclass(frozen=True, eq=False)

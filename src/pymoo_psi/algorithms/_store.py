@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 from pymoo_psi._kinds import Kind, option_text
 from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
-from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sources import Points
+from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import StudyAccessError
 from pymoo_psi.files import lacking, stored_tests, table_with, without_rejected
 from pymoo_psi.problems import layers, requirement_texts

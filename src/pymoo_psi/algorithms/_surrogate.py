@@ -21,11 +21,10 @@ from pymoo_psi._validation import Array, FilePath, integer
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._options import ByName, PointSequence, Retry, RunOptions
 from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
-from pymoo_psi.algorithms._sources import Points, Source
+from pymoo_psi.algorithms._sources import ByName, Points, PointSequence, Retry, RunOptions, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,

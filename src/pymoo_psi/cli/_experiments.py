@@ -10,13 +10,14 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi._validation import counted
+from pymoo_psi.algorithms import progress_bar
 from pymoo_psi.chute import MODELS, ModelName
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
-from pymoo_psi.parallel import in_parallel, progress_bar
+from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import paper_figures, plot_fronts, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
 from pymoo_psi.table import entries_of

@@ -27,6 +27,7 @@ from pymoo_psi.algorithms import (
     by_number,
     import_tests,
     nsga3,
+    progress_bar,
     repeated_tests,
     stored_at_termination,
     tell_tests,
@@ -49,7 +50,6 @@ from pymoo_psi.cli._source import (
     typed_options,
 )
 from pymoo_psi.files import read_table, suffixes_for
-from pymoo_psi.parallel import progress_bar
 from pymoo_psi.pareto import cautions_of_distances, listed
 from pymoo_psi.problems import (
     FailureTolerant,

@@ -35,6 +35,7 @@ from pymoo_psi._validation import (
     objective_matrix,
     require_shape,
 )
+from pymoo_psi.algorithms import progress_bar
 from pymoo_psi.comparison._runs import (
     DEFAULT_ALGORITHMS,
     SEARCHES,
@@ -45,7 +46,7 @@ from pymoo_psi.comparison._runs import (
     searches,
     stored_results,
 )
-from pymoo_psi.parallel import in_parallel, progress_bar
+from pymoo_psi.parallel import in_parallel
 from pymoo_psi.pareto import (
     UtopianFrame,
     epsilon_additive,

@@ -24,7 +24,7 @@ itself (``_joblib``). Guarded processes do the jobs of the last two (``_pool``, 
 
 Other subpackages also use :class:`Runner`, which all three are, :class:`Queue`,
 :func:`runner_of_jobs`, :func:`in_parallel` for tasks, :func:`raise_original`, :func:`run_program`,
-:func:`progress_bar`, :func:`one_line` and :func:`same_folder`.
+:func:`one_line` and :func:`same_folder`.
 """
 
 from pymoo_psi._names import attach_names

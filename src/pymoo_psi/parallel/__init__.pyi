@@ -12,7 +12,6 @@ from ._evaluation import same_folder as same_folder
 from ._joblib import in_parallel as in_parallel
 from ._joblib import runner_of_jobs as runner_of_jobs
 from ._pool import run_program as run_program
-from ._progress import progress_bar as progress_bar
 from ._runner import Queue as Queue
 from ._runner import Runner as Runner
 from ._runner import raise_original as raise_original

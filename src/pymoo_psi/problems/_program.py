@@ -39,7 +39,6 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.problems._design_space import numbered
-from pymoo_psi.problems._placeholders import Placeholders
 from pymoo_psi.problems._pymoo import NO_OUTPUTS, OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 from pymoo_psi.problems._settings import (
@@ -47,6 +46,7 @@ from pymoo_psi.problems._settings import (
     Directions,
     Output,
     OutputLimit,
+    Placeholders,
     Program,
     limits_on_outputs,
     section,
