@@ -1,16 +1,16 @@
 """SurrogatePSI where the model fails in a region beside the Pareto front, or at random.
 
-Two versions of the package are compared on the same seeds, each by a run of its own, from its own
-checkout or installation. Finished runs are kept in a file, so that an interrupted study continues:
+Two checkouts of the package are compared on the same seeds, each by a run of its own. Finished runs
+are kept in a file, so that an interrupted benchmark continues:
 
-    PYTHONPATH=FORMER/src python -m benchmarks.failures --entry former --results runs.jsonl
-    PYTHONPATH=src python -m benchmarks.failures --entry new --results runs.jsonl
-    python -m benchmarks.failures --table former new --results runs.jsonl
+    PYTHONPATH=OTHER_CHECKOUT/src python -m benchmarks.failures --entry plain --results runs.jsonl
+    PYTHONPATH=src python -m benchmarks.failures --entry learned --results runs.jsonl
+    python -m benchmarks.failures --table plain learned --results runs.jsonl
 
 The table has for each problem the mean share of failures in the last quarter of the tests, and the
 median hypervolume at the end. Pairs of runs with the same seed are compared by Wilcoxon's
 signed-rank test with Holm's correction. A run is stuck if its hypervolume is more than 0.2 below
-the median of the former version.
+the median of the first entry.
 
 The model of each problem raises an error in its region, and returns nothing by which one could see
 the region coming. The runs begin with scrambled Sobol' points.
@@ -184,13 +184,13 @@ def run(name: str, entry: str, seed: int) -> dict[str, Any]:
     }
 
 
-def compared(runs: pd.DataFrame, former: str, new: str) -> pd.DataFrame:
-    """Return a table of two versions, a row for each problem, from their runs on the same seeds."""
+def compared(runs: pd.DataFrame, first: str, second: str) -> pd.DataFrame:
+    """Return a table of two entries, a row for each problem, from their runs on the same seeds."""
     rows = []
     for name in PROBLEMS:
         of_problem = runs[runs["problem"] == name].set_index("seed")
-        a = of_problem[of_problem["entry"] == former]
-        b = of_problem[of_problem["entry"] == new]
+        a = of_problem[of_problem["entry"] == first]
+        b = of_problem[of_problem["entry"] == second]
         seeds = a.index.intersection(b.index)
         if len(seeds) == 0:
             continue
@@ -203,15 +203,15 @@ def compared(runs: pd.DataFrame, former: str, new: str) -> pd.DataFrame:
         row = {
             "problem": name,
             "seeds": len(seeds),
-            "failures, former": a["failures"].mean(),
-            "new": b["failures"].mean(),
-            "hypervolume, former": a["hypervolume"].median(),
-            "new ": b["hypervolume"].median(),
+            f"failures, {first}": a["failures"].mean(),
+            f"failures, {second}": b["failures"].mean(),
+            f"hypervolume, {first}": a["hypervolume"].median(),
+            f"hypervolume, {second}": b["hypervolume"].median(),
             "better": (gain > 0).sum(),
             "worse": (gain < 0).sum(),
             "p": p,
-            "stuck, former": (a["hypervolume"] < a["hypervolume"].median() - STUCK).sum(),
-            "stuck, new": (b["hypervolume"] < a["hypervolume"].median() - STUCK).sum(),
+            f"stuck, {first}": (a["hypervolume"] < a["hypervolume"].median() - STUCK).sum(),
+            f"stuck, {second}": (b["hypervolume"] < a["hypervolume"].median() - STUCK).sum(),
         }
         rows.append(row)
     table = pd.DataFrame(rows)
@@ -224,11 +224,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", default=sized([*TUNED, *HELD_OUT], ["tube"]))
     parser.add_argument(
-        "--entry", default=sized("new", "quick"), help="the name of the version that runs"
+        "--entry", default=sized("learned", "quick"), help="a name for the checkout that runs"
     )
     parser.add_argument("--results", type=Path, default=output(HERE / "failures.jsonl"))
     parser.add_argument("--seeds", type=int, default=sized(10, 1))
-    parser.add_argument("--table", nargs=2, metavar=("FORMER", "NEW"))
+    parser.add_argument("--table", nargs=2, metavar=("FIRST", "SECOND"))
     options = parser.parse_args()
     runs = pd.DataFrame(columns=["problem", "entry", "seed"])
     if options.results.exists():

@@ -147,7 +147,7 @@ class PointAlgorithm(WithTable, Algorithm):
             received = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", received, "make another")
         problem = with_requirements(untolerant(problem), self.options.requirements)
-        known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
+        known = ("verbose", "progress", "pf")  # pf: only pymoo's examples give it
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
         self._may_end_early = termination is not None
