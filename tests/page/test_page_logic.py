@@ -518,7 +518,7 @@ def test_python_keeps_the_designs_that_a_saved_decision_keeps(cases, answers):
     for case, k, found in answered(cases, answers):
         decision = {**json.loads(found["written"]), "ranges": None}
         assert decision.pop("version") == 1
-        table = read_table(case.frame, Decision.of_stated(decision), variables=["x"])
+        table = read_table(case.frame, Decision.from_dict(decision), variables=["x"])
         assert table.feasible().tolist() == case.mask(case.states[k]).tolist()
 
 

@@ -81,7 +81,7 @@ class Model:
 
     def with_default_limits(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others."""
-        return formulation.beside(Formulation(limits=self.default_limits))
+        return formulation.combine_first(Formulation(limits=self.default_limits))
 
     # Tests under the formulation
 

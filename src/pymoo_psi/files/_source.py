@@ -194,7 +194,7 @@ def read_table(
     if formulation is not None:
         try:
             # One more limit, as a command adds it, must not drop those that are part of a file.
-            table = table.under(asked.beside(table.decision))
+            table = table.under(asked.combine_first(table.decision))
         except ArgumentValueError as error:
             if path is None:
                 raise
@@ -478,7 +478,7 @@ def _table(
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], F[:, 0])
     is_asked = np.ones(len(F), dtype=bool)
-    for name, limit in formulation.beside(stated).allowed.items():
+    for name, limit in formulation.combine_first(stated).allowed.items():
         if limit.texts is not None and name in notes:
             is_asked &= limit.excess(name, notes[name]) == 0
     remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)

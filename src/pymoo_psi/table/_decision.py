@@ -86,18 +86,19 @@ class Decision:
         if self.decided is not None:
             vars(self).update(decided=_checked("decided", self.decided, _Group))
 
-    def beside(self, other: Decision) -> Decision:
+    def combine_first(self, other: Decision) -> Decision:
         """Return it with what it leaves open as another one has it.
 
         Without a chosen design it takes the other choice and its reason, without positions or a
-        decision of a group those of the other; its formulation as in :meth:`Formulation.beside`.
+        decision of a group those of the other; its formulation as in
+        :meth:`Formulation.combine_first`.
 
         Example:
-            >>> Decision(Formulation(limits="x1>=2")).beside(Decision(chosen="A")).chosen
+            >>> Decision(Formulation(limits="x1>=2")).combine_first(Decision(chosen="A")).chosen
             'A'
         """
         changes: Values = {
-            "formulation": self.formulation.beside(other.formulation),
+            "formulation": self.formulation.combine_first(other.formulation),
             "positions": self.positions or other.positions,
             "decided": self.decided or other.decided,
         }
@@ -105,15 +106,14 @@ class Decision:
             changes |= {"chosen": other.chosen, "reason": other.reason}
         return replace(self, **changes)
 
-    @property
-    def stated(self) -> Values:
-        """What differs from the defaults, the formulation first, as values that JSON can hold.
+    def to_dict(self) -> Values:
+        """Return what differs from the defaults, the formulation first, as values of JSON.
 
         Example:
-            >>> Decision(Formulation(["mass"]), chosen="A").stated
+            >>> Decision(Formulation(["mass"]), chosen="A").to_dict()
             {'objectives': ['mass'], 'chosen': 'A'}
         """
-        stated = dict(self.formulation.stated)
+        stated = self.formulation.to_dict()
         for name in _OF_DECISION:
             value = getattr(self, name)
             if value != getattr(_DEFAULT, name):
@@ -121,14 +121,14 @@ class Decision:
         return stated
 
     @classmethod
-    def of_stated(cls, entries: Entries) -> Decision:
-        """Return the decision of entries such as :attr:`stated`.
+    def from_dict(cls, entries: Entries) -> Decision:
+        """Return the decision of entries such as :meth:`to_dict` returns.
 
         Raises:
             ArgumentValueError: An entry is unknown, or not valid.
 
         Example:
-            >>> Decision.of_stated({"objectives": ["mass"], "chosen": "A"}).chosen
+            >>> Decision.from_dict({"objectives": ["mass"], "chosen": "A"}).chosen
             'A'
         """
         arguments = {}
@@ -164,7 +164,7 @@ class Decision:
         """
         # One line for each entry: short enough to be read, and to be edited by hand.
         lines = []
-        for name, value in self.stated.items():
+        for name, value in self.to_dict().items():
             text = json.dumps(value, ensure_ascii=False, allow_nan=False)
             lines.append(f'"{name}": {text}')
         lines.append(f'"version": {_VERSION}')
@@ -214,7 +214,7 @@ class Decision:
             version = entries.pop("version", _VERSION)  # a file written by hand needs none
             if version != _VERSION:
                 raise invalid("its version", f"{_VERSION}", version)
-            return cls.of_stated(entries)
+            return cls.from_dict(entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(
                 f"{where} must be a decision, as Decision.to_json and 'Save decision' of the "

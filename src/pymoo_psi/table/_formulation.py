@@ -136,12 +136,11 @@ class Formulation(Shown):
         limits: Any = self.limits  # as they are after the check
         return dict(limits)
 
-    @property
-    def stated(self) -> Values:
-        """The attributes that differ from their defaults, as values that JSON can hold.
+    def to_dict(self) -> Values:
+        """Return the attributes that differ from their defaults, as values of JSON.
 
         Example:
-            >>> Formulation(["mass"], limits="gain>=0.5").stated
+            >>> Formulation(["mass"], limits="gain>=0.5").to_dict()
             {'objectives': ['mass'], 'limits': {'gain': [0.5, None]}}
         """
         stated = {}
@@ -158,7 +157,7 @@ class Formulation(Shown):
 
     def __repr__(self) -> str:
         """Return the call that makes it."""
-        arguments = [f"{name}={value!r}" for name, value in self.stated.items()]
+        arguments = [f"{name}={value!r}" for name, value in self.to_dict().items()]
         return f"Formulation({', '.join(arguments)})"
 
     def to_frame(self) -> pd.DataFrame:
@@ -172,7 +171,7 @@ class Formulation(Shown):
         """
         from pandas import Series
 
-        return Series(self.stated).map(str).to_frame("value")
+        return Series(self.to_dict()).map(str).to_frame("value")
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -190,14 +189,14 @@ class Formulation(Shown):
             names += Expression.of(text).columns
         return tuple(name for name in dict.fromkeys(names) if name not in self.computed)
 
-    def beside(self, other: Formulation) -> Formulation:
+    def combine_first(self, other: Formulation) -> Formulation:
         """Return it with the limits of another on other columns, normalised if both are.
 
         So a formulation adds to that of a file, or of a problem, without dropping its limits.
 
         Example:
             >>> of_file = Formulation(limits="mass<=50, x1>=2")
-            >>> Formulation(limits={"mass": 30}).beside(of_file).stated
+            >>> Formulation(limits={"mass": 30}).combine_first(of_file).to_dict()
             {'limits': {'mass': 30, 'x1': [2, None]}}
         """
         normalize = self.normalize and other.normalize
@@ -206,7 +205,7 @@ class Formulation(Shown):
     def without_columns(self) -> Formulation:
         """Return it without objectives and computed columns, for a table that has them already.
 
-        Ranges of the Pareto set are stated by None here, and no longer by an empty mapping.
+        Ranges of the Pareto set are stated by None here, not by an empty mapping.
 
         Example:
             >>> Formulation(["mass", "gain"], limits={"mass": 30}).without_columns()
@@ -218,7 +217,7 @@ class Formulation(Shown):
     def roles_in(self, schema: Schema) -> Schema:
         """Return the columns of a table in the roles that the formulation gives them.
 
-        What was an objective or a constraint and no longer is one becomes an output.
+        An objective or constraint that the formulation leaves out becomes an output.
 
         Args:
             schema: The columns of the tests as evaluated.

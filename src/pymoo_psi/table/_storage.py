@@ -118,13 +118,13 @@ def schema_of(head: Head) -> Schema:
 
 def decision_head(decision: Decision) -> Values:
     """Return the entries of a head for a decision: what no column shows."""
-    stated = decision.stated
+    stated = decision.to_dict()
     return {name: stated[name] for name in _OF_DECISION if name in stated}
 
 
 def decision_of_head(head: Head) -> Decision:
     """Return the decision in a head."""
-    return Decision.of_stated({name: head[name] for name in _OF_DECISION if name in head})
+    return Decision.from_dict({name: head[name] for name in _OF_DECISION if name in head})
 
 
 def head_of(table: Any) -> Values:
