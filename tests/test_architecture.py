@@ -179,8 +179,9 @@ def test_what_is_imported_is_declared_and_the_reverse():
 
 
 def test_every_public_name_is_there():
-    assert all(hasattr(pymoo_psi, name) for name in pymoo_psi.__all__)
-    assert set(pymoo_psi.__all__) <= set(dir(pymoo_psi))
+    missing = [name for name in pymoo_psi.__all__ if not hasattr(pymoo_psi, name)]
+    missing += sorted(set(pymoo_psi.__all__) - set(dir(pymoo_psi)))
+    assert not missing, f"pymoo_psi has no {', '.join(missing)}"
     with pytest.raises(AttributeError, match="absent"):
         pymoo_psi.absent  # noqa: B018
 
@@ -191,22 +192,72 @@ SUBPACKAGES = [name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(py
 def test_every_public_name_is_in_an_overview():
     """Some ninety names are a promise to users; what subpackages share beside them is none."""
     public = set(pymoo_psi.__all__) - set(SUBPACKAGES)
+    missing = []
     for module in [pymoo_psi, *(getattr(pymoo_psi, name) for name in SUBPACKAGES)]:
         names = set(getattr(module, "__all__", ()))
-        assert names <= set(re.findall(r"\w+", module.__doc__)), module.__name__
+        for name in sorted(names - set(re.findall(r"\w+", module.__doc__))):
+            missing.append(f"the docstring of {module.__name__} lacks {name}")
         public |= names - set(SUBPACKAGES)
+    assert not missing, "\n".join(missing)
     assert len(public) <= 97
 
 
-@pytest.mark.parametrize("name", ["", *SUBPACKAGES])
-def test_every_name_in_an_overview_can_be_imported(name):
+def refers(module, reference):
+    """Whether a name of an overview is in its module or in the package."""
+    item = module
+    if not hasattr(module, reference.split(".")[0]):
+        item = pymoo_psi
+    for part in reference.split("."):
+        item = getattr(item, part, None)
+    return item is not None
+
+
+def test_every_name_in_an_overview_can_be_imported():
     """The reverse of the test above: an overview refers to nothing that is not there."""
-    module = getattr(pymoo_psi, name) if name else pymoo_psi
-    for reference in re.findall(r":(?:class|func|mod|meth):`[~.]*([\w.]+)`", module.__doc__):
-        first, *parts = reference.removeprefix("pymoo_psi.").split(".")
-        item = getattr(module, first, None) or getattr(pymoo_psi, first)
-        for part in parts:
-            item = getattr(item, part)
+    dead = []
+    for module in [pymoo_psi, *(getattr(pymoo_psi, name) for name in SUBPACKAGES)]:
+        for name in re.findall(r":(?:class|func|mod|meth):`[~.]*([\w.]+)`", module.__doc__):
+            if not refers(module, name.removeprefix("pymoo_psi.")):
+                dead.append(f"the docstring of {module.__name__} refers to {name}")
+    assert not dead, "\n".join(dead)
+
+
+# Where an example of the guide is in the package, and the file.
+EXAMPLE = re.compile(r"in the\s+package\s+`(\w+/_\w+\.py)`.*?^```python\n(.*?)^```$", re.M | re.S)
+
+
+@pytest.fixture
+def examples(tmp_path):
+    """The examples for contributors, each in the folder in which the package would have it."""
+    text = (ROOT / "guide" / "extending.md").read_text("utf-8")
+    paths = []
+    for place, code in EXAMPLE.findall(text):
+        path = tmp_path / place
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(code, "utf-8")
+        paths.append(path)
+    return paths
+
+
+def test_examples_for_contributors_keep_the_layers(examples):
+    assert len(examples) == 6
+    for path in examples:
+        assert [*broken_rules(path.parent.name, modules_of(path))] == []
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["ruff", "check", "--config"],
+        ["ruff", "format", "--check", "--config"],
+        pytest.param(["mypy", "--config-file"], marks=pytest.mark.slow),
+    ],
+)
+def test_examples_for_contributors_pass_as_they_are(examples, command):
+    pytest.importorskip(command[0])
+    words = [sys.executable, "-m", *command, "pyproject.toml", *map(str, examples)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=PROJECT)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,7 @@ def formats():
 )
 def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)  # this file runs without the fixtures of the others, too
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     monkeypatch.setenv("DASK_LOGGING__DISTRIBUTED", "error")  # workers of a busy machine end late

@@ -9,6 +9,7 @@ from ._source import read_table as read_table
 # isort: split
 
 from ._cells import is_blank as is_blank
+from ._format import SourceFile as SourceFile
 from ._formats import STUDY as STUDY
 from ._formats import format_of as format_of
 from ._formats import suffixes_for as suffixes_for
