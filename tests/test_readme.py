@@ -30,7 +30,7 @@ TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.sea
 
 # Their clusters, processes and whole programs take most of the time.
 WHOLE = ("changing_a_study", "cluster", "engineer_python", "noise", "programs", "pymoo_user")
-WHOLE += ("tutorial", "which_runner")
+WHOLE += ("researcher", "tutorial", "which_runner")
 
 
 @pytest.fixture
@@ -71,9 +71,11 @@ def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, tmp_path):
             printed = done.stdout
         elif kind == "sh":
             capsys.readouterr()
-            for line in re.findall(r"^pymoo-psi ((?!reproduce).*)$", text, re.MULTILINE):
+            for line in re.findall(r"^pymoo-psi (.*)$", text, re.MULTILINE):
                 assert main(shlex.split(line, comments=True)) == 0, capsys.readouterr().err
             printed = capsys.readouterr().out
+            for file in re.findall(r"^python (\w+\.py)$", text, re.MULTILINE):
+                subprocess.run([sys.executable, "-W", "error", file], check=True)
         elif kind == "text":
             assert " ".join(text.split()) in " ".join(printed.split())
         else:

@@ -36,6 +36,20 @@ def test_ranks_at_the_largest_friction_are_those_printed(rolling):
     assert (f4[ranking.subset(4)] >= f4[ranking.salukvadze].min()).all()
 
 
+def test_the_printed_rows_are_those_of_rolling():
+    """f1 and f2 depend on the slope f3 alone, and f2 needs the corrected equation for the spin."""
+    printed = pd.concat([published_table("6.1"), published_table("6.2")])
+    groups = printed.groupby("paper_f3")
+    assert (groups[["paper_f1", "paper_f2"]].nunique() == 1).all(axis=None)
+    assert (groups[["mu", "paper_f4"]].nunique().loc[[0.2635, 0.4392]] > 1).all(axis=None)
+    c, u1, f2 = 0.3193, printed["paper_f3"], printed["paper_f2"]
+    exit_speed = np.sqrt(c**2 + 10 / 7 * u1)
+    corrected = abs(2 / 7 * u1 - 0.2 * (exit_speed - c) ** 2)
+    as_printed = abs(2 / 7 * u1 - 0.2 * np.log(exit_speed / c) ** 2)
+    assert (abs(corrected - f2) < 1e-4).all()
+    assert (abs(as_printed - f2) > 1e-4).all()
+
+
 @pytest.mark.parametrize("model", ["full", "rolling"])
 def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling, small):
     result = rolling if model == "rolling" else small

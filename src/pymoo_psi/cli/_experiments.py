@@ -11,7 +11,7 @@ import pandas as pd
 
 from pymoo_psi._validation import counted
 from pymoo_psi.algorithms import progress_bar
-from pymoo_psi.chute import MODELS, ModelName
+from pymoo_psi.chute import ModelName
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
@@ -84,7 +84,7 @@ def run_reproduce(options: Options) -> int:
     """Compute the tables, write them and the figures, and print the tables."""
     out = options.out
     mu = options.mu or PAPER_MU
-    models = [*MODELS]
+    models: list[ModelName] = ["rolling", "full"]  # the printed tables follow from the first
     if options.model is not None:
         models = [options.model]
     folder = results_folder(out)
@@ -113,9 +113,7 @@ def run_reproduce(options: Options) -> int:
     points = counted(options.points, "LPτ test point")
     say(f"{points} for each of {counted(len(result.cases), 'case')}.")
     for number, table in tables.items():
-        # The rolling model first, from which the paper's tables follow.
-        ordered = table.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
-        print_frame(ordered.round(4), _TITLES[number])
+        print_frame(table.round(4), _TITLES[number])
     say(*_HEADINGS.splitlines())
     places = [str(_folder_of(out, model)) for model in models]
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
@@ -124,9 +122,9 @@ def run_reproduce(options: Options) -> int:
 
 def _folder_of(out: Path, model: str) -> Path:
     """Return the folder for the figures of a model."""
-    # The rolling model only checks the paper's figures; the full model has the results.
-    if model == "rolling":
-        return out / "rolling"
+    # The figures of the model from which the printed tables follow come first.
+    if model == "full":
+        return out / "full"
     return out
 
 

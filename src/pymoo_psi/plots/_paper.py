@@ -94,7 +94,7 @@ _FUNCTIONS = (
 def paper_figures(
     reproduction: Reproduction,
     *,
-    model: ModelName = "full",
+    model: ModelName = "rolling",
 ) -> Iterator[tuple[str, Drawing]]:
     """Make the paper's figures one by one; :func:`save_figures` writes them.
 
@@ -104,7 +104,7 @@ def paper_figures(
 
     Args:
         reproduction: The ranked cases; Figure 8 takes as many test points as they do.
-        model: ``"full"`` or ``"rolling"``.
+        model: ``"rolling"``, from which the printed tables follow, or ``"full"``.
 
     Yields:
         The names ``figure_2`` to ``figure_8``, each with the figure.
@@ -114,7 +114,7 @@ def paper_figures(
 
     Example:
         >>> from pymoo_psi.paper import Reproduction, solve_case
-        >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
+        >>> small = Reproduction(64, (solve_case(0.4, "rolling", 64),))
         >>> name, figure = next(paper_figures(small))
         >>> name, figure.caption.split(";")[0]
         ('figure_2', 'Criteria over the variables, as surfaces and as contours')
