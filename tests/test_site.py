@@ -45,7 +45,7 @@ def site(tmp_path_factory):
     """The folder of the site and its pages, as the command for contributors builds it."""
     folder = tmp_path_factory.mktemp("docs") / "site"
     text = (ROOT / ".github" / "CONTRIBUTING.md").read_text("utf-8")
-    (command,) = re.findall(r"^sphinx-build (.*) site ", text, re.M)
+    (command,) = re.findall(r"^sphinx-build (.*) site$", text, re.M)
     done = subprocess.run(
         [sys.executable, "-m", "sphinx", *shlex.split(command), str(folder)],
         cwd=ROOT,

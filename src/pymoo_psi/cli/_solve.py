@@ -464,6 +464,8 @@ def run_ask(options: Options) -> int:
     )
     _import(problem, options, run)
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)
+    for name in frame.select_dtypes("float"):  # in 15 digits, without those of rounding errors
+        frame[name] = [float(f"{value:.15g}") for value in frame[name]]
     units = Study(options.study).facts().head.get("units", {})
     write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)
     study = shlex.quote(str(options.study))
