@@ -127,8 +127,8 @@ def test_a_later_result_corrects_the_former_one(alloy, said, told):
 def test_fifteen_digits_are_the_design_asked_for(alloy, told):
     frame = filled(asked("next.csv"))
     digits = ["a [kg]", "b", "c"]
-    exact = frame[digits].to_numpy()
-    frame[digits] = frame[digits].map(lambda value: f"{value:.15g}").astype(float)
+    pending = ask_tests(ProgramProblem.from_toml("alloy.toml"), 0, RunOptions(study="lab.db"))
+    exact = pending[["a", "b", "c"]].to_numpy()
     assert (frame[digits].to_numpy() != exact).any()
     frame.loc[0, "c"] -= 0.001
     frame.loc[3, "mould"] = "steel"

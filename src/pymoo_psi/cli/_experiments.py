@@ -113,7 +113,9 @@ def run_reproduce(options: Options) -> int:
     points = counted(options.points, "LPτ test point")
     say(f"{points} for each of {counted(len(result.cases), 'case')}.")
     for number, table in tables.items():
-        print_frame(table.round(4), _TITLES[number])
+        numbers = table.columns[3:]  # in four decimals, as printed
+        texts = table[numbers].map("{:.4f}".format, na_action="ignore")
+        print_frame(table.assign(**texts), _TITLES[number])
     say(*_HEADINGS.splitlines())
     places = [str(_folder_of(out, model)) for model in models]
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
