@@ -56,8 +56,8 @@ def test_sections_are_those_of_the_model_within_bands(table):
         mass, loss = Bar.values(**design | {line["variable"]: line["value"]})
         true = mass if line["column"] == "mass" else -loss
         assert line["expected"] == pytest.approx(true, abs=0.1)
-        assert line["low"] <= line["expected"] <= line["high"]
-        assert line["low"] - 0.05 <= true <= line["high"] + 0.05
+        assert line["lower"] <= line["expected"] <= line["upper"]
+        assert line["lower"] - 0.05 <= true <= line["upper"] + 0.05
     assert (frame["error"] < 0.05).all()
     values = frame.groupby("variable")["value"].unique()
     assert values["n"].tolist() == [2, 3, 4, 5, 6]
@@ -100,7 +100,7 @@ def test_no_prediction_beside_a_pole_exceeds_all_tests(place, power):
     problem = FunctionalProblem(3, [pole, lambda x: x.sum()], xl=0, xu=1)
     table = investigate(problem, 64)
     frame = sections(table, columns=["f1"])
-    assert frame[["expected", "low", "high"]].abs().max(axis=None) <= 2 * table["f1"].max()
+    assert frame[["expected", "lower", "upper"]].abs().max(axis=None) <= 2 * table["f1"].max()
 
 
 def test_panels_are_one_for_each_column_and_variable(table):

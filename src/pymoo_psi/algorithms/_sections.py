@@ -53,10 +53,10 @@ def sections(
 
     Returns:
         A frame with the columns ``column``, ``variable``, ``value`` of the variable, ``design``,
-        its value in the design, ``expected``, and the band from ``low`` to ``high``, two standard
-        deviations to both sides, in the original units and direction. ``error`` is the error of
-        predicting each test from all others, in standard deviations of the column: near 0 the
-        section is reliable, near 1 it says nothing.
+        its value in the design, ``expected``, and the band from ``lower`` to ``upper``, two
+        standard deviations to both sides, in the original units and direction. ``error`` is the
+        error of predicting each test from all others, in standard deviations of the column: near 0
+        the section is reliable, near 1 it says nothing.
 
     Raises:
         ArgumentValueError: There are no variables, there are fewer than 8 tests, or a column or
@@ -111,8 +111,8 @@ def sections(
                     "value": values,
                     "design": [table.X[row, j]] * len(values),
                     "expected": expected,
-                    "low": np.min(ends, axis=0),
-                    "high": np.max(ends, axis=0),
+                    "lower": np.min(ends, axis=0),
+                    "upper": np.max(ends, axis=0),
                     "error": fit.error,
                 }
                 frames.append(pd.DataFrame(section))

@@ -254,7 +254,7 @@ def convergence(table: TestTable) -> pd.DataFrame:
         - ``feasible``, how many are feasible;
         - ``pareto``, how many of these are Pareto optimal among the first n;
         - ``hypervolume``, what their front dominates, as a share of what the last one does;
-        - ``volume_error``, the standard error of that share; 0 where it is exact;
+        - ``hypervolume_error``, the standard error of that share; 0 where it is exact;
         - ``optimum``, the test nearest to U by the ranking of the first n; 0 where no design is
           feasible;
         - ``mu1``, its distance to the U of all tests; infinite where there is none;
@@ -308,7 +308,7 @@ def convergence(table: TestTable) -> pd.DataFrame:
         "feasible": np.cumsum(table.feasible())[sizes - 1],
         "pareto": list(map(len, fronts)),
         "hypervolume": volumes,
-        "volume_error": errors,
+        "hypervolume_error": errors,
         "optimum": np.append(table.numbers, 0)[optima],
         "mu1": mu1,
         "moved": moved,
@@ -351,7 +351,7 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
     nearer = max(0.0, before["mu1"] - last["mu1"]) / (before["mu1"] or 1.0)
     share = before["hypervolume"]
     mattered = "hardly mattered"
-    if max(nearer, 1 - share - 2 * before["volume_error"]) > _WORTH:
+    if max(nearer, 1 - share - 2 * before["hypervolume_error"]) > _WORTH:
         mattered = "still mattered"
     return (
         f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the ideal "

@@ -309,7 +309,7 @@ def _sections(table: TestTable) -> pd.DataFrame:
     from pymoo_psi.algorithms import sections
 
     lines = sections(table, n_values=17)
-    for name in ("expected", "low", "high", "error"):  # further digits mean nothing
+    for name in ("expected", "lower", "upper", "error"):  # further digits mean nothing
         lines[name] = [float(f"{value:.4g}") for value in lines[name]]
     ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
     texts = ends["min"].map("{:.4g}".format) + " … " + ends["max"].map("{:.4g}".format)
@@ -326,7 +326,7 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     from pymoo_psi.analysis import convergence, convergence_sentence
 
     steps = convergence(table)
-    frame = steps.drop(columns="volume_error")
+    frame = steps.drop(columns="hypervolume_error")
     print_frame(frame.reset_index().round(4), "Convergence with the number of tests")
     say(convergence_sentence(steps))
     return frame

@@ -203,9 +203,9 @@ class Preferences(Shown):
             >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
             >>> person.answer(0, 1)
             >>> print(person.weights.round(1))
-                mean  low  high
-            f1   0.8  0.2   1.0
-            f2   0.2  0.0   0.8
+                mean  lower  upper
+            f1   0.8    0.2    1.0
+            f2   0.2    0.0    0.8
         """
         import pandas as pd
 
@@ -216,7 +216,7 @@ class Preferences(Shown):
             order = column.argsort(kind="stable")
             ends = np.searchsorted(chances[order].cumsum(), [0.05, 0.95])
             rows[j] = [chances @ column, *column[order[ends]]]
-        return pd.DataFrame(rows, list(self.ranking.objectives.names), ["mean", "low", "high"])
+        return pd.DataFrame(rows, list(self.ranking.objectives.names), ["mean", "lower", "upper"])
 
     def to_frame(self) -> pd.DataFrame:
         """Return the designs that can be proposed, the most probable ones first.

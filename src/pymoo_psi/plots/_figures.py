@@ -497,7 +497,7 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
         options = values
         design = values.index(design)
         values = list(range(len(values)))
-    expected, low, high = line[["expected", "low", "high"]].to_numpy(float).T
+    expected, low, high = line[["expected", "lower", "upper"]].to_numpy(float).T
     if options or len(values) < 3:
         ax.vlines(values, low, high, color=ACCENT, linewidth=3, alpha=0.4)
         ax.plot(values, expected, "o", color=ACCENT, markersize=3)
