@@ -617,11 +617,11 @@ def test_zooming_keeps_what_is_at_the_spot(reader):
     row = reader.ask("D.verdict.row")
     before = reader.ask(f"D.plots[0].spot({row})")
     for _ in range(3):
-        reader.click(reader.page.get_by_label("Zoom in: First plot"))
+        reader.click(reader.page.get_by_label("First plot, zoom in"))
     assert reader.ask(f"D.plots[0].spot({row})") == pytest.approx(before, abs=1)
     assert reader.ask("D.plots[0].drawn")["beyond"] > 0
     for _ in range(3):
-        reader.click(reader.page.get_by_label("Zoom out: First plot"))
+        reader.click(reader.page.get_by_label("First plot, zoom out"))
     assert reader.ask("D.plots[0].drawn")["beyond"] == 0
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ _COMPUTED_BY_PAGE = {
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
 # none of a normal one.
 _FENCE = 2.5
+_COMPARED = 1000  # designs by which it is judged which objectives conflict
 _DECADES = 2.0  # a logarithmic scale spans at least these
 # The looks of categories, which no other mark has. Neighbours differ in lightness, too.
 _HUES = {
@@ -106,6 +108,7 @@ def payload(
     if live is None:  # all designs are there
         shades = _shades(table.under(limits=decision.formulation.limits))
     columns = _columns(tables, optimal)
+    some = pd.DataFrame(table.F[optimal], columns=list(schema.objectives))
     return {
         "title": title,
         "file": file,
@@ -124,7 +127,7 @@ def payload(
         "names": names,
         "n": len(table),
         "columns": columns,
-        "plot": _plotted(columns),
+        "plot": _plotted(columns, some.head(_COMPARED)),
         "optimal": _base64(optimal.view(np.uint8)),
         "shades": shades,
         "head": {
@@ -257,20 +260,29 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     return columns
 
 
-def _plotted(columns: Sequence[Values]) -> list[str]:
-    """Return the names of the columns of both scatter plots, across and up."""
-    names_by_role: dict[str, list[str]] = {"objective": [], "variable": [], "output": []}
+def _plotted(columns: Sequence[Values], optimal: pd.DataFrame) -> list[str]:
+    """Return the names of the columns of both scatter plots, across and up.
+
+    The second plot has the two objectives that conflict most, other than the first two.
+
+    Args:
+        columns: The columns of the page.
+        optimal: The minimised objectives of some of the Pareto-optimal designs.
+    """
+    variables = []
     for column in columns:
-        if column["role"] != "geometric" and column["texts"] is None:
-            names_by_role[column["role"]].append(column["name"])
-    objectives = names_by_role["objective"]
-    variables = names_by_role["variable"]
+        if column["role"] == "variable" and column["texts"] is None:
+            variables.append(column["name"])
+    objectives = list(optimal)
+    first = [*objectives, _GEOMETRIC["mu1"]][:2]
     second = [_GEOMETRIC["mu3"], _GEOMETRIC["mu2"]]
-    if variables:
+    if len(objectives) > 2:
+        orders = optimal.corr(method="spearman").fillna(1.0)
+        pairs = list(combinations(objectives, 2))[1:]
+        second = list(min(pairs, key=lambda pair: orders.loc[pair]))
+    elif variables:
         second = [*variables, objectives[0]][:2]
-    elif len(objectives) > 2:
-        second = objectives[-2:]
-    return [*[*objectives, _GEOMETRIC["mu1"]][:2], *second]
+    return [*first, *second]
 
 
 def number_formats(table: TestTable) -> dict[str, NumberFormat]:

@@ -1,6 +1,6 @@
 // Drawing on canvas: layers, texts, densities, drags and pictures to copy.
 
-const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
+const FONT = `12px ${getComputedStyle(document.body).fontFamily}`
 
 // Canvases on top of each other that fill their parent; redraw is called when its size changes.
 function layers(parent, count, redraw) {

@@ -7,7 +7,8 @@ const SIDES = [[1, 0], [-1, 0], ...[1, -1, 0.5, -0.5, 0].flatMap((across) => [[a
 // The columns of both plots, across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
 
-function scatter(section, place) {
+function scatter(section, place, name) {
+  section.append(copyOf("scatter"))
   const [TOP, RIGHT, BOTTOM] = [22, 12, 40]
   let LEFT = 40
   let [boxes, drawn] = [[], {}] // of names, and what is drawn
@@ -25,6 +26,8 @@ function scatter(section, place) {
     select.onchange = () => change({plot: plotColumns().map(({name}, j) => j === place + k ? data.columns[select.selectedIndex].name : name)})
   })
   const [nearer, farther, copy] = section.querySelectorAll("button")
+  const controls = [...selects, nearer, farther]
+  for (const [k, text] of ["across", "up", "zoom in", "zoom out"].entries()) controls[k].ariaLabel = `${name}, ${text}`
   nearer.onclick = () => zoomBy(1.6)
   farther.onclick = () => zoomBy(1 / 1.6)
   copy.onclick = () => copyPicture(section, `${data.file}-plot`)
@@ -258,4 +261,4 @@ function scatter(section, place) {
   return {draw, mark, spot: (row) => [u(row), v(row)], get names() { return boxes }, get drawn() { return drawn }}
 }
 
-plots.push(scatter($("scatter-a"), 0), scatter($("scatter-b"), 2))
+plots.push(scatter($("scatter-a"), 0, "First plot"), scatter($("scatter-b"), 2, "Second plot"))

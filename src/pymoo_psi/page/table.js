@@ -21,7 +21,7 @@ const table = (() => {
   ]
   const pixels = columns.map(({width, text}) => ceil(max(7.4 * width + 22, min(7.2 * text.length + 34, 150), 62)))
   const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))
-  box.style.setProperty("--columns", widths.join(" "))
+  box.style.setProperty("--columns", widths.map((width) => `minmax(${width}, 1fr)`).join(" "))
   head.style.width = body.style.width = `calc(${widths.join(" + ")})`
   const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
 
@@ -47,7 +47,6 @@ const table = (() => {
   function show() {
     cursor = max(0, min(cursor, order.length - 1))
     body.style.height = `${order.length * HEIGHT}px`
-    body.style.minHeight = `${min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
     const first = max(0, min(order.length, floor(top / HEIGHT)) - 2)
     const last = min(order.length, ceil((top + SEEN) / HEIGHT))
     renew(body, [...upTo(max(0, last - first))].map((k) => line(first + k)))
