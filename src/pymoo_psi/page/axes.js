@@ -143,10 +143,12 @@ const axes = (() => {
     const start = min(max(0, min(from, to - both)), size.width - both)
     drawText(g, a, start, y + 18, "left")
     if (a !== b) drawText(g, b, max(start + both - second, min(to, size.width) - second), y + 18, "left")
-    const beyond = [picked(shownRows, (row) => values[row] < low), picked(shownRows, (row) => values[row] > high)]
+    // Counted only where there are some: the least of all rows takes a tenth of the time.
+    const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
+      ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)
     const [left, right] = isTurned(column) ? beyond.reverse() : beyond
-    if (left.length) drawText(g, `◂ ${left.length}`, 0, y - 14, "left", INK.accent)
-    if (right.length) drawText(g, `${right.length} ▸`, size.width, y - 14, "right", INK.accent)
+    if (left) drawText(g, `◂ ${left}`, 0, y - 14, "left", INK.accent)
+    if (right) drawText(g, `${right} ▸`, size.width, y - 14, "right", INK.accent)
   }
 
   function drawMarks(g, {column, values, x, y}) {

@@ -17,6 +17,7 @@ function scatter(section, place, name) {
   let [whole, view] = [] // the window, and the shares of it that are shown
   let scales = [] // of what is shown
   let [u, v] = [] // where a row is
+  let [isKnown, isInside] = [] // whether it has both values, and these are shown
   const former = new Map() // densities
   const area = section.querySelector(".plot")
   const hint = section.querySelector(".hint")
@@ -65,14 +66,12 @@ function scatter(section, place, name) {
     const [w, h] = frame()
     const [x, y] = [placing(scales[0], LEFT, LEFT + w, 0), placing(scales[1], TOP + h, TOP, 0)]
     const [xs, ys] = columns.map((column) => valuesOf(ranking, column))
+    const [a, b] = scales
     u = (row) => x(xs[row])
     v = (row) => y(ys[row])
+    isKnown = (row) => xs[row] === xs[row] && ys[row] === ys[row]
+    isInside = (row) => xs[row] >= a.low && xs[row] <= a.high && ys[row] >= b.low && ys[row] <= b.high
   }
-  const isKnown = (row) => !Number.isNaN(u(row) + v(row))
-  const isInside = (row) => columns.every((column, k) => {
-    const value = valuesOf(ranking, column)[row]
-    return value >= scales[k].low && value <= scales[k].high
-  })
   const sharesAt = (x, y) => [(x - LEFT) / frame()[0], 1 - (y - TOP) / frame()[1]]
 
   // What is at the spot stays there.
