@@ -273,13 +273,13 @@ def _plotted(columns: Sequence[Values], optimal: pd.DataFrame) -> list[str]:
     for column in columns:
         if column["role"] == "variable" and column["texts"] is None:
             variables.append(column["name"])
-    objectives = list(optimal)
+    objectives = [str(name) for name in optimal]
     first = [*objectives, _GEOMETRIC["mu1"]][:2]
     second = [_GEOMETRIC["mu3"], _GEOMETRIC["mu2"]]
     if len(objectives) > 2:
-        orders = optimal.corr(method="spearman").fillna(1.0)
-        pairs = list(combinations(objectives, 2))[1:]
-        second = list(min(pairs, key=lambda pair: orders.loc[pair]))
+        likeness = optimal.corr(method="spearman").fillna(1.0).to_numpy()
+        pairs = list(combinations(range(len(objectives)), 2))[1:]
+        second = [objectives[j] for j in min(pairs, key=lambda pair: likeness[pair])]
     elif variables:
         second = [*variables, objectives[0]][:2]
     return [*first, *second]
