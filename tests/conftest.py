@@ -32,7 +32,6 @@ QUICK = (
     "chute/test_motion.py",
     "comparison/test_statistics.py",
     "pareto/test_explanation.py",
-    "pareto/test_feasibility.py",
     "pareto/test_indicators.py",
     "pareto/test_objectives.py",
     "pareto/test_ranking.py",

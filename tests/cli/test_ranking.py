@@ -11,6 +11,7 @@ import pytest
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Decision, Formulation
+from tests.helpers.ranked import Ranked
 
 COST = re.compile(r"(?:What it costs: )?(\w+)(?: is)? (\S+)(?: behind the best)? \((\S+) %")
 
@@ -22,80 +23,59 @@ def random_table(seed):
     objectives = [f"f{j}" for j in range(m)]
     rows = {}
     for i in range(n):
-        rows[f"D{i}"] = [Fraction(dice.randint(0, 10 ** dice.randint(2, 4)), 100) for _ in range(m)]
+        values = [Fraction(dice.randint(0, 10 ** dice.randint(2, 4)), 100) for _ in range(m)]
+        rows[f"D{i}"] = dict(zip(objectives, values, strict=True))
     maximize = [name for name in objectives if dice.random() < 0.4]
-    limit = sorted(values[0] for values in rows.values())[dice.randint(n // 2, n - 1)]
+    limit = sorted(values["f0"] for values in rows.values())[dice.randint(n // 2, n - 1)]
     return rows, objectives, maximize, limit
-
-
-def by_hand(rows, signs):
-    """The designs that no other dominates, their best and worst values, minimised, and the order."""
-    F = {name: [v * s for v, s in zip(row, signs, strict=True)] for name, row in rows.items()}
-    front = []
-    for name, row in F.items():
-        others = (other for other in F.values() if other != row)
-        if not any(all(a <= b for a, b in zip(other, row, strict=True)) for other in others):
-            front.append(name)
-    columns = list(zip(*(F[name] for name in front), strict=True))
-    best, worst = [min(column) for column in columns], [max(column) for column in columns]
-    ranges = [w - b for b, w in zip(best, worst, strict=True)]
-
-    def behind(name):
-        return [v - b for v, b in zip(F[name], best, strict=True)]
-
-    def distance(name):
-        parts = zip(behind(name), ranges, strict=True)
-        return sum((d / r) ** 2 for d, r in parts if r)
-
-    return sorted(front, key=distance), best, worst, ranges, behind, distance
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path):
     rows, objectives, maximize, limit = random_table(seed)
     lines = [",".join(["name", *objectives])]
-    lines += [",".join([name, *map(str, map(float, row))]) for name, row in rows.items()]
+    lines += [",".join([name, *map(str, map(float, row.values()))]) for name, row in rows.items()]
     (tmp_path / "set.csv").write_text("\n".join(lines))
     words = ["rank", "set.csv", "--limits", f"f0<={float(limit)}"]
     printed = said(*words, *(["--maximize", ",".join(maximize)] if maximize else []))
-    signs = [-1 if name in maximize else 1 for name in objectives]
-    within = {name: row for name, row in rows.items() if row[0] <= limit}
-    order, best, worst, ranges, behind, distance = by_hand(within, signs)
+    signs = {name: -1 if name in maximize else 1 for name in objectives}
+    within = {name: row for name, row in rows.items() if row["f0"] <= limit}
+    oracle = Ranked(within, signs)
+    order, distance = oracle.front, oracle.distance
 
     head, table, sentences = printed.split("\n\n")
     counts = re.findall(r"\d+ of \d+|; \d+ of them", " ".join(head.split()))
     assert counts[0] == f"{len(within)} of {len(rows)}"
     assert counts[1:] == ([f"; {len(order)} of them"] if len(within) > 1 else [])
     heading, *cells = [line.split() for line in table.splitlines()]
-    arrows = ["↑" if sign < 0 else "↓" for sign in signs]
+    arrows = ["↑" if sign < 0 else "↓" for sign in signs.values()]
     assert heading[2:] == [w for pair in zip(objectives, arrows, strict=True) for w in pair]
     shown = [line for line in cells if line[0].isdigit()]
     for place, name, *values in shown:
-        assert list(map(Fraction, values)) == rows[name]
+        assert list(map(Fraction, values)) == [*rows[name].values()]
         nearer = [other for other in order if distance(other) < distance(name)]
         assert int(place) == 1 + len(nearer)
     assert shown[0][1] in order
     hidden = len(order) - len(shown)
     assert [line[1] for line in cells if line[0] == "…"] == ([str(hidden)] if hidden else [])
-    for ends, (word, *values) in zip((best, worst), cells[-2:], strict=True):
-        assert word == ("best" if ends is best else "worst")
-        assert [Fraction(v) * s for v, s in zip(values, signs, strict=True)] == ends
+    ends = {"best": oracle.best, "worst": oracle.worst}
+    for word, *values in cells[-2:]:
+        assert list(map(Fraction, values)) == [*ends.pop(word).values()]
 
     said_of = " ".join(sentences.split())
     proposed = re.match(r"Proposed: (\w+)", said_of)[1]
     assert distance(proposed) == distance(order[0])
     costs = COST.findall(said_of.partition("What it costs: ")[2].partition(". ")[0])
-    lost = dict(zip(objectives, behind(proposed), strict=True))
-    span = dict(zip(objectives, ranges, strict=True))
-    expected = sorted((name for name in objectives if lost[name]), key=lambda n: -lost[n] / span[n])
+    shares = oracle.shares(proposed)
+    expected = sorted((name for name in objectives if shares[name]), key=shares.get, reverse=True)
     assert sorted(name for name, *_ in costs) == sorted(expected[:4])
     for name, amount, share in costs:
-        assert float(amount) == pytest.approx(float(lost[name]), rel=6e-3)
-        assert float(share) == pytest.approx(float(100 * lost[name] / span[name]), abs=0.5)
+        assert float(amount) == pytest.approx(float(oracle.lost(proposed, name)), rel=6e-3)
+        assert float(share) == pytest.approx(float(100 * shares[name]), abs=0.5)
     leading = re.search(r"the best in ([^.]*?)\.", said_of)
     named = re.split(", | and ", leading[1]) if leading else []
     if len(order) > 1:
-        assert named == [name for name in objectives if not lost[name] and span[name]]
+        assert named == [n for n in objectives if not shares[n] and oracle.range(n)]
     assert len(rows) > 12 or len(printed.splitlines()) <= 18
     assert max(map(len, printed.splitlines())) <= 80
 
@@ -126,24 +106,6 @@ def test_texts_are_cut_to_the_terminal_but_no_number(columns, said, tmp_path, mo
                 for text in re.split(" +", line)[-n_shown:]
             ]
             np.testing.assert_allclose(values, F[row, :n_shown], rtol=0.05)
-
-
-def test_a_run_says_what_it_added_to_its_study(said):
-    words = ["solve", "bnh", "--study", "s.db", "--limits", "f1<=60"]
-    said(*words, "--points", "16")
-    before = read_table("s.db").under(limits={"f1": 60}).best().numbers[0]
-    printed = " ".join(
-        said(*words, "--points", "+16", "--algorithm", "surrogate", "--bounds", "x1=0.5:2").split()
-    )
-    table = read_table("s.db").under(limits={"f1": 60})
-    optimal = table.take(table.pareto())
-    n_new = int((optimal["run"] == 2).sum())
-    assert f"s.db: 32 tests of 2 runs; {table.feasible().sum()} are within the limits" in printed
-    assert f"; {len(optimal)} of them are not dominated." in printed
-    assert f"This run: 16 tests, of which {n_new} are not dominated" in printed
-    best = table.best()
-    assert f"Proposed: {best.names[0]} (f1 " in printed
-    assert best.numbers[0] == before or f"(before: test {before})" in printed
 
 
 def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said, undrawn):

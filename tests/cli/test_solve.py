@@ -164,16 +164,22 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     """With its Pareto set, however few tests the command has added."""
     words = ["solve", "bnh", "--study", "s.db", "--out", "o.csv"]
     said(*words, "--points", 96)
+    (before,) = read_table("s.db").best().names
     more = ["--algorithm", algorithm, "--points", 12 if algorithm == "nsga3" else "+12"]
-    printed = said(*words, *more, "--bounds", "x1=0.3:0.7")
+    printed = joined(said(*words, *more, "--bounds", "x1=0.3:0.7"))
     said("rank", "s.db", "--out", "ranked.csv")
     ranked = written("ranked.csv")
     columns = ["place", "test", "f1", "f2", "mu1", "mu2", "mu3", "efficiency_rank"]
     optimal = ranked[ranked["pareto"]].reset_index(drop=True)
     pd.testing.assert_frame_equal(written("o.csv")[columns], optimal[columns], check_dtype=False)
-    assert "s.db: 108 tests of 2 runs; " in printed
-    assert f"; {len(optimal)} of them are not dominated." in joined(printed)
-    assert "This run: 12 tests, of which " in printed
+    table = read_table("s.db")
+    n_new = (table.take(table.pareto())["run"] == 2).sum()
+    (best,) = table.best().names
+    assert f"s.db: 108 tests of 2 runs; {table.feasible().sum()} are within the limit" in printed
+    assert f"; {len(optimal)} of them are not dominated." in printed
+    assert f"This run: 12 tests, of which {n_new} are not dominated" in printed
+    assert f"Proposed: {best} (f1 " in printed
+    assert best == before or f"(before: {before})" in printed
 
 
 def test_a_run_answers_with_designs_of_its_study(said):

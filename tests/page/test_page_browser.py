@@ -672,17 +672,6 @@ def test_a_brush_rejects_no_better_design(reader, frame, k):
     assert None not in reader.state["limits"][OBJECTIVES[k]]
 
 
-def test_no_number_is_written_as_minus_zero(visit, in_folder, tmp_path, said, undrawn):
-    Path("f.csv").write_text("gain,cost\n-.31415,9\n20000.5,5\n3000.25,7\n-4000,11\n0,4\n")
-    words = ("f.csv", "--maximize", "gain")  # which turns the sign of a zero
-    printed = said("rank", *words)
-    said("page", *words, "--out", "p.html")
-    said("report", *words, "--design", 5, "--out", "r.html")
-    table = visit(Path("p.html").resolve()).text("#table")
-    for text in (printed, table, Path("r.html").read_text("utf-8")):
-        assert not re.search(r"-0(?![.\d])", text)
-
-
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
     name = reader.ask(f"D.data.names[{best}]")

@@ -575,7 +575,8 @@ def test_positions_have_the_order_of_python(cases):
 
 def test_numbers_are_written_as_python_writes_them(cases):
     dice = random.Random(3)
-    numbers = [((0, False), -0.31415), ((2, False), -0.001), ((3, True), 1.2345), ((3, True), 0.0)]
+    numbers = [((0, False), -0.31415), ((2, False), -0.001), ((3, True), 1.2345)]
+    numbers += [((3, True), 0.0), ((3, True), -0.0), ((0, False), -0.0)]
     for _ in range(3000):
         notation = (dice.randrange(9), dice.random() < 0.3)
         value = dice.choice([-1, 1]) * dice.randrange(1, 2**14) / 2 ** dice.randrange(20)

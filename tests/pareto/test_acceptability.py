@@ -39,14 +39,6 @@ def test_shares_are_those_of_numerical_integration(F, p, factor):
     assert np.abs(shares - integrated(F, p, factor, n)[:, :3]).max() < 0.005
 
 
-def test_designs_of_a_weighted_sum_have_intervals_of_weights():
-    """A design is the best between the weights at which it ties with its neighbours on the hull."""
-    d = np.diff(TWO, axis=0)
-    ties = -d[:, 1] / (d[:, 0] - d[:, 1])  # of the first objective; all five are on the hull
-    ends = np.concatenate([[1.0], ties, [0.0]])
-    assert np.abs(acceptability(TWO, p=1)[:, 0] + np.diff(ends)).max() < 1e-3
-
-
 def test_equal_weights_are_the_limit_of_a_small_factor():
     for p in (1, 2, np.inf):
         shares = acceptability(THREE, p=p, factor=1.0001)

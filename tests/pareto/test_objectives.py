@@ -42,20 +42,6 @@ def test_ideal_and_nadir_are_in_the_original_directions(data, F, normalize):
     np.testing.assert_array_equal(again.criteria, ranking.criteria)
 
 
-@given(data=st.data(), F=sets)
-def test_units_rows_and_dominated_rows_do_not_matter(data, F):
-    """Positive rescaling, another order and dominated rows at once, some objectives maximised."""
-    n, m = F.shape
-    maximize = data.draw(directions(m))
-    factor = data.draw(arrays(float, m, elements=st.sampled_from([1e-9, 0.3, 1.0, 7.0, 1e12])))
-    worse = F[data.draw(st.lists(st.integers(0, n - 1), max_size=5))] + 0.5
-    worse[:, maximize] -= 1.0
-    rows = data.draw(st.permutations(range(n + len(worse))))
-    other = rank_of_efficiency((np.vstack([F, worse]) * factor)[rows], maximize=maximize)
-    expected = rank_of_efficiency(F, maximize=maximize).rank.tolist() + [0] * len(worse)
-    assert other.rank.tolist() == [expected[i] for i in rows]
-
-
 PUBLISHED = [
     "input1.dat",
     "ran.10pts.9d.10",

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import cautions, rank_of_efficiency
-from pymoo_psi.pareto import levels, without_rounding
 from tests.helpers.exact import assert_exact, exact_ranking
 
 EPS = 2.0**-52
@@ -156,36 +155,3 @@ def test_noise_in_a_constant_objective_has_no_range(seed, n, size, normalize):
     ends = {"ideal": noisy.min(axis=0), "nadir": noisy.max(axis=0)}
     given_ends = rank_of_efficiency(noisy, normalize=normalize, **ends)
     assert given_ends.rank.tolist() == rank_of_efficiency(F, normalize=normalize).rank.tolist()
-
-
-@given(
-    values=arrays(float, st.integers(1, 40), elements=st.integers(0, 60).map(float)),
-    tolerance=st.sampled_from([0.0, 0.5, 1.0, 2.0, 7.0, 100.0]),
-)
-def test_levels_are_ordered_and_no_wider_than_the_tolerance(values, tolerance):
-    level = levels(values, tolerance)
-    assert set(level) == set(range(level.max() + 1))
-    for a, i in zip(values, level, strict=True):
-        for b, j in zip(values, level, strict=True):
-            assert i <= j or a > b
-            assert i != j or abs(a - b) <= tolerance
-    least = np.array([values[level == k].min() for k in range(level.max() + 1)])
-    assert (np.diff(least) > tolerance).all()
-
-
-chains = arrays(float, st.tuples(st.integers(1, 40), st.integers(1, 3)), elements=st.one_of(
-    st.integers(0, 500).map(lambda k: 1 + k * EPS),
-    st.integers(0, 500).map(lambda k: -1 + k * EPS),
-    st.sampled_from([0.0, 5e-324, -5e-324, 1e300, 1.7976931348623157e308]),
-))  # fmt: skip
-
-
-@given(F=chains)
-def test_without_rounding_values_move_by_noise_only(F):
-    calm = without_rounding(F)
-    assert (np.abs(calm - F) <= 65 * EPS * np.abs(calm)).all()
-    np.testing.assert_array_equal(without_rounding(calm), calm)
-    for raw, column in zip(F.T, calm.T, strict=True):
-        order = np.argsort(raw, kind="stable")
-        assert (column[order][1:] >= column[order][:-1]).all()
-        assert column.min() == raw.min()

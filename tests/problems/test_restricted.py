@@ -16,7 +16,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     FailureTolerant,
     LPTauSampling,
-    ProcessRunner,
     Restricted,
     SphereChute,
     VectorizedSphereChute,
@@ -103,16 +102,6 @@ def test_a_table_has_the_whole_problems_columns_and_values(make, bounds):
             assert set(column) == set(kept if isinstance(kept, list) else [kept])
 
 
-def test_processes_give_the_same_table():
-    bounds = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
-    table = investigate(Restricted(Beam(), bounds), 48)
-    assert (table.status == "failed").any()
-    part = Restricted(Beam(), bounds)
-    part.elementwise_runner = ProcessRunner(2)
-    assert investigate(part, 48).equals(table)
-    refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), bounds)
-
-
 MIXED = {
     "sampling": MixedVariableSampling(),
     "mating": MixedVariableMating(eliminate_duplicates=MixedVariableDuplicateElimination()),
@@ -145,6 +134,7 @@ def test_parts_of_parts_are_the_part_by_both(width):
     twice = Restricted(Restricted(Beam(), outer), inner)
     assert investigate(twice, 16).equals(investigate(Restricted(Beam(), outer | inner), 16))
     refused("from 1.0 to 2.0", Restricted, Restricted(Beam(), outer), {"width": 0.5})
+    refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), inner)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from pymoo_psi.files import read_table
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
 from tests.helpers.draws import seeds
+from tests.helpers.ranked import Ranked
 from tests.helpers.refusals import refused
 
 
@@ -90,8 +91,6 @@ def html(beam):
     return beam.html()
 
 
-# A slow oracle: the rule of the ranking in plain Python, from the rows of a file.
-
 LARGER = ("battery", "speed")  # of these more is better
 NAMES = ("price", "battery", "speed")
 
@@ -109,35 +108,13 @@ def offers(seed, n=14):
     return frame[~frame.duplicated()]
 
 
-class Ranked:
-    """The designs of a frame with a price of at most a limit, ranked."""
-
-    def __init__(self, frame, most=np.inf, **least):
-        rows = {name: row for name, row in frame.to_dict("index").items() if row["price"] <= most}
-        for column, value in least.items():
-            rows = {name: row for name, row in rows.items() if row[column] >= value}
-        signs = {name: -1 if name in LARGER else 1 for name in NAMES}
-
-        def dominates(one, other):
-            pairs = [(sign * one[name], sign * other[name]) for name, sign in signs.items()]
-            return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
-
-        self.rows = rows
-        self.front = [
-            name for name, row in rows.items() if not any(dominates(o, row) for o in rows.values())
-        ]
-        self.best, self.worst = {}, {}
-        for name, sign in signs.items():
-            ordered = sorted(sign * rows[design][name] for design in self.front)
-            self.best[name], self.worst[name] = sign * ordered[0], sign * ordered[-1]
-        self.front.sort(key=lambda design: sum(s**2 for s in self.shares(design).values()))
-
-    def shares(self, design):
-        shares = {}
-        for name in NAMES:
-            reach = abs(self.worst[name] - self.best[name])
-            shares[name] = abs(self.rows[design][name] - self.best[name]) / (reach or 1)
-        return shares
+def ranked(frame, most=np.inf, **least):
+    """The designs of a frame with a price of at most a limit, and at least other values, ranked."""
+    within = frame[frame["price"] <= most]
+    for column, value in least.items():
+        within = within[within[column] >= value]
+    signs = {name: -1 if name in LARGER else 1 for name in NAMES}
+    return Ranked(within.to_dict("index"), signs)
 
 
 def is_written(text, value):
@@ -154,7 +131,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     frame = offers(seed)
     most = int(frame["price"].quantile(0.7))
     table = read_table(frame, Formulation(list(NAMES), maximize=LARGER, limits={"price": most}))
-    oracle = Ranked(frame, most)
+    oracle = ranked(frame, most)
     proposed, shares = oracle.front[0], oracle.shares(oracle.front[0])
     reader = Reader(decision_report(table, question="Which?"))
     sections = reader.sections
@@ -166,7 +143,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     assert {name for name, _, _ in costs} == {*behind}
     for name, amount, share in costs:
         assert float(share) == pytest.approx(100 * shares[name], abs=0.5)
-        lost = abs(oracle.rows[proposed][name] - oracle.best[name])
+        lost = oracle.lost(proposed, name)
         assert float("".join(amount.split())) == pytest.approx(lost, rel=6e-3)
     rows = [row.split(" | ") for row in sections["Values"][1:4]]
     for name, (heads, worst, _, best, value, share) in zip(NAMES, rows, strict=True):
@@ -193,22 +170,22 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     assert title == f"price at most {most}"
     n_rejected = len(frame) - len(oracle.rows)
     assert text.startswith(f"Rejects {n_rejected} of {len(frame)} designs.")
-    free = Ranked(frame)
+    free = ranked(frame)
     then = "the proposal is the same" if free.front[0] == proposed else f"{free.front[0]} is"
     assert f"Without it {then}" in text
     lower = sorted({row["price"] for row in oracle.rows.values()})
     tighter = [
-        price for price in lower if price < most and Ranked(frame, price).front[0] != proposed
+        price for price in lower if price < most and ranked(frame, price).front[0] != proposed
     ]
     edge = lower[lower.index(tighter[-1]) + 1] if tighter else lower[0]
-    then = f"{Ranked(frame, tighter[-1]).front[0]} is proposed" if tighter else "no design is left"
+    then = f"{ranked(frame, tighter[-1]).front[0]} is proposed" if tighter else "no design is left"
     assert f"If price must be below {edge}, {then}." in text
     # Limits on the others: which of them no design can exceed.
     said = " ".join(sections.get("The proposal changes with a limit", []))
     best = []
     for name in ("battery", "speed"):
         values = {row[name] for row in oracle.rows.values()}
-        if all(Ranked(frame, most, **{name: value}).front[0] == proposed for value in values):
+        if all(ranked(frame, most, **{name: value}).front[0] == proposed for value in values):
             best.append(name)
     ends = f"{proposed} has the best {' and '.join(best)} already: any stricter limit leaves no"
     assert (ends in said) == ("leaves no" in said) == bool(best)
@@ -233,7 +210,7 @@ CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 def test_positions_say_what_the_proposal_costs(seed):
     frame = offers(seed)
     most = int(frame["price"].quantile(0.7))
-    oracle = Ranked(frame, most)
+    oracle = ranked(frame, most)
     rejected = [name for name in frame.index if name not in oracle.rows]
     holders = {"Ann": oracle.front[0], "Ben": oracle.front[-1], "Cleo": rejected[0]}
     positions = [{"name": name, "chosen": design} for name, design in holders.items()]
