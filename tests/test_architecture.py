@@ -178,6 +178,20 @@ def test_what_is_imported_is_declared_and_the_reverse():
     assert outside(at_once) <= needed
 
 
+def test_the_extra_for_tests_is_enough():
+    """But for the site, whose tests are skipped without Sphinx."""
+    tomllib = pytest.importorskip("tomllib", reason="Python 3.10 reads no TOML")
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
+    needed = declared(project["dependencies"])
+    for name in ("test", "xlsx", "cluster", "live"):
+        needed |= declared(project["optional-dependencies"][name])
+    modules = set()
+    for path in (PROJECT / "tests").rglob("*.py"):
+        modules |= modules_of(path)
+    own = {"benchmarks", "models", "tests"}  # the second is a module that tests write
+    assert outside(modules) - own <= needed
+
+
 def test_every_public_name_is_there():
     missing = [name for name in pymoo_psi.__all__ if not hasattr(pymoo_psi, name)]
     missing += sorted(set(pymoo_psi.__all__) - set(dir(pymoo_psi)))

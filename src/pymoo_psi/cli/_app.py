@@ -105,7 +105,6 @@ _PROBLEM = click.Argument(["problem"])
 _OF_PROBLEM = [
     _names("bounds", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
-    _file("study", "FILE.db", "Keep every test here, and answer with all of them."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
 ]
@@ -212,6 +211,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], No
         type=click.IntRange(0),
         default=1,
     ),
+    _file("study", "FILE.db", "Keep every test here, and answer with all of them."),
     *_OF_PROBLEM,
     _flag("noisy", text="The model is stochastic: tests of the same design differ."),
     _count("repeat", "K", "Test each design of a noisy model K times (psi).", default=1),
@@ -263,7 +263,8 @@ def solve() -> None:
     _option(
         "points", "N", "Number of designs; 0 lists pending ones.", type=click.IntRange(0), default=4
     ),
-    _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
+    _file("study", "FILE.db", "Study that keeps the tests.", required=True),
+    _file("out", "FILE", "Write the designs into this new file (.csv, .xlsx).", required=True),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
     _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
     *_OF_PROBLEM,

@@ -72,11 +72,11 @@ def print_frame(frame: pd.DataFrame, title: str) -> None:
     print_text(text)
 
 
-def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> Path | None:
+def require_output(path: Path, suffixes: Names, *inputs: Path | None) -> Path:
     """Refuse an output file that cannot or must not be written, before the work is done.
 
     Args:
-        path: The file to write, if any. An existing file must be a result of pymoo-psi.
+        path: The file to write. An existing file must be a result of pymoo-psi.
         suffixes: Suffixes of the formats that can be written.
         inputs: Files that are read.
 
@@ -87,8 +87,6 @@ def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> 
         ArgumentValueError: The file has another suffix, is an input, or is no result of pymoo-psi.
         OSError: Its folder does not exist or cannot be written to.
     """
-    if path is None:
-        return None
     for source in inputs:
         # Resolved, as a link to an input is the input.
         if source is not None and source.resolve() == path.resolve():

@@ -165,32 +165,32 @@ def _construct(name: str, source: Any) -> Problem:
         name: The argument PROBLEM.
         source: The class, function or problem.
     """
-    names: list[str] = []
-    problem = source
+    if isinstance(source, Problem):
+        _arguments(name, [])  # it has none: any is refused
+        return source
+    remedy = _REMEDY
     try:
-        if not isinstance(source, Problem):
-            parameters = inspect.signature(source).parameters.values()
-            names = [parameter.name for parameter in parameters if parameter.kind in _NAMED]
-        arguments = _arguments(name, names)
-        if not isinstance(source, Problem):
-            problem = source(**arguments)
-        instance(f"PROBLEM {name}", problem, Problem, _REMEDY)
+        parameters = inspect.signature(source).parameters.values()
+        names = [parameter.name for parameter in parameters if parameter.kind in _NAMED]
+        if names:
+            remedy = f"its arguments: {', '.join(names)}"
+        problem = source(**_arguments(name, names))
     except PsiError:
         raise
     except (Exception, SystemExit) as error:
-        remedy = _REMEDY
-        if names:
-            remedy = f"its arguments: {', '.join(names)}"
         reason = f"{type(error).__name__}: {error}; {remedy}"
         raise invalid("PROBLEM", "one that can be constructed", name, reason) from error
-    return problem
+    return instance(f"PROBLEM {name}", problem, Problem, _REMEDY)
 
 
 def _arguments(problem: str, names: Names) -> Values:
     """Return the arguments of a problem by name from the options that the command does not have."""
     context = click.get_current_context()
     # With the command's own options click can suggest one of them for a misspelt name.
-    options = [param for param in context.command.params if isinstance(param, click.Option)]
+    options = []
+    for param in context.command.params:
+        if isinstance(param, click.Option) and not param.required:
+            options.append(param)
     added = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
     command = click.Command(problem, params=[*options, *added])
     try:

@@ -113,7 +113,7 @@ def _table(
     most = max(map(_columns, names))
     least = min(most, _LEAST_LABEL)
     cells, room = _fitting(numbers, columns - len(_BESIDE_PLACES), least)
-    names = [_cut(name, max(room, least)) for name in names]
+    names = [shortened(name, max(room, least)) for name in names]
     places = ["place", *map(str, ranking.place[shown]), "", ""]
     rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
     lines = [_GAP.join(row).rstrip() for row in rows]
@@ -141,7 +141,7 @@ def _fitting(
             cells = []
             room = columns
             for name, arrow, texts in numbers[:n_shown]:
-                cells.append(_aligned([f"{_cut(name, most)} {arrow}", *texts]))
+                cells.append(_aligned([f"{shortened(name, most)} {arrow}", *texts]))
                 room -= len(_GAP) + _columns(cells[-1][0])
             if room >= least:
                 return cells, room
@@ -170,14 +170,15 @@ def _aligned(texts: list[str], *, left: bool = False) -> list[str]:
     return aligned
 
 
-def _cut(text: str, most: int) -> str:
+def shortened(text: str, most: int) -> str:
     """Return a text without its middle if it is too wide: names that begin alike end unlike."""
-    if _columns(text) <= most:
-        return text
-    n = min(len(text), most)
-    while _columns(text[: n - n // 2]) + _columns(text[len(text) - n // 2 :]) >= most:
-        n -= 1
-    return f"{text[: n - n // 2]}…{text[len(text) - n // 2 :]}"
+    kept = text
+    n_kept = len(text)
+    while _columns(kept) > most:
+        n_kept -= 1
+        half = n_kept // 2
+        kept = f"{text[: n_kept - half]}…{text[len(text) - half :]}"
+    return kept
 
 
 # The sentences

@@ -43,7 +43,7 @@ from pymoo_psi.cli._app import OF_FORMULATION, Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._ranking import command, say_ranking
+from pymoo_psi.cli._ranking import command, say_ranking, shortened
 from pymoo_psi.cli._source import (
     decision_in,
     require_free_names,
@@ -120,7 +120,9 @@ def run_solve(options: Options) -> int:
     require_model(problem)
     if getattr(options, "try"):  # a keyword of Python, as "from" is
         return try_program(options.problem, problem, n_points)
-    out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
+    out = options.out
+    if out is not None:
+        out = require_output(out, suffixes_for("designs"), options.study, options.decision)
     model = Model(problem, settings)  # after this only the search can fail
     require_free_names((*model.schema.names, *model.formulation.computed))
     runner = set_runner(problem, options)
@@ -404,11 +406,8 @@ def _reasons(result: Result, is_new: Mask, *, is_continued: bool) -> list[str]:
     failures = Counter(alike(tests.reasons.values()))
     if not failures:
         return []
-    texts = []
-    for reason, _ in failures.most_common(_N_REASONS):
-        if len(reason) > _LONGEST:  # at its end is the folder of a failed program
-            reason = f"{reason[: _LONGEST // 2]} … {reason[-_LONGEST // 2 :]}"
-        texts.append(reason)
+    # At the end of a reason is the folder of a failed program.
+    texts = [shortened(reason, _LONGEST) for reason, _ in failures.most_common(_N_REASONS)]
     if len(failures) > _N_REASONS:
         texts.append(counted(len(failures) - _N_REASONS, "other reason"))
     n_failed = failures.total()
@@ -444,8 +443,6 @@ def run_ask(options: Options) -> int:
     Returns:
         0.
     """
-    if options.study is None:
-        raise invalid("--study", "the name of a study, which keeps the tests", Received("none"))
     with_surrogates = options.algorithm == "surrogate"
     formulation = decision_in(options).formulation
     if formulation != Formulation() and not with_surrogates:
@@ -453,8 +450,7 @@ def run_ask(options: Options) -> int:
         raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, bounds=options.bounds, log=options.log)
     out = require_output(options.out, suffixes_for("designs"), options.study)
-    if out is None or out.exists():
-        # It may hold results that nobody has told yet.
+    if options.out.exists():  # it may hold results that nobody has told yet
         raise invalid("--out", "the name of a new file", str(options.out))
     run = RunOptions(
         study=options.study,

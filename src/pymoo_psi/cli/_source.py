@@ -124,8 +124,9 @@ def opened_by_options(options: Options, suffixes: Names) -> TestTable:
         OSError: A file cannot be opened.
     """
     path = options.file
-    prototype = getattr(options, "prototype", None)
-    require_output(options.out, suffixes, path, prototype, options.decision)
+    if options.out is not None:
+        prototype = getattr(options, "prototype", None)
+        require_output(options.out, suffixes, path, prototype, options.decision)
     return opened(path, options, decision_in(options))
 
 
