@@ -132,8 +132,9 @@ def _changes(node: ast.AST) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
 def drawn(n: int, seed: int) -> list[Mutant]:
     """Return n different mutants of the core, each place as likely as any other."""
     every: list[Mutant] = []
-    for subpackage in CORE:
-        for path in sorted((CHECKOUT / SOURCES / subpackage).glob("*.py")):
+    sources = CHECKOUT / SOURCES
+    for path in sorted(sources.rglob("*.py")):
+        if path.relative_to(sources).parts[0].removesuffix(".py") in CORE:
             every += mutants_of(path)
     return random.Random(seed).sample(every, n)
 

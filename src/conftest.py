@@ -42,7 +42,7 @@ SHARED = {
     "table/_tests.py": ["TestTable"],
     "comparison/_comparison.py": ["bnh", "result"],
     "comparison/_runs.py": ["result"],
-    "paper/_reproduction.py": ["case"],
+    "pymoo_psi/paper.py": ["case"],
 }
 
 

@@ -31,9 +31,9 @@
 **Subpackages**
 
 Each layer imports only from the layers above it, and within a layer each subpackage only from those
-before it. Of another subpackage only names of its ``__init__`` are imported. Each ``__init__`` is
-an overview of its subject with two lists: the public names, ``__all__``, and those that subpackages
-share.
+before it. Of another subpackage only names of its ``__init__`` are imported, which is an overview
+of its subject with two lists: the public names, ``__all__``, and those that subpackages share. What
+needs one file is a module instead.
 
 ============ ====================================== ======================
 layer        subpackages                            knows

@@ -13,7 +13,7 @@ from pymoo_psi.sequences import MAX_DIMENSIONS
 from tests.helpers.refusals import refused
 
 DATA = json.loads(
-    resources.files("pymoo_psi.sequences").joinpath("lp_tau_directions.json").read_text("utf-8")
+    resources.files("pymoo_psi").joinpath("lp_tau_directions.json").read_text("utf-8")
 )
 
 

@@ -1,4 +1,17 @@
-"""The server of a growing study: what it reads, what it sends, and what it refuses."""
+"""The page of a study that grows, to watch and steer a run in a browser.
+
+:func:`live` shows a study in a notebook and returns the address of its page; the command
+``pymoo-psi live`` does the same in a terminal. Both need the extra ``live``.
+
+It is the decision page. A server in a separate process reads the study when it has changed and
+sends new designs as server-sent events; the page ranks them. Requests to the run are stored in the
+study, and the run reads them between two proposals. The run does not depend on page or server: it
+may be on another machine, and continues when they end.
+
+The server listens on 127.0.0.1 by default. Its address contains a token. Requests from other pages
+or for other host names are refused, and the size of requests is bounded. The server accesses only
+the study and the file with the address beside it.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +49,8 @@ if TYPE_CHECKING:
     from starlette.applications import Starlette
     from starlette.requests import Request
     from starlette.responses import Response
+
+__all__ = ["live"]
 
 _PORT = 8741  # the port, unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study

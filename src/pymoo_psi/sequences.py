@@ -1,6 +1,7 @@
-"""The LPτ sequence of Sobol' in natural order, numbered from 1.
+"""Uniformly distributed sequences: Sobol's LPτ test points.
 
-Point number 1 is the origin; with n = number − 1, coordinate j of a point is the exclusive or of
+The points are in natural order, numbered from 1 (the origin), in up to 51 dimensions. Any number of
+points may start at any number. With n = number − 1, coordinate j of a point is the exclusive or of
 the direction numbers V_jk over the bits k that are set in n. ``scipy.stats.qmc.Sobol`` visits the
 same kind of points in Gray-code order and, from the third dimension on, with other direction
 numbers, so neither its numbering nor its points are those of the PSI literature.
@@ -8,6 +9,20 @@ numbers, so neither its numbering nor its points are those of the PSI literature
 Source: I. M. Sobol', Yu. L. Levitan (1976), with the direction numbers as distributed by
 B. Shukhman, Computer Physics Communications 78 (1994) 279. ``lp_tau_directions.json`` contains
 primitive polynomials and initial numbers; the usual recurrence gives the rest.
+
+Example:
+    >>> from pymoo_psi import lp_tau
+    >>> lp_tau(3, 2, first=2)
+    array([[0.5 , 0.5 ],
+           [0.25, 0.75],
+           [0.75, 0.25]])
+
+    :class:`pymoo_psi.LPTauSampling` starts any algorithm of pymoo from these points,
+    :class:`pymoo_psi.QMCSampling` from those of SciPy's engines.
+
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo_psi import LPTauSampling
+    >>> algorithm = NSGA2(pop_size=100, sampling=LPTauSampling())
 """
 
 from __future__ import annotations
@@ -20,6 +35,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, integer, invalid
+
+__all__ = ["lp_tau"]
 
 Integers = NDArray[np.uint64]
 
