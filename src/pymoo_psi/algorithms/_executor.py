@@ -190,12 +190,13 @@ class Executor:
         space = self._model.space
         if self._model.has_requirements or self._known is not None:
             points = self._without_answer(points)
-        numbers = points.numbers.tolist()
-        if not self.has_designs and numbers:
-            self._submitted = np.append(self._submitted, points.numbers)
-            self.queue.add([(numbers[0], points)])
-        if not self.has_designs or not numbers:
+        if len(points) == 0:
             return
+        if not self.has_designs:
+            self._submitted = np.append(self._submitted, points.numbers)
+            self.queue.add([(int(points.numbers[0]), points)])
+            return
+        numbers = points.numbers.tolist()
         designs: Any = space.designs(points.matrix(space))
         if self._model.noisy:
             repeat = self._model.repeat
@@ -272,7 +273,8 @@ class Executor:
             block = self._block(points, [*self._answers], [*self._answers.values()], np.zeros(n))
             blocks.append(block._replace(is_called=np.zeros(n, dtype=bool)))
         numbers, tests, *others = zip(*blocks, strict=True)
-        self._submitted = self._submitted[self._submitted >= self.queue.first_pending]
+        first = np.searchsorted(self._submitted, self.queue.first_pending)
+        self._submitted = self._submitted[first:]
         self._clear()
         whole = tests[0]
         if len(tests) > 1:  # otherwise it takes as long as a commit

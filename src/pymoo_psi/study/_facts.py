@@ -45,6 +45,7 @@ _OUTPUTS = "problem.parameters.outputs."
 _TEMPLATE = "problem.parameters.template."
 SUFFIX = ".db"  # the suffix of the studies in a folder
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
+_LOW_BITS = 2**32 - 1
 
 ROOM = 1_000_000
 """Test point p of run r has number ROOM * (r - 1) + p, unless that is taken."""
@@ -312,7 +313,7 @@ class Share(NamedTuple):
         """Return its test points from ``first`` to ``last``, increasing."""
         rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
         # Only the lowest 32 bits of the product count, so that its overflow does no harm.
-        shifts = (rounds * _GOLDEN % 2**32) * self.of // 2**32
+        shifts = (rounds * _GOLDEN & _LOW_BITS) * self.of >> 32
         places = (self.part - 1 + shifts) % self.of
         numbers = rounds * self.of + places + 1
         return numbers[(first <= numbers) & (numbers <= last)]
