@@ -415,21 +415,18 @@ def explain(
     # The Pareto set as seen from the design: the steps to it in shares of the ranges.
     front = np.flatnonzero(ranking.pareto)
     values = _values(ranking, np.append(row, front))
-    behind = values[0] - values[1:].min(axis=0)
     gains = values[0] - values[1:]
+    behind = gains.max(axis=0)
     steps = gains / ranking.lengths
     losses = np.fmax(-steps, 0).max(axis=1)
     distances = np.sqrt((steps**2).sum(axis=1))
     distances[np.isnan(distances)] = np.inf
 
-    neighbours = np.full(gains.shape[1], -1)
-    for j, gain in enumerate(gains.T):
-        better = gain > 0
-        clearly = better & (gain >= _STEP * ranking.lengths[j])  # a step of a tiny range is 0
-        if clearly.any():
-            better = clearly
-        if better.any():
-            candidates = _least(np.flatnonzero(better), losses, distances)
+    neighbours = np.full(len(behind), -1)
+    for j, least in enumerate(_STEP * ranking.lengths):
+        better = _better(gains[:, j], least)
+        if len(better):
+            candidates = _least(better, losses, distances)
             neighbours[j] = front[candidates[values[1:, j][candidates].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
@@ -450,6 +447,15 @@ def explain(
         decimal,
         trades,
     )
+
+
+def _better(gains: Array, least: float) -> Rows:
+    """Return which gains are the least step or more; if none is, which are above 0."""
+    better = np.flatnonzero(gains > 0)  # the least step of a tiny range is 0
+    clearly = better[gains[better] >= least]
+    if len(clearly):
+        return clearly
+    return better
 
 
 def compare_designs(
