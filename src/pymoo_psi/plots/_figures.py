@@ -35,7 +35,6 @@ from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
     INK,
-    SHAPES,
     Drawing,
     Style,
     curves,
@@ -43,7 +42,6 @@ from pymoo_psi.plots._style import (
     matrix,
     name_above,
     name_axis,
-    name_groups,
     name_lines,
     name_points,
     new_figure,
@@ -52,7 +50,6 @@ from pymoo_psi.plots._style import (
     raised,
     set_log,
     show_free,
-    write_key,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -249,10 +246,8 @@ def plot_objectives(
     with matrix(names) as (figure, planes):
         for ax, first, second in planes:
             points.draw(ax, first, second)
-            ax.label_outer()
             places = np.column_stack([points.columns[name].places for name in (first, second)])
             name_points(figure, ax, places, points.names())
-        write_key(figure, planes[0][0])
         figure.describe(title, points.counts(table))
     return figure
 
@@ -563,29 +558,19 @@ def plot_fronts(comparison: Comparison) -> Drawing:
         if run.task.n_evaluations == most:
             fronts.setdefault(run.task.algorithm, run.F)
     styles = dict(zip(fronts, curves(), strict=False))
-    names = {}
-    markers = []
-    for name, style in styles.items():
-        text = f"{literal(name, 30)} ({len(fronts[name])})"
-        names[name] = {"text": text, "color": style["color"]}
-        markers.append(f"{text} {SHAPES[style['marker']]}")
-    m = min(MATRIX + 1, comparison.runs[0].F.shape[1])
-    objectives = [f"f{j + 1}" for j in range(m)]
+    objectives = [f"f{j + 1}" for j in range(min(MATRIX + 1, comparison.runs[0].F.shape[1]))]
     with matrix(objectives) as (figure, planes):
-        places = []
         for ax, first, second in planes:
-            pair = [objectives.index(first), objectives.index(second)]
-            places.append({name: F[:, pair] for name, F in fronts.items()})
             for name, style in styles.items():
+                F = pd.DataFrame(fronts[name][:, : len(objectives)], columns=objectives)
+                text = f"{literal(name, 30)} ({len(F)})"
                 outline = style | {"linestyle": "none", "markerfacecolor": "none"}
-                ax.plot(*fronts[name][:, pair].T, markersize=3.0, **outline)
+                ax.plot(F[first], F[second], markersize=3.0, label=text, **outline)
             name_axis(ax, "x", first)
             name_axis(ax, "y", second)
-            ax.label_outer()
-        name_groups(figure, [ax for ax, *_ in planes], places, names)
         figure.describe(
             f"{comparison.problem}: fronts of the algorithms, objectives in pairs, minimised",
-            f"{most} evaluations, the first seed: {', '.join(markers)}.",
+            f"{most} evaluations, the first seed; in brackets, how many designs.",
         )
     return figure
 

@@ -23,11 +23,9 @@ from pymoo_psi.plots._points import Column, Points, groups_in_words
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
-    INK,
     Drawing,
     Style,
     curves,
-    name_groups,
     name_lines,
     new_figure,
     panels,
@@ -228,18 +226,8 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
             for ax, (first, second) in zip(part, pairs, strict=False):
                 Points(columns, groups).draw(ax, first, second)
                 ax.set(xlabel=_LABELS[first], ylabel=_LABELS[second])
-        places = []
-        for pair in pairs:
-            planes = {}
-            for name, (_, mask) in groups.items():
-                planes[name] = np.column_stack([columns[axis].places[mask] for axis in pair])
-            places.append(planes)
-        texts: dict[str, Style] = {}
-        for name in reversed(_RANKS):  # the optimum first
-            texts[name] = {"text": name.removeprefix("of "), "color": INK}
-        texts[_OPTIMUM] = {"text": "optimum", "color": ACCENT, "fontweight": "bold"}
-        name_groups(figure, axes[:1], places[:1], {_UNRANKED: texts.pop(_UNRANKED)})
-        name_groups(figure, details, places, texts)
+        key = axes[0].get_legend_handles_labels()
+        figure.legend(*key, loc="outside upper left", ncols=2)
         points = counted(len(ranked), "point")
         figure.describe(
             f"Pareto-optimal points {space}; {_subject(case)}",

@@ -125,6 +125,8 @@ class Points:
         x = self.columns[first]
         y = self.columns[second]
         visible = x.visible & y.visible
+        for row, name in list(self.named.items())[:1]:
+            axes.plot(x.places[row], y.places[row], label=literal(name, _LETTERS), **_MARKED)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
             if n:
@@ -154,8 +156,6 @@ class Points:
             if x.errors is not None and y.errors is not None:
                 bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
                 axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
-        for row, name in list(self.named.items())[:1]:
-            axes.plot(x.places[row], y.places[row], label=literal(name, _LETTERS), **_MARKED)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
@@ -227,9 +227,9 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     if pareto.sum() > _MANY:
         optimal = _CROWD
     groups = {
-        "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
-        "dominated": (_DOMINATED, feasible & ~pareto),
         PARETO: (optimal, pareto),
+        "dominated": (_DOMINATED, feasible & ~pareto),
+        "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
     return Points(columns, groups, {row: table.names[row] for row in rows})
 

@@ -77,7 +77,6 @@ SHAPES = {
     "*": "a star",
 }
 _MM_OF_LETTER = 2.0  # width of a letter in labels of axes
-_NAMES_OF_PANEL = 2  # groups that are named in one of several axes
 _LETTERS_OF_Y = 22  # of the label of a vertical axis
 _LETTERS_OF_TICK = 6  # and of a number at it, with the room beside it
 _ARROWS = {"less is better": "↓", "more is better": "↑"}  # where there is no room for the words
@@ -213,8 +212,9 @@ def panels(
 def matrix(names: Sequence[str]) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
     """Yield a figure and its planes: axes with the names of the columns across and upwards.
 
-    The planes of a column have the same axis across, those of a row the same axis upwards: half a
-    matrix, whose other half has room for a key.
+    They are half a matrix: the planes of a column have the same axis across, those of a row the
+    same axis upwards. On leaving, what is labelled in the first plane has a key in the other half,
+    or above the only plane.
     """
     n = len(names) - 1
     with panels(n * n, n, head=6.0) as (figure, axes):
@@ -225,15 +225,13 @@ def matrix(names: Sequence[str]) -> Iterator[tuple[Drawing, list[tuple[Any, str,
             else:
                 planes.append((ax, names[column], names[row + 1]))
         yield figure, planes
-
-
-def write_key(figure: Drawing, axes: Axes) -> None:
-    """Write what the markers of axes mean: in the free corner of a matrix, or above its axes."""
-    marks, names = axes.get_legend_handles_labels()
-    if len(figure.axes) == 1:
-        figure.legend(marks[::-1], names[::-1], loc="outside upper left", ncols=2)
-    else:
-        figure.legend(marks[::-1], names[::-1], loc="upper right")
+        for ax in figure.axes:
+            ax.label_outer()
+        key = figure.axes[0].get_legend_handles_labels()
+        if len(planes) == 1:
+            figure.legend(*key, loc="outside upper left", ncols=2)
+        else:
+            figure.legend(*key, loc="upper right")
 
 
 def name_axis(
@@ -337,38 +335,6 @@ def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, 
         name.set_in_layout(False)
         texts.append(name)
     figure.placed += ((_place, axes, places, texts),)
-
-
-def name_groups(
-    figure: Drawing,
-    axes: Sequence[Axes],
-    places: Sequence[Mapping[str, Array]],
-    names: Mapping[str, Style],
-) -> None:
-    """Write the names of groups of points, each beside the point that is farthest from others.
-
-    Args:
-        figure: The figure.
-        axes: Its axes, each for a part of the names, as there is not room for all in small ones.
-        places: ``(n, 2)`` points of each group, for each axes.
-        names: Names of groups as arguments of ``annotate``; a group without points has none.
-    """
-    from scipy.spatial import KDTree
-
-    n_names = max(_NAMES_OF_PANEL, -(-len(names) // len(axes)))
-    if len(axes) == 1:
-        n_names = len(names)
-    for k, (ax, points) in enumerate(zip(axes, places, strict=True)):
-        every = np.vstack([*points.values()])
-        groups = np.repeat([*points], list(map(len, points.values())))
-        rows: dict[int, Style] = {}
-        for group in list(names)[k * n_names : (k + 1) * n_names]:
-            own = np.flatnonzero(groups == group)
-            if len(own):
-                unit = np.maximum(np.ptp(every, axis=0), np.finfo(float).tiny)
-                gaps, _ = KDTree(every[groups != group] / unit).query(every[own] / unit)
-                rows[int(own[gaps.argmax()])] = names[group]
-        name_points(figure, ax, every, rows)
 
 
 def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
