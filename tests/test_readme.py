@@ -83,12 +83,17 @@ def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, tmp_path):
 
 
 def test_commands_and_options_are_real(capsys, monkeypatch):
+    """Also those within sentences, which nothing runs."""
     monkeypatch.setenv("COLUMNS", "200")
-    text = README.read_text("utf-8")
-    for line in re.findall(r"pymoo-psi [a-z]+ .*--.*", text.replace("\\\n", "")):
-        assert main([line.split()[1], "--help"]) == 0
-        known = re.findall(r"--[a-z-]+", capsys.readouterr().out)
-        assert set(re.findall(r"--[a-z-]+", line)) <= set(known), line
+    known = {}
+    for text in (README.read_text("utf-8"), *GUIDES.values()):
+        text = text.replace("\\\n", "")
+        for command, words in re.findall(r"pymoo-psi ([a-z]+)([^`\n]* --[^`\n]*)", text):
+            if command not in known:
+                assert main([command, "--help"]) == 0
+                known[command] = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+            assert set(re.findall(r"(?<= )--[a-z-]+", words)) <= known[command], words
+    assert len(known) > 8
 
 
 @pytest.mark.parametrize("mu", [0.2, 0.4, 0.6])

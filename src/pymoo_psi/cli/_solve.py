@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from pymoo.core.problem import Problem
-from pymoo.optimize import minimize
 
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Integers, Mask, Names, Received, counted, invalid
@@ -58,7 +57,7 @@ from pymoo_psi.problems import (
     with_requirements,
 )
 from pymoo_psi.study import Study
-from pymoo_psi.table import Decision, Formulation, TestTable
+from pymoo_psi.table import Formulation, TestTable
 
 _N_REASONS = 3  # most frequent reasons of failures
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
@@ -205,13 +204,6 @@ def _watched(options: Options) -> AbstractContextManager[Any]:
     return view
 
 
-def _show_counts(show: Show, statuses: Counter[str], n_left: int) -> None:
-    """Show what share of the tests is done, and how many are feasible or failed."""
-    n_tests = statuses.total()
-    note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
-    show(n_tests / max(1, n_tests + n_left), note)
-
-
 def _under(tests: TestTable, settings: RunOptions) -> TestTable:
     """Return tests under the formulation of a run, as far as it can be applied."""
     # The first tests may all have failed or not been run; their outputs are then unknown.
@@ -229,15 +221,9 @@ def _by_psi(problem: Problem, n_points: int, settings: RunOptions, show: Show) -
     called = []
 
     def tested(run: Run) -> TestTable:
-        tables = [run.store.empty]
-        with closing(run.tests()) as blocks:
-            for tests in blocks:
-                tables.append(tests)
-                # Under the formulation, so that a column that is not there is refused at once.
-                statuses.update(_under(tests, settings).status.tolist())
-                _show_counts(show, statuses, run.n_left)
+        tests = _tests_of(run, settings, show, statuses)
         called.append(run.n_called)
-        return by_number(tables)
+        return tests
 
     run_options = replace(settings, block_size=block_size)
     _, tests = repeated_tests(tested, problem, n_points, run_options)
@@ -247,17 +233,33 @@ def _by_psi(problem: Problem, n_points: int, settings: RunOptions, show: Show) -
 def _by_surrogate(problem: Problem, n_points: int, settings: RunOptions, show: Show) -> Result:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
-    names = ("formulation", "sampling", "study", "study_key", "retry", "more")
-    keywords = {name: getattr(settings, name) for name in names}
+    algorithm = SurrogatePSI(n_points)
+    algorithm.problem = problem
+    algorithm.seed = settings.seed
+    run = algorithm.begin(replace(settings, runner=None))
+    tests = _tests_of(run, settings, show, Counter())
+    return _result(problem, settings, tests, run.n_called)
 
-    def callback(algorithm: SurrogatePSI) -> None:
-        statuses = Counter(replace(algorithm.table, decision=Decision()).status.tolist())
-        _show_counts(show, statuses, algorithm.n_left)
 
-    algorithm = SurrogatePSI(n_points, **keywords)
-    algorithm = minimize(problem, algorithm, seed=settings.seed, callback=callback).algorithm
-    tests = replace(algorithm.table, decision=Decision())
-    return _result(problem, settings, tests, algorithm.evaluator.n_eval)
+def _tests_of(run: Run, settings: RunOptions, show: Show, statuses: Counter[str]) -> TestTable:
+    """Return all tests of a run by number; show how many are done, feasible and failed.
+
+    Args:
+        run: The run.
+        settings: Its options.
+        show: Shows a share and a note.
+        statuses: How many earlier tests have which status; those of the run are added.
+    """
+    tables = [run.store.empty]
+    with closing(run.tests()) as blocks:
+        for tests in blocks:
+            tables.append(tests)
+            # Under the formulation, so that a column that is not there is refused at once.
+            statuses.update(_under(tests, settings).status.tolist())
+            n_tests = statuses.total()
+            note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
+            show(n_tests / max(1, n_tests + run.n_left), note)
+    return by_number(tables)
 
 
 def _result(problem: Problem, settings: RunOptions, tests: TestTable, n_evaluated: int) -> Result:
