@@ -17,7 +17,6 @@ from pymoo_psi.table import (
     OUTPUT,
     PROPOSAL_ROUND,
     Column,
-    Data,
     Formulation,
     TestTable,
     blank,
@@ -96,7 +95,7 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     designs = replace(
         designs,
         evaluated=replace(schema, columns=(*schema.columns, *outputs)),
-        data=Data(columns),
+        data=columns,
         failures={number: why for number, why in designs.failures.items() if number in lost},
         problem=None,  # no run continues a study of means
         facts=tuple(facts),

@@ -59,7 +59,6 @@ from pymoo_psi.table import (
     TEST,
     VARIABLE,
     Column,
-    Data,
     Decision,
     Formulation,
     Limit,
@@ -496,7 +495,7 @@ def _table(
     marks = {column.decimal for column in columns.values()}
     table = TestTable(
         Schema(tuple(described)),
-        Data(data),
+        data,
         np.array(numbers, dtype=np.int64),
         decision=replace(decision, formulation=stated.without_columns()),
         facts=tuple(remarks),

@@ -41,7 +41,6 @@ from pymoo_psi.table import (
     POINT,
     RUN,
     TEST,
-    Data,
     Decision,
     Schema,
     TestTable,
@@ -103,7 +102,7 @@ def table_with(schema: Schema, columns: Columns) -> TestTable:
     numbers = checked_numbers(columns[TEST])
     has_failed = columns[results["status"]] == "failed"
     reasons = columns[results["reason"]][has_failed]
-    table = TestTable(schema, Data(data), numbers)
+    table = TestTable(schema, data, numbers)
     failures = {}
     for number, reason in zip(numbers[has_failed].tolist(), reasons.tolist(), strict=True):
         # What follows from the values, without a limit, is no failure of the evaluation.

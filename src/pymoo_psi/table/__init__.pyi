@@ -69,4 +69,3 @@ from ._table import checked_numbers as checked_numbers
 from ._table import has_errors as has_errors
 from ._table import unequal as unequal
 from ._view import STATUSES as STATUSES
-from ._view import Data as Data

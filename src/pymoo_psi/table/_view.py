@@ -1,8 +1,8 @@
 """Tests under a formulation: the arrays that pymoo and the mathematics of Pareto sets take.
 
-:class:`Data` has the columns as evaluated, which all formulations share; :class:`View` what follows
-from them. Nothing of it is kept in a file: it is computed when it is asked for. This is the only
-place that knows signs: ``F`` is minimised, columns have the original direction.
+Nothing here is kept in a file: it follows from columns as evaluated, and is computed when it is
+asked for. This is the only place that knows signs: ``F`` is minimised, columns have the original
+direction.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
-from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Columns,
     Integers,
     Mask,
     Rows,
@@ -38,7 +38,6 @@ from pymoo_psi.table._schema import (
     NOT_OF_DESIGNS,
     OBJECTIVE,
     VARIABLE,
-    Column,
     Schema,
 )
 
@@ -47,84 +46,20 @@ _OK, _INFEASIBLE, _FAILED = range(3)
 _N_SHOWN = 50  # the most rows whose texts a message names
 
 
-class Data(dict[str, AnyArray]):
-    """``(n,)`` columns by name, read-only, shared by all formulations of a table.
-
-    Args:
-        columns: ``(n,)`` arrays by name.
-        matrices: Matrices of columns that are known already.
-
-    Attributes:
-        matrices: Matrices by their columns, as long as something uses them.
-    """
-
-    def __init__(
-        self,
-        columns: Mapping[str, AnyArray],
-        matrices: Mapping[tuple[Column, ...], AnyArray] | None = None,
-    ) -> None:
-        super().__init__(columns)
-        self.matrices: WeakValueDictionary[tuple[Column, ...], AnyArray]
-        self.matrices = WeakValueDictionary(matrices or {})
-        for array in (*self.values(), *self.matrices.values()):
-            array.setflags(write=False)
-
-    def __reduce__(self) -> tuple[type, tuple[Mapping[str, AnyArray]]]:
-        """Pickle the columns alone; NumPy's arrays come back writable."""
-        return Data, (dict(self),)
-
-    def matrix(self, n: int, columns: tuple[Column, ...]) -> AnyArray:
-        """Return the ``(n, k)`` matrix of columns, shared by all formulations that use it.
-
-        It is of objects if their types differ. Objectives that are maximised are negated.
-        """
-        matrix = self.matrices.get(columns)
-        if matrix is not None:
-            return matrix
-        dtypes = {self[column.name].dtype for column in columns}
-        dtype: np.dtype[Any] = np.dtype(np.float64)
-        if dtypes:
-            dtype = np.dtype(object)
-        if len(dtypes) == 1:
-            (dtype,) = dtypes
-        matrix = np.empty((n, len(columns)), dtype)
-        for j, column in enumerate(columns):
-            cells = self[column.name]
-            if column.role == OBJECTIVE and column.maximize:
-                cells = -cells
-            matrix[:, j] = cells
-        matrix.setflags(write=False)
-        self.matrices[columns] = matrix
-        return matrix
-
-    def with_columns(self, columns: Mapping[str, AnyArray]) -> Data:
-        """Return these and further columns, or others in the place of those with their names."""
-        if not columns:
-            return self
-        matrices = {}
-        for key, matrix in self.matrices.items():
-            if not any(column.name in columns for column in key):
-                matrices[key] = matrix
-        return Data({**self, **columns}, matrices)
-
-    def take(self, rows: Rows) -> Data:
-        """Return some rows; `take` needs a quarter of the time of an index in brackets."""
-        return Data({name: cells.take(rows) for name, cells in self.items()})
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class View:
     """The arrays of n tests under a formulation; see :class:`TestTable`, which adds questions."""
 
     evaluated: Schema
-    data: Data
+    data: Columns
     numbers: Integers
     failures: Mapping[int, str] = field(default_factory=dict)
     decision: Decision = field(default_factory=Decision)
 
     def __post_init__(self) -> None:
-        """Make the numbers read-only, as the data are."""
-        self.numbers.setflags(write=False)
+        """Make the arrays read-only: all formulations share them."""
+        for cells in (self.numbers, *self.data.values()):
+            cells.setflags(write=False)
 
     def __len__(self) -> int:
         """Return the number of tests."""
@@ -155,24 +90,38 @@ class View:
         return self.formulation.roles_in(self.evaluated)
 
     @cached_property
-    def _columns(self) -> Data:
+    def _columns(self) -> Columns:
         """The columns of the formulation, with computed ones, in the original directions."""
         if self.schema is self.evaluated:
             return self.data
         columns = {name: self.data[name] for name in self.evaluated.values}
         for name, text in self.formulation.computed.items():
             columns[name] = Expression.of(text).values(columns)
-        changed = {name: columns[name] for name in self.formulation.computed}
         for name in self.schema.objectives:
-            cells = real_column(name, columns[name])
+            columns[name] = real_column(name, columns[name])
             if name in self.evaluated.of_role(EQUALITY):
-                cells = np.abs(cells)
-            if cells is not self.data.get(name):
-                changed[name] = cells
-        return self.data.with_columns(changed)
+                columns[name] = np.abs(columns[name])
+        for cells in columns.values():
+            cells.setflags(write=False)
+        return {**self.data, **columns}
 
     def _matrix(self, role: str) -> AnyArray:
-        return self._columns.matrix(len(self), self.schema.with_role(role))
+        """Return the columns of a role as a matrix, of objects if their types differ."""
+        columns = self.schema.with_role(role)
+        dtypes = {self._columns[column.name].dtype for column in columns}
+        dtype: Any = np.float64
+        if len(dtypes) == 1:
+            (dtype,) = dtypes
+        elif dtypes:
+            dtype = object
+        matrix = np.empty((len(self), len(columns)), dtype)
+        for j, column in enumerate(columns):
+            cells = self._columns[column.name]
+            if role == OBJECTIVE and column.maximize:
+                cells = -cells
+            matrix[:, j] = cells
+        matrix.setflags(write=False)
+        return matrix
 
     @cached_property
     def F(self) -> Array:
@@ -302,13 +251,11 @@ class View:
         A design that a requirement kept from running violates no limit.
         """
         constraints = violated_constraints(self.G, self.H, self.schema.eq_tolerance)
+        has_run = ~constraints.any(axis=1) | np.isfinite(self.F).any(axis=1)
         masks = [constraints]
-        if self.limits:
-            has_run = ~constraints.any(axis=1) | np.isfinite(self.F).any(axis=1)
-            for name, limit in self.limits.items():
-                exceeds = limit.excess(name, self._columns[name]) > 0
-                masks.append((exceeds & has_run)[:, None])
-        return np.hstack(masks)
+        for name, limit in self.limits.items():
+            masks.append(has_run & (limit.excess(name, self._columns[name]) > 0))
+        return np.column_stack(masks)
 
     @cached_property
     def _codes(self) -> NDArray[np.int8]:
@@ -389,24 +336,22 @@ class View:
 
         The design is that of all variables, also of those that the formulation makes objectives.
         """
-        repeats = np.zeros(len(rows), dtype=bool)
         variables = self.evaluated.variables
+        repeats = np.zeros(len(rows), dtype=bool)
         if not variables:  # no design equals another
             return repeats
-        numbers = self._columns[(*self.schema.objectives, *variables)[0]][rows]
-        if numbers.dtype == object:
-            numbers = np.zeros(len(rows))
-        # A row with a number that occurs once occurs once. Here, NaN is a number like others.
-        numbers = np.nan_to_num(numbers)
-        ordered = np.sort(numbers)
+        # A row with an objective that occurs once occurs once. Here, NaN is a number like others.
+        firsts = np.zeros(len(rows))
+        if self.schema.objectives:
+            firsts = np.nan_to_num(self.F[rows, 0])
+        ordered = np.sort(firsts)
         recurring = ordered[1:][ordered[1:] == ordered[:-1]]
-        if len(recurring) == 0:
-            return repeats
-        places = np.flatnonzero(np.isin(numbers, recurring))
-        designs = {name: self.data[name][rows[places]] for name in variables}
-        parts = [self.evaluated.keys(designs), map(bytes, self.F[rows[places]])]
+        places = np.flatnonzero(np.isin(firsts, recurring))
+        rows = rows[places]
+        designs = {name: self.data[name][rows] for name in variables}
+        parts = [self.evaluated.keys(designs), map(bytes, self.F[rows])]
         for name in self.evaluated.notes:
             if name not in NOT_OF_DESIGNS:
-                parts.append(map(str, self.data[name][rows[places]]))
-        repeats[places] = first_of(zip(*parts, strict=True)) < np.arange(len(places))
+                parts.append(map(str, self.data[name][rows]))
+        repeats[places] = first_of(zip(*parts, strict=True)) < np.arange(len(rows))
         return repeats
