@@ -346,6 +346,8 @@ class View:
             firsts = np.nan_to_num(self.F[rows, 0])
         ordered = np.sort(firsts)
         recurring = ordered[1:][ordered[1:] == ordered[:-1]]
+        if len(recurring) == 0:
+            return repeats
         places = np.flatnonzero(np.isin(firsts, recurring))
         rows = rows[places]
         designs = {name: self.data[name][rows] for name in variables}
