@@ -44,6 +44,8 @@ DTYPES: dict[Kind, Any] = {
     Kind.CHOICE: np.object_,
 }
 """Of columns of values."""
+# By the exact type of a cell, since True is an int for isinstance.
+_KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
 
 def plain(value: Any) -> Any:
@@ -54,6 +56,31 @@ def plain(value: Any) -> Any:
         if isinstance(value, kind):
             return kind(value)
     return value
+
+
+def is_of_kind(cell: Any, kind: Kind) -> bool:
+    """Whether a cell is of the type of a kind, or a number that is equal to one of it."""
+    kind_of_cell = _KIND_OF_TYPE.get(type(cell), Kind.CHOICE)
+    if kind in (kind_of_cell, Kind.CHOICE):
+        return True
+    if kind_of_cell not in (Kind.REAL, Kind.INTEGER):
+        return False
+    if kind.real:
+        return bool(float(cell) == cell)
+    if kind is Kind.INTEGER:
+        return bool(cell == cell // 1)
+    return cell in (0, 1)
+
+
+def kind_of_cells(array: AnyArray) -> Kind:
+    """Return the kind that ``(n,)`` cells show; cells of several types are those of a choice."""
+    sample = array
+    if array.dtype != object:  # all are of one type
+        sample = array[:1]
+    types = {type(plain(cell)) for cell in sample.tolist()} or {float}
+    if len(types) > 1:
+        return Kind.CHOICE
+    return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
 
 
 def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[str]:

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pymoo_psi._kinds import kind_of_cells
 from pymoo_psi._names import name_of, named_as
 from pymoo_psi._validation import (
     AnyArray,
@@ -67,7 +68,6 @@ from pymoo_psi.table import (
     blank,
     decision_of,
     first_of,
-    kind_of_cells,
     names_of,
 )
 

@@ -390,7 +390,7 @@ class Database:
         *,
         noisy: bool = False,
     ) -> None:
-        """Fill the table of a block, and find the tests that its points and designs have."""
+        """Fill the table of a block, and find the tests that are known of it."""
         points = columns["test_point"]
         numbers = columns.get("test", (run - 1) * ROOM + points)
         cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
@@ -400,6 +400,10 @@ class Database:
         marks = ", ".join("?" * len(cells))
         rows = zip(*cells.values(), strict=True)
         self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
+        self._find_tests(run, repeat, noisy=noisy)
+
+    def _find_tests(self, run: int, repeat: int, *, noisy: bool) -> None:
+        """Find the tests that the points and designs of the block have."""
         self.db.execute(_PLANNED, (run,))
         if repeat == 0:
             self.db.execute(_FURTHER)

@@ -8,7 +8,7 @@ import sqlite3
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -93,8 +93,13 @@ def require_study(db: sqlite3.Connection, path: str) -> None:
     for name in _TABLES:
         if name not in tables:
             raise unreadable(path, f"it lacks the table {name}")
+    _require_no_trigger(path, types)
+
+
+def _require_no_trigger(path: str, types: Mapping[str, str]) -> None:
+    """Refuse a study with a trigger, which SQLite would run when a test is written."""
     for name, kind in types.items():
-        if kind == "trigger":  # SQLite would run it when a test is written
+        if kind == "trigger":
             raise StudyCorruptError(
                 f"study {path} has the trigger {name}, which would change what a run stores; it "
                 f'was left as it is: remove the trigger (DROP TRIGGER "{name}")'

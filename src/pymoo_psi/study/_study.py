@@ -155,12 +155,7 @@ class Study:
         new = Facts(head, [StudyRun(1, identity, {})], share=share)
         if share is not None:
             self._prepare_folder(new)
-        if not os.path.exists(self.path):
-            with self.writing():
-                # The previous owner of the lock may have made it meanwhile.
-                if not os.path.exists(self.path):
-                    with created(self.path, head, share) as database:
-                        database.add_run(identity)
+        self._create(head, identity, share)
         self._id = None
         stored = self.facts()
         require_same_model(self.path, stored.head, head)
@@ -174,6 +169,16 @@ class Study:
             database.replace_head(head, completed)
             run = database.facts.run_with(identity) or database.add_run(identity)
             return database.facts, run
+
+    def _create(self, head: Head, identity: Head, share: tuple[int, int] | None) -> None:
+        """Make the file, with its first run, unless there is one."""
+        if os.path.exists(self.path):
+            return
+        with self.writing():
+            # The previous owner of the lock may have made it meanwhile.
+            if not os.path.exists(self.path):
+                with created(self.path, head, share) as database:
+                    database.add_run(identity)
 
     def _prepare_folder(self, facts: Facts) -> None:
         """Make the folder of shares; studies in it must be shares of the same points."""
@@ -305,16 +310,7 @@ class Study:
 
     def _begun(self, begin: str) -> Database:
         """Return the study in a new transaction; it is checked if others have changed the file."""
-        if not os.path.isfile(self.path):
-            raise StudyAccessError(f"study {self.path} does not exist; check the name")
-        state = os.stat(self.path)
-        file = os.getpid(), state.st_dev, state.st_ino
-        if self._file != file:
-            self._close()
-        if self._database is None:
-            self._database = Database(connected(self.path), self.path)
-            self._file = file
-        database = self._database
+        database = self._opened()
         database.db.execute(begin)
         (version,) = database.db.execute("PRAGMA data_version").fetchone()
         if version != database.version or self._id is None:
@@ -331,6 +327,19 @@ class Study:
             self._id = stored_id
             self._database = database
         return database
+
+    def _opened(self) -> Database:
+        """Return the open study; a fork opens it anew, and so does a file that took its place."""
+        if not os.path.isfile(self.path):
+            raise StudyAccessError(f"study {self.path} does not exist; check the name")
+        state = os.stat(self.path)
+        file = os.getpid(), state.st_dev, state.st_ino
+        if self._file != file:
+            self._close()
+        if self._database is None:
+            self._database = Database(connected(self.path), self.path)
+            self._file = file
+        return self._database
 
     def _close_unused(self) -> None:
         """Close the file, unless it is kept open."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import DTYPES, Kind, plain
+from pymoo_psi._kinds import DTYPES, Kind, is_of_kind, kind_of_cells, plain
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -22,9 +22,6 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.table._schema import VARIABLE, Column, column_names
-
-# By the exact type of a cell, since True is an int for isinstance.
-_KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
 # Cells
 
@@ -42,7 +39,7 @@ def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
         return array
     cells = np.empty(len(array), dtype)
     for i, cell in enumerate(map(plain, array.tolist())):
-        if not _is_of_kind(cell, kind):
+        if not is_of_kind(cell, kind):
             message = f"X must hold {kind.value} values for {name}, got {cell!r:.80}"
             raise ArgumentTypeError(message)
         is_huge = isinstance(cell, int) and abs(cell) >= 2**63
@@ -51,31 +48,6 @@ def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
             raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
         cells[i] = cell
     return cells
-
-
-def _is_of_kind(cell: Any, kind: Kind) -> bool:
-    """Whether a cell is of the type of a kind, or a number that is equal to one of it."""
-    kind_of_cell = _KIND_OF_TYPE.get(type(cell), Kind.CHOICE)
-    if kind in (kind_of_cell, Kind.CHOICE):
-        return True
-    if kind_of_cell not in (Kind.REAL, Kind.INTEGER):
-        return False
-    if kind.real:
-        return bool(float(cell) == cell)
-    if kind is Kind.INTEGER:
-        return bool(cell == cell // 1)
-    return cell in (0, 1)
-
-
-def kind_of_cells(array: AnyArray) -> Kind:
-    """Return the kind that ``(n,)`` cells show; cells of several types are those of a choice."""
-    sample = array
-    if array.dtype != object:  # all are of one type
-        sample = array[:1]
-    types = {type(plain(cell)) for cell in sample.tolist()} or {float}
-    if len(types) > 1:
-        return Kind.CHOICE
-    return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
 
 
 def real_column(name: str, column: AnyArray) -> Array:

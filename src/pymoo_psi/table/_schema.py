@@ -503,7 +503,7 @@ def unit_texts(units: Any) -> dict[str, str]:
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
         text = unit_text(name, unit)
         if text:
-            texts[str(name)] = text
+            texts[name] = text
     return texts
 
 

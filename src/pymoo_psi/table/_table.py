@@ -977,17 +977,21 @@ class TestTable(View, Shown):
             >>> [*TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]]).display_columns()]
             ['test', 'x1', 'f1', 'status', 'violated', 'reason', 'pareto']
         """
-        mask, names = self.violations()
-        violated = [", ".join(compress(names, row)) for row in mask.tolist()]
         columns: Columns = {TEST: self.numbers}
         for name in self.columns:
             columns[name] = self.column(name)
         results = result_columns(self.columns)
         columns[results["status"]] = self.status.astype(object)
-        columns[results["violated"]] = np.fromiter(violated, object)
+        columns[results["violated"]] = self._violated_names()
         columns[results["reason"]] = reason_cells(self)
         columns[results["pareto"]] = self.pareto()
         return columns
+
+    def _violated_names(self) -> AnyArray:
+        """``(n,)`` the names of the constraints and limits that each design violates, as a text."""
+        mask, names = self.violations()
+        texts = [", ".join(compress(names, row)) for row in mask.tolist()]
+        return np.fromiter(texts, object)
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         frame = self.take(np.arange(len(self))[:n]).to_frame()
