@@ -403,26 +403,31 @@ def explain(
             row = F.row
         F = F.ranking
     ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
-    if row is not None:
-        if design is not None:
-            raise invalid("design", "left out where row is given", design)
-        row = _ranked_row("row", row, F, ranking)
-    elif design is not None:
-        row = _row_of_design(design, F, ranking)
-    else:
+    if row is None and design is None:
         row = int(ranking.salukvadze[0])
+    elif row is None:
+        row = _row_of_design(design, F, ranking)
+    elif design is None:
+        row = _ranked_row("row", row, F, ranking)
+    else:
+        raise invalid("design", "left out where row is given", design)
+    return _explanation_of(ranking, row, decimal, trades)
 
+
+def _explanation_of(
+    ranking: EfficiencyRanking, row: int, decimal: str, trades: tuple[str, ...]
+) -> Explanation:
+    """Return :func:`explain` of a row of a ranking."""
     # The Pareto set as seen from the design: the steps to it in shares of the ranges.
     front = np.flatnonzero(ranking.pareto)
     values = _values(ranking, np.append(row, front))
     gains = values[0] - values[1:]
-    behind = gains.max(axis=0)
     steps = gains / ranking.lengths
     losses = np.fmax(-steps, 0).max(axis=1)
     distances = np.sqrt((steps**2).sum(axis=1))
     distances[np.isnan(distances)] = np.inf
 
-    neighbours = np.full(len(behind), -1)
+    neighbours = np.full(gains.shape[1], -1)
     for j, least in enumerate(_STEP * ranking.lengths):
         better = _better(gains[:, j], least)
         if len(better):
@@ -435,17 +440,12 @@ def explain(
         candidates = np.flatnonzero(losses == losses.min())
         dominated_by = int(front[_least(candidates, distances)[0]])
 
+    behind = gains.max(axis=0)
+    shares = _shares(behind, ranking.lengths)
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
+    compared = _compared(ranking, [*rows])
     return Explanation(
-        ranking,
-        row,
-        behind,
-        _shares(behind, ranking.lengths),
-        neighbours,
-        _compared(ranking, [*rows]),
-        dominated_by,
-        decimal,
-        trades,
+        ranking, row, behind, shares, neighbours, compared, dominated_by, decimal, trades
     )
 
 
@@ -543,7 +543,7 @@ def by_size(shares: AnyArray) -> Rows:
     return np.argsort(-np.round(shares / _TIE), kind="stable")
 
 
-def _row_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
+def _row_of_design(design: Any, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a design by its label or its number."""
     if not is_table(F):
         return ranking.row_of(design)
@@ -552,15 +552,15 @@ def _row_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int
 
 def _ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a row of F; of a table only feasible designs are ranked."""
-    rows = list(range(len(ranking.rows)))
-    last = len(rows) - 1
+    ranked = np.arange(len(ranking.rows))
+    last = len(ranked) - 1
     if is_table(F):
-        rows = ranking.rows.tolist()
+        ranked = ranking.rows
         last = len(F) - 1
     if integer(name, row, minimum=0) > last:
         raise invalid(name, f"a row of F, from 0 to {last}", row)
-    if row not in rows:
+    if row not in ranked:
         received = Received(f"{F.names[row]}, which is {F.status[row]}")
         remedy = "violations() and reasons of the table say why"
         raise invalid(name, "a feasible design", received, remedy)
-    return rows.index(row)
+    return int(np.flatnonzero(ranked == row)[0])

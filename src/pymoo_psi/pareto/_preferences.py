@@ -116,16 +116,12 @@ class Preferences(Shown):
         has_weight = originals(steps) == np.arange(len(weighted))
         self._weighted: Rows = weighted[has_weight]
         self._terms: Array = terms[:, has_weight]
-        weights = simplex_weights(_N_WEIGHTS, len(self._weighted), factor)
-        others = [order for order in _ORDERS if order != p]
-        parts = np.split(weights, _N_OTHERS * np.arange(1, len(others) + 1))
-        self._weights = dict(zip([*others, p], parts, strict=True))
+        self._weights = _weights_by_order(p, len(self._weighted), factor)
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
         self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []
         # What can be proposed are the designs that are the best for some weights.
-        best = [nearest_designs(self._terms, w, q, 1)[:, 0] for q, w in self._weights.items()]
-        candidates = np.unique(first_of_equal(self._terms)[np.concatenate(best)])
+        candidates = self._best_for_weights()
         self._rows: Rows = self._front[candidates]
         self._steps: Array = steps[candidates]
         self._least = self._distances(candidates).min(axis=1, keepdims=True)
@@ -135,6 +131,13 @@ class Preferences(Shown):
         self._stake = np.maximum(average - self._least, 1e-12)
         self._values = self._values_of(candidates)
         self._winners: Rows = (self._values >= 1 - _TIE).argmax(axis=1)
+
+    def _best_for_weights(self) -> Rows:
+        """Return which Pareto-optimal designs are the best for some weights, of equal ones one."""
+        best = []
+        for p, weights in self._weights.items():
+            best.append(nearest_designs(self._terms, weights, p, 1)[:, 0])
+        return np.unique(first_of_equal(self._terms)[np.concatenate(best)])
 
     def _distances(self, positions: Rows) -> Array:
         """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""
@@ -308,19 +311,13 @@ class Preferences(Shown):
         if self.regret < _ENOUGH:
             return None
         chances = self._chances[-1]
-        likely = np.bincount(self._winners, chances, len(self._rows))
-        likely[_first_greatest(self._expected)] += 1  # the proposal is asked about in any case
-        likeliest = by_size(likely)[:_N_LIKELIEST]
+        likeliest = self._likeliest()
         values = self._values[:, likeliest]
         expected = chances @ values
-        answered = [{one, other} for one, _, other in self._answers]
         question = None
         most = -np.inf
         for a, b in combinations(range(min(_N_ASKED, len(likeliest))), 2):
-            pair = likeliest[[a, b]]
-            rows = self._rows[pair].tolist()
-            differs = np.abs(np.diff(self._steps[pair], axis=0)) >= _VISIBLE - _TIE
-            if differs.sum() < 2 or {*rows} in answered:
+            if not self._can_be_asked(likeliest[[a, b]]):
                 continue
             prefers = chances * _chance(values[:, a], values[:, b])
             if not 1 - _CERTAIN < prefers.sum() < _CERTAIN:
@@ -329,8 +326,23 @@ class Preferences(Shown):
             after = in_favour.max() + (expected - in_favour).max()
             if after > most + _TIE:
                 most = after
-                question = self._name(rows[0]), self._name(rows[1])
-        return question
+                question = a, b
+        if question is None:
+            return None
+        one, other = self._rows[likeliest[[*question]]].tolist()
+        return self._name(one), self._name(other)
+
+    def _likeliest(self) -> Rows:
+        """Return which designs are probably the best, the proposal in any case."""
+        likely = np.bincount(self._winners, self._chances[-1], len(self._rows))
+        likely[_first_greatest(self._expected)] += 1
+        return by_size(likely)[:_N_LIKELIEST]
+
+    def _can_be_asked(self, pair: Rows) -> bool:
+        """Whether two designs differ visibly in two objectives, and were not asked about."""
+        differs = np.abs(np.diff(self._steps[pair], axis=0)) >= _VISIBLE - _TIE
+        answered = [{one, other} for one, _, other in self._answers]
+        return bool(differs.sum() >= 2 and {*self._rows[pair].tolist()} not in answered)
 
     def answer(self, better: Any, worse: Any) -> None:
         """Take an answer: one design is preferred to another one.
@@ -392,6 +404,14 @@ class Preferences(Shown):
         if len(objectives.numbers) and not isinstance(label, str):
             return int(label)
         return str(label)
+
+
+def _weights_by_order(p: float, m: int, factor: float | None) -> dict[float, Array]:
+    """Return ``(k, m)`` weights by the order of the norm that they are used with, p the last."""
+    weights = simplex_weights(_N_WEIGHTS, m, factor)
+    others = [order for order in _ORDERS if order != p]
+    parts = np.split(weights, _N_OTHERS * np.arange(1, len(others) + 1))
+    return dict(zip([*others, p], parts, strict=True))
 
 
 _TRADES = {">": "rather", "=": "as good"}  # the templates
