@@ -416,27 +416,25 @@ def compare(
     n_jobs = job_count("n_jobs", n_jobs)
     by_name = searches(algorithms)
     tasks = _tasks(by_name, n_evaluations, seeds)
-    results = {}
     path = None
+    results = {}
     if folder is not None:
         path = Path(folder)
-        for result in stored_results(path, problem):
-            if result.task in tasks:
-                results[result.task] = result
-    missing = [task for task in tasks if task not in results]
-    # The longest first, so that all processes end at about the same time; and one of each
-    # algorithm, so that one that does not suit the problem is found early.
-    missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
+        results = {result.task: result for result in stored_results(path, problem)}
 
     def performed(task: Task) -> RunResult:
         # The process that performs a run stores it, even if its parent process ends before.
         return perform(problem, by_name[task.algorithm], task, path)
 
+    missing = [task for task in tasks if task not in results]
+    # The longest first, so that all processes end at about the same time; and one of each
+    # algorithm, so that one that does not suit the problem is found early.
+    missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
     with progress_bar(progress) as bar:
-        bar(len(results) / len(tasks))
-        for _, result in in_parallel(performed, missing, n_jobs):
+        bar(1 - len(missing) / len(tasks))
+        for n, (_, result) in enumerate(in_parallel(performed, missing, n_jobs), 1):
             results[result.task] = result
-            bar(len(results) / len(tasks))
+            bar(1 - (len(missing) - n) / len(tasks))
     runs = tuple(_independent([results[task] for task in tasks]))
     reference = Reference.of([*(run.F for run in runs), *fronts])
     measures = _measures(runs, reference, n_jobs)

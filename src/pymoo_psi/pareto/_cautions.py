@@ -237,12 +237,8 @@ class _Checks:
             pool = np.unique(column.take(self.near_front()))
         if len(pool) <= _OTHERS:
             return
-        every = _distinct(column.take(order))
-        n_low = _n_unlike(-pool[::-1], -every[::-1])
-        if pool[0] == -1.0 < 0 < pool[1]:  # a code among positive values
-            n_low = 1
-        low = pool[n_low]
-        high = pool[-1 - _n_unlike(pool, every)]
+        all_values = _distinct(column.take(order))
+        low, high = _usual_ends(pool, all_values)
         is_unlike = (column < low) | (column > high)
         designs = np.flatnonzero(is_unlike[self.rows])
         if not len(designs):
@@ -419,25 +415,26 @@ class _Checks:
         else:
             F = self.ranking.objectives.minimized.take(rows, axis=0)
             optimal = nondominated(F)
-            rows, F = rows[optimal], without_rounding(F[optimal])
+            rows = rows[optimal]
+            F = without_rounding(F[optimal])
         optima, frame = nearest_of_front(F, self.ranking.frame)
-        # The least way from an optimum before to one after.
+        # The shortest move from an optimum before to one after.
         steps = np.abs(F[optima, None] - self.values[self.optima]) / frame.lengths
-        ways = steps.max(axis=2)
-        after, before = np.unravel_index(ways.argmin(), ways.shape)
+        moves = steps.max(axis=2)
+        k, before = np.unravel_index(moves.argmin(), moves.shape)
+        after = optima[k]
+        change = self.greatest_change(steps[k, before], F[after], self.values[self.optima[before]])
         times = np.ptp(self.values, axis=0) / frame.lengths
         kind = "unstable"
         if times.max() >= OUTLIER:
             kind = "outlier"
-        return ways[after, before], _caution(
+        return moves[k, before], _caution(
             kind,
             designs=self.names_of(designs),
             stretched=self.names[times.argmax()],
             times=number(times.max(), 3),
-            other=self.ranking.name_of(int(rows[optima[after]])),
-            change=self.greatest_change(
-                steps[after, before], F[optima[after]], self.values[self.optima[before]]
-            ),
+            other=self.ranking.name_of(int(rows[after])),
+            change=change,
         )
 
 
@@ -460,18 +457,32 @@ def _distinct(ordered: Array) -> Array:
     return np.asarray(ordered[np.append(True, ordered[1:] > ordered[:-1])])
 
 
-def _n_unlike(values: Array, every: Array) -> int:
+def _usual_ends(values: Array, all_values: Array) -> tuple[float, float]:
+    """Return the least and the greatest of the values that are not unlike the others.
+
+    Args:
+        values: ``(k,)`` values of the front, distinct and increasing.
+        all_values: ``(n,)`` those of all designs.
+    """
+    n_low = _n_unlike(-values[::-1], -all_values[::-1])
+    if values[0] == -1.0 < 0 < values[1]:  # a code among positive values
+        n_low = 1
+    return values[n_low], values[-1 - _n_unlike(values, all_values)]
+
+
+def _n_unlike(values: Array, all_values: Array) -> int:
     """Return how many of the greatest values are unlike the others; at most a quarter of all.
 
     Args:
         values: ``(k,)`` values of the front, distinct and increasing.
-        every: ``(n,)`` those of all designs. Dominated ones in between show that values are usual.
+        all_values: ``(n,)`` those of all designs. Dominated ones in between show that values are
+            usual.
     """
     quarter = len(values) // 4
     low = values[quarter // 2]  # not the least value, which may be unlike the others, too
     outer = values[-quarter:]
     inner = values[-quarter - 1 : -1]
-    gaps = outer - every[np.searchsorted(every, outer) - 1]
+    gaps = outer - all_values[np.searchsorted(all_values, outer) - 1]
     counts = np.arange(quarter, 0, -1)  # so many values are seldom far by chance
     ranges = gaps / (counts * (inner - low))
     for i in np.flatnonzero(ranges > 1):

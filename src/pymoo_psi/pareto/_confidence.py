@@ -75,10 +75,7 @@ def probabilities(
     generator = np.random.default_rng(_SEED)
     counts = np.zeros((len(means), 3))
     for _ in range(n_samples):
-        steps = generator.standard_normal(means.shape)
-        if degrees is not None:  # the variance of the noise is an estimate, too
-            degree = degrees[:, None]
-            steps *= np.sqrt(degree / generator.chisquare(degree, means.shape))
+        steps = _random_steps(generator, means.shape, degrees)
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         is_pareto = nondominated(sample)
         distance = ranking.frame.around(sample[is_pareto]).distances(sample)[:, 0]
@@ -87,6 +84,17 @@ def probabilities(
         counts[:, 1] += is_pareto & (distance <= least * (1 + _ROUNDING))
         counts[:, 2] += distance <= least * (1 + NEAR_BEST)
     return ranking.objectives.original(means), counts / n_samples
+
+
+def _random_steps(
+    generator: np.random.Generator, shape: tuple[int, ...], degrees: Array | None
+) -> Array:
+    """Return ``(n, m)`` values of normal distributions, or of Student's with ``(n,)`` degrees."""
+    steps = generator.standard_normal(shape)
+    if degrees is not None:  # the variance of the noise is an estimate, too
+        degree = degrees[:, None]
+        steps *= np.sqrt(degree / generator.chisquare(degree, shape))
+    return steps
 
 
 def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:

@@ -230,15 +230,8 @@ class Objectives:
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-        if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo
-            violation = getattr(F, "CV", None)
-            if violation is not None and np.any(violation > 0):
-                rule = "a result of pymoo with feasible designs"
-                remedy = "read_table(result) states what they violate"
-                raise invalid("F", rule, Received("infeasible ones"), remedy)
-            F = F.F
-            if F is not None:  # (m,) for an algorithm of one objective
-                F = np.atleast_2d(F)
+        if hasattr(F, "F") and hasattr(F, "opt"):
+            F = _objectives_of_result(F)
         names: tuple[Any, ...] = ()
         labels = None
         if hasattr(F, "set_index"):  # a frame: pandas, whose import takes half a second, is there
@@ -326,6 +319,18 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
 def is_table(F: Any) -> bool:
     """Whether F is a test table, which ranks its designs itself."""
     return hasattr(F, "feasible_ranking")
+
+
+def _objectives_of_result(result: Any) -> Any:
+    """Return the ``(n, m)`` objectives of a result of pymoo, whose designs must be feasible."""
+    violation = getattr(result, "CV", None)
+    if violation is not None and np.any(violation > 0):
+        rule = "a result of pymoo with feasible designs"
+        remedy = "read_table(result) states what they violate"
+        raise invalid("F", rule, Received("infeasible ones"), remedy)
+    if result.F is None:
+        return None
+    return np.atleast_2d(result.F)  # (m,) for an algorithm of one objective
 
 
 def _numbers(frame: Any) -> Array:

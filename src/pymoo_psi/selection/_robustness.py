@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Designs, Entries, Mask, Received, invalid
+from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, invalid
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import Robust, design_space, untolerant
 
@@ -107,16 +107,10 @@ def robustness(
 
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
     designs = _designs(X, robust.n_var)
-    matrix = robust.space.to_matrix(designs)
-    F, feasible, reasons = robust.in_scenarios(matrix)
+    F, feasible = _in_scenarios(robust, robust.space.to_matrix(designs))
     optimum, efficient, pareto = np.zeros((3, *feasible.shape), dtype=bool)  # (S, n) each
     regret = np.full(feasible.shape, np.nan)
-    for k, problem in enumerate(robust.problems):
-        if all(reasons[k]) and untolerant(problem) is problem:  # likely a mistake
-            remedy = "if designs may fail, make FailureTolerant(problem)"
-            raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
-        feasible[k] &= _within_bounds(matrix, problem)
-        rows = np.flatnonzero(feasible[k])
+    for k, rows in enumerate(map(np.flatnonzero, feasible)):
         if len(rows) == 0:
             continue
         ranking = rank_of_efficiency(F[k][rows], normalize=normalize)
@@ -152,6 +146,21 @@ def _designs(X: Any, n_var: int) -> Designs:
         rule = f"designs of {n_var} variables, in an array (n, n_var), n >= 1"
         raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
     return designs
+
+
+def _in_scenarios(robust: Robust, matrix: Designs) -> tuple[Array, Mask]:
+    """Return the ``(S, n, m)`` objectives of designs in S scenarios, and which are feasible.
+
+    Raises:
+        ArgumentValueError: All designs fail in a scenario.
+    """
+    F, feasible, reasons = robust.in_scenarios(matrix)
+    for k, problem in enumerate(robust.problems):
+        if all(reasons[k]) and untolerant(problem) is problem:  # likely a mistake
+            remedy = "if designs may fail, make FailureTolerant(problem)"
+            raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
+        feasible[k] &= _within_bounds(matrix, problem)
+    return F, feasible
 
 
 def _within_bounds(matrix: Designs, problem: Any) -> Mask:

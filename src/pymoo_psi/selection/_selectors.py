@@ -341,22 +341,28 @@ def compare_selectors(
         if isinstance(selector, RankingSelector):
             chosen[name] = selector.do(ranking)
             continue
-        weights = np.ones(F.shape[1])
-        if isinstance(selector, tuple):
-            selector, weights = selector
-            weights = finite_array(f"the weights of selectors[{name!r}]", weights)
-            require_shape(f"the weights of selectors[{name!r}]", weights, (F.shape[1],))
-        if not hasattr(selector, "do"):
-            raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
+        selector, weights = _with_weights(name, selector, F.shape[1])
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             if isinstance(selector, Decomposition):
-                answer: Any = np.argmin(selector.do(distances.copy(), weights))
+                rows: Any = np.argmin(selector.do(distances.copy(), weights))
             else:
-                answer = selector.do(F.copy())
-        if answer is None:
-            answer = []
-        chosen[name] = np.atleast_1d(front[answer])
+                rows = selector.do(F.copy())
+        if rows is None:
+            rows = []
+        chosen[name] = np.atleast_1d(front[rows])
     return chosen
+
+
+def _with_weights(name: str, selector: Any, m: int) -> tuple[Any, Array]:
+    """Return a selector of another package, and the weights of a pair, or else equal ones."""
+    weights = np.ones(m)
+    if isinstance(selector, tuple):
+        selector, weights = selector
+        weights = finite_array(f"the weights of selectors[{name!r}]", weights)
+        require_shape(f"the weights of selectors[{name!r}]", weights, (m,))
+    if not hasattr(selector, "do"):
+        raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
+    return selector, weights
 
 
 def _of_sum_one(weights: ArrayLike | None) -> Array | None:
