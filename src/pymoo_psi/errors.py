@@ -146,21 +146,6 @@ class EvaluationError(PsiError, RuntimeError):
         return type(self), (self.design, self.reason, self.original)
 
 
-class RunError(PsiError, RuntimeError):
-    """A run of a comparison ended in an error of the algorithm or of the problem.
-
-    Its arguments are the run and the reason.
-    """
-
-    def __str__(self) -> str:
-        """Return the message."""
-        run, reason = self.args
-        return (
-            f"the run of {run} ended in {reason}; use FailureTolerant(problem) if designs fail, "
-            "and leave out of algorithms what does not suit the problem"
-        )
-
-
 class WorkerError(PsiError, RuntimeError):
     """Worker processes cannot be used: they do not start, or the problem cannot be sent to them.
 

@@ -97,7 +97,7 @@ def published_table(number: Literal["6.1", "6.2"]) -> pd.DataFrame:
     return pd.DataFrame(json.loads(text)[f"table_{number.replace('.', '_')}"])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Case:
     """One friction coefficient under one model.
 
@@ -112,8 +112,6 @@ class Case:
         >>> case = solve_case(0.4, "rolling", 4096)
         >>> case.designs.numbers[case.ranking.salukvadze]  # the paper's design for mu = 0.4
         array([3085])
-        >>> case
-        Case(rolling model, mu = 0.4: 2160 Pareto optimal of 4096 test points, the best [3085])
     """
 
     model: ModelName
@@ -121,12 +119,6 @@ class Case:
     table: TestTable
     designs: TestTable
     ranking: EfficiencyRanking
-
-    def __repr__(self) -> str:
-        """Return the model, the friction coefficient, the numbers of points and the optimum."""
-        best = self.designs.numbers[self.ranking.salukvadze].tolist()
-        size = f"{len(self.designs)} Pareto optimal of {len(self.table)} test points"
-        return f"Case({self.model} model, mu = {self.mu:g}: {size}, the best {best})"
 
     def rows(self, indices: Rows) -> pd.DataFrame:
         """Return some of the designs as rows of the paper's tables, ordered by test point.
@@ -144,7 +136,7 @@ class Case:
         return pd.DataFrame(columns)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Reproduction:
     """All cases of the paper, computed with ``n_points`` test points each.
 
@@ -213,8 +205,9 @@ def solve_case(mu: float, model: ModelName, n_points: int) -> Case:
         ArgumentValueError: A number is out of range, or there is no such model.
 
     Example:
-        >>> solve_case(0.2, "full", 64)
-        Case(full model, mu = 0.2: 64 Pareto optimal of 64 test points, the best [18])
+        >>> case = solve_case(0.2, "full", 64)
+        >>> len(case.designs), case.designs.numbers[case.ranking.salukvadze]
+        (64, array([18]))
     """
     table = investigate(VectorizedSphereChute(mu, model=model), n_points)
     # The paper measures distances in the criteria's own units, which are dimensionless.

@@ -15,7 +15,7 @@ from pymoo.problems.functional import FunctionalProblem
 import pymoo_psi
 from pymoo_psi import PSI, VectorizedSphereChute
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS
-from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.errors import PsiError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.processes import until
 from tests.helpers.refusals import interrupted, refused
@@ -274,7 +274,7 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
         "run of late, 32 evaluations, seed 1 ended in Assertion",
         compare,
         get_problem("bnh"),
-        error=RunError,
+        error=PsiError,
         n_evaluations=32,
         seeds=1,
         algorithms=algorithms,
@@ -293,7 +293,7 @@ def test_an_unsuitable_algorithm_is_found_in_its_first_run(problem, tmp_path):
         r"unfit, 32 .*, seed 1 .*; .* leave out of algorithms",
         compare,
         problem,
-        error=RunError,
+        error=PsiError,
         n_evaluations=[16, 32],
         algorithms=algorithms,
         folder=tmp_path,

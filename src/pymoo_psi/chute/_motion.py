@@ -250,19 +250,19 @@ def _solve(
     return time, end.speed, end.grip_way / length, end.grip_time, spin, work, lost, reached
 
 
-class State(namedtuple("State", "time speed vx vy left stalls grip_time grip_way")):
-    """The state of spheres after a given way; every entry is an (n,) array or a float.
+State = namedtuple("State", "time speed vx vy left stalls grip_time grip_way")
+"""The state of spheres after a given way; every entry is an (n,) array or a float.
 
-    Attributes:
-        time: t.
-        speed: v_C.
-        vx: v_AX.
-        vy: v_AY.
-        left: what is left of the way, 0 unless the sphere stalls.
-        stalls: whether the sphere stalls.
-        grip_time: time when rolling begins, NaN if it does not.
-        grip_way: way when rolling begins, NaN if it does not.
-    """
+Attributes:
+    time: t.
+    speed: v_C.
+    vx: v_AX.
+    vy: v_AY.
+    left: what is left of the way, 0 unless the sphere stalls.
+    stalls: whether the sphere stalls.
+    grip_time: time when rolling begins, NaN if it does not.
+    grip_way: way when rolling begins, NaN if it does not.
+"""
 
 
 def move(xp: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:

@@ -122,33 +122,33 @@ LONGEST = (0.0045, 0.1, 0.4, 0.75, 1e300)
 LONG = 4
 
 
-class Slip(namedtuple("Slip", "t vx y left v b tau invariant longest")):
-    """A slipping sphere; every entry is an (n,) array or a float.
+Slip = namedtuple("Slip", "t vx y left v b tau invariant longest")
+"""A slipping sphere; every entry is an (n,) array or a float.
 
-    Attributes:
-        t: time so far.
-        vx: v_x, of the contact point.
-        y: |v_y|.
-        left: distance to go; negative a little past the exit.
-        v: speed v_C of the centre.
-        b: μ cos α.
-        tau: u1/μ.
-        invariant: c + 0.4 r ω_Y0.
-        longest: the longest step allowed: half the last one if that went too far, else infinite.
-    """
+Attributes:
+    t: time so far.
+    vx: v_x, of the contact point.
+    y: |v_y|.
+    left: distance to go; negative a little past the exit.
+    v: speed v_C of the centre.
+    b: μ cos α.
+    tau: u1/μ.
+    invariant: c + 0.4 r ω_Y0.
+    longest: the longest step allowed: half the last one if that went too far, else infinite.
+"""
 
 
-class Aim(namedtuple("Aim", "rho dt ds w turn stops")):
-    """Where the slip leads in constant acceleration; every entry is an (n,) array or a float.
+Aim = namedtuple("Aim", "rho dt ds w turn stops")
+"""Where the slip leads in constant acceleration; every entry is an (n,) array or a float.
 
-    Attributes:
-        rho: speed of the contact point now.
-        dt: time to the exit, to rest or to the end of slip, whichever comes first.
-        ds: log time s to there.
-        w: relative change of ρ until the exit or rest; <= -1 where slip ends before that.
-        turn: change of cos θ on the way there.
-        stops: whether the sphere comes to rest before the exit.
-    """
+Attributes:
+    rho: speed of the contact point now.
+    dt: time to the exit, to rest or to the end of slip, whichever comes first.
+    ds: log time s to there.
+    w: relative change of ρ until the exit or rest; <= -1 where slip ends before that.
+    turn: change of cos θ on the way there.
+    stops: whether the sphere comes to rest before the exit.
+"""
 
 
 def follow_slip(

@@ -389,7 +389,7 @@ def compare(
         ArgumentValueError: A number is out of range, a name is unknown, or the problem has a single
             objective.
         ArgumentTypeError: An argument has the wrong type.
-        RunError: The problem or an algorithm raised an exception; finished runs stay in ``folder``.
+        PsiError: The problem or an algorithm raised an exception; finished runs stay in ``folder``.
         StudyError: The folder contains runs on another problem, or a damaged file.
         OSError: The folder cannot be created or written to.
 

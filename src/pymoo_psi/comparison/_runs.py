@@ -69,7 +69,7 @@ from pymoo_psi.algorithms import (
     run_within_budget,
     table_of_values,
 )
-from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
+from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError
 from pymoo_psi.files import table_of
 from pymoo_psi.problems import (
     WrappedProblem,
@@ -246,9 +246,13 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     """Perform a run, and store it as a study in a folder if there is one.
 
     Raises:
-        RunError: The problem or the algorithm raised; the message says in which run.
+        PsiError: The problem or the algorithm raised; the message says in which run.
     """
     observed = ObservedProblem(problem, task.n_evaluations)
+    failure = (
+        f"the run of {task} ended in {{}}; use FailureTolerant(problem) if designs fail, and leave "
+        "out of algorithms what does not suit the problem"
+    )
     seed = task.seed or 0  # an algorithm without a seed is deterministic
     began = time.perf_counter()
     try:
@@ -258,12 +262,12 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     except PsiError:
         raise
     except Exception as error:
-        raise RunError(str(task), f"{type(error).__name__}: {error}") from error
+        raise PsiError(failure.format(f"{type(error).__name__}: {error}")) from error
     seconds = time.perf_counter() - began
     # PSI records a failure and goes on; here, a failure ends the run of every algorithm.
     if observed.failure is not None:
         reason = f"a design that failed: {observed.failure.reason}"
-        raise RunError(str(task), reason) from observed.failure
+        raise PsiError(failure.format(reason)) from observed.failure
     times = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
     tests = observed.tests()
     if folder is not None:
