@@ -30,15 +30,17 @@ from pymoo_psi.analysis import (
 )
 from pymoo_psi.cli._app import OF_FORMULATION, OF_SOURCE, Options, path_in
 from pymoo_psi.cli._console import (
+    WIDTH_OF_PIPE,
+    command,
     print_frame,
     print_text,
     require_output,
     results_folder,
     say,
+    say_ranking,
     width,
     write_frame,
 )
-from pymoo_psi.cli._ranking import WIDTH_OF_PIPE, command, say_ranking
 from pymoo_psi.cli._source import (
     decision_in,
     decision_remarks,

@@ -39,10 +39,16 @@ from pymoo_psi.analysis import (
     none_left_sentence,
 )
 from pymoo_psi.cli._app import OF_FORMULATION, Options
-from pymoo_psi.cli._console import require_output, say, write_frame
+from pymoo_psi.cli._console import (
+    command,
+    require_output,
+    say,
+    say_ranking,
+    shortened,
+    write_frame,
+)
 from pymoo_psi.cli._documents import ranked_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._ranking import command, say_ranking, shortened
 from pymoo_psi.cli._source import (
     decision_in,
     require_free_names,
