@@ -329,13 +329,8 @@ def test_every_name_of_the_package_has_an_example():
             "from pymoo_psi import nsga3": ("scipy",),
             "from pymoo_psi import *": ("matplotlib.pyplot", "click"),
         },
-        {
-            "from pymoo_psi.cli import main; assert main(['--help']) == 0": (
-                *("matplotlib", "pymoo", "numpy", "pandas"),
-            )
-        },
     ],
-    ids=["what is ranked", "what is run", "help"],
+    ids=["what is ranked", "what is run"],
 )
 def test_a_name_imports_what_it_needs_only(needless):
     """The steps are taken one after the other: none could bring what is absent after it."""
