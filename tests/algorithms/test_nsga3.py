@@ -171,13 +171,18 @@ JOBS = FlowshopScheduling(np.random.default_rng(1).random((3, 6)))
 
 
 @pytest.mark.parametrize("problem", [create_random_tsp_problem(6), JOBS, Tours(), Tours(high=8)])
-def test_permutations_are_no_independent_integers(problem):
-    message = "of permutations; search permutations by nsga3"
-    refused(message, investigate, problem, 8)
-    refused(message, nsga3, problem, 8)
-    refused(message, minimize, FailureTolerant(problem), PSI(8))
-    refused(message, minimize, problem, SurrogatePSI(16))
-    refused(message, minimize, problem, NSGA2(8, sampling=LPTauSampling()), ("n_gen", 1))
+@pytest.mark.parametrize(
+    "search",
+    [
+        lambda problem: investigate(problem, 8),
+        lambda problem: nsga3(problem, 8),
+        lambda problem: minimize(FailureTolerant(problem), PSI(8)),
+        lambda problem: minimize(problem, SurrogatePSI(16)),
+        lambda problem: minimize(problem, NSGA2(8, sampling=LPTauSampling()), ("n_gen", 1)),
+    ],
+)
+def test_permutations_are_no_independent_integers(problem, search):
+    refused("of permutations; search permutations by nsga3", search, problem)
 
 
 @pytest.mark.parametrize(("n", "high", "budget"), [(4, 3, 1), (8, 6, 5), (8, 20, 333)])

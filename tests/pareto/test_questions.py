@@ -5,7 +5,15 @@ import pandas as pd
 import pytest
 from pymoo.core.result import Result
 
-from pymoo_psi import Preferences, Preferred, TestTable, acceptability, explain, read_table
+from pymoo_psi import (
+    Preferences,
+    Preferred,
+    PsiError,
+    TestTable,
+    acceptability,
+    explain,
+    read_table,
+)
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from tests.helpers.refusals import refused
 
@@ -199,19 +207,29 @@ def test_the_explanation_says_what_the_answers_give_up():
     assert "for 0,3 of cost" in person.trades()[0]
 
 
-def test_what_cannot_be_answered_is_refused():
-    person = Preferences(np.vstack([FIVE, [2.0, 2.0]]))
-    for one, other in ((0, 7), (0, "A"), (-1, 0), (0, 5)):
-        refused("design", person.answer, one, other, error=ArgumentValueError)
-    refused("two different ones", person.equal, 1, 1, error=ArgumentValueError)
-    refused("integer", person.answer, 0, np.nan, error=ArgumentTypeError)
-    refused("one of > = ?", person.add, 0, "<", 1, error=ArgumentValueError)
-    assert person.answers == []
-    refused("p must be", Preferences, FIVE, p=np.nan)
-    refused("factor", Preferences, FIVE, factor=1)
-    refused("F", Preferences, [[np.nan, 1.0]])
-    twins = pd.DataFrame(FIVE, list("ABCDD"))
-    refused("the name of one design", Preferences(twins).answer, "D", "A", error=ArgumentValueError)
+SIX = Preferences(np.vstack([FIVE, [2.0, 2.0]]))
+TWINS = Preferences(pd.DataFrame(FIVE, list("ABCDD")))
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"),
+    [
+        (lambda: SIX.answer(0, 7), ArgumentValueError, "design"),
+        (lambda: SIX.answer(0, "A"), ArgumentValueError, "design"),
+        (lambda: SIX.answer(-1, 0), ArgumentValueError, "design"),
+        (lambda: SIX.answer(0, 5), ArgumentValueError, "design"),
+        (lambda: SIX.equal(1, 1), ArgumentValueError, "two different ones"),
+        (lambda: SIX.answer(0, np.nan), ArgumentTypeError, "integer"),
+        (lambda: SIX.add(0, "<", 1), ArgumentValueError, "one of > = ?"),
+        (lambda: TWINS.answer("D", "A"), ArgumentValueError, "the name of one design"),
+        (lambda: Preferences(FIVE, p=np.nan), PsiError, "p must be"),
+        (lambda: Preferences(FIVE, factor=1), PsiError, "factor"),
+        (lambda: Preferences([[np.nan, 1.0]]), PsiError, "F"),
+    ],
+)
+def test_what_cannot_be_answered_is_refused(call, kind, message):
+    refused(message, call, error=kind)
+    assert SIX.answers == TWINS.answers == []
 
 
 def test_designs_of_one_name_are_proposed_all_the_same():
