@@ -64,7 +64,7 @@ class Block(NamedTuple):
 
 
 class PieceTask:
-    """Returns the number of points in a piece, and those of their tests that are needed.
+    """Returns the points of a piece without their coordinates, and the tests that are needed.
 
     It is sent to processes, which are not those of an earlier run if the values of the problem
     depend on something else.
@@ -79,9 +79,9 @@ class PieceTask:
         self._model = model
         self._keep = keep
 
-    def __call__(self, piece: Points) -> tuple[int, TestTable]:
+    def __call__(self, piece: Points) -> tuple[Points, TestTable]:
         """Evaluate the points of a piece."""
-        return len(piece), self.needed(self._model.evaluated(piece))
+        return Points(piece.numbers, 0), self.needed(self._model.evaluated(piece))
 
     def needed(self, tests: TestTable) -> TestTable:
         """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
@@ -150,7 +150,6 @@ class Executor:
 
     def _reset(self) -> None:
         """Forget all points."""
-        self._submitted = np.zeros(0, dtype=np.int64)  # the numbers of points that become pieces
         self._waiting: dict[str, list[int]] = {}  # points of the same design, by designs under way
         self._clear()
 
@@ -193,7 +192,6 @@ class Executor:
         if len(points) == 0:
             return
         if not self.has_designs:
-            self._submitted = np.append(self._submitted, points.numbers)
             self.queue.add([(int(points.numbers[0]), points)])
             return
         numbers = points.numbers.tolist()
@@ -243,15 +241,14 @@ class Executor:
             raise_original(error)
         if result is None:
             return 0.0
-        number, values, seconds = result
+        _, values, seconds = result
         if self.has_designs:
             self._results.append(result)
         else:
-            size, tests = values
-            first = int(np.searchsorted(self._submitted, number))
-            numbers = self._submitted[first : first + size]
-            of_each = np.full(size, seconds / size)
-            self._pieces.append(Block(numbers, tests, np.ones(size, dtype=bool), of_each))
+            points, tests = values
+            n = len(points)
+            of_each = np.full(n, seconds / n)
+            self._pieces.append(Block(points.numbers, tests, np.ones(n, dtype=bool), of_each))
         return seconds
 
     @property
@@ -273,8 +270,6 @@ class Executor:
             block = self._block(points, [*self._answers], [*self._answers.values()], np.zeros(n))
             blocks.append(block._replace(is_called=np.zeros(n, dtype=bool)))
         numbers, tests, *others = zip(*blocks, strict=True)
-        first = np.searchsorted(self._submitted, self.queue.first_pending)
-        self._submitted = self._submitted[first:]
         self._clear()
         whole = tests[0]
         if len(tests) > 1:  # otherwise it takes as long as a commit

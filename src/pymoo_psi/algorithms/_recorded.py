@@ -131,6 +131,7 @@ class Recorded(WithTable, WrappedProblem):
         self._store = StudyStore(table, options, self._model, recalls=False)
         self._store.study.stays_open = True
         self._executor = Executor(self._model, options, together=True)
+        self._adds = False  # whether the last designs were new, as the next ones then may be
         self.returned: set[int] = set()
         self.n_evaluated: int = 0
 
@@ -174,14 +175,17 @@ class Recorded(WithTable, WrappedProblem):
         """
         designs = self._model.space.to_matrix(X)
         keys = self._model.keys(designs)
-        numbers, values = self._lookup(keys)
-        if not numbers.all():
+        if not self._adds:
+            numbers, values = self._lookup(keys)
+            self._adds = not numbers.all()
+        if self._adds:
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
-                # what another process stored before this one got the lock
+                # another process may have stored some before this one got the lock
                 numbers, values = self._lookup(keys)
                 rows_by_key = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
                 new = [*rows_by_key.values()]
+                self._adds = len(new) > 0
                 if new:
                     tests = self._evaluate(designs[new])
                     with self._store.study.reading() as database:

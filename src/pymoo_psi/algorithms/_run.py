@@ -88,8 +88,8 @@ class Run:
         self.n_taken: int = 0
         self.n_called: int = 0
         self._points = Points.none()  # those whose tests were not taken, by number
-        self._is_testing = False  # between two calls, points may be under way
-        self._lock: ExitStack | None = None  # of the study, which begins as late as it can
+        # Of the study, while points are evaluated, which may go on between two calls.
+        self._lock: ExitStack | None = None
         self._last_commit = 0.0  # its time, or that of the beginning
         self._computed = 0.0  # seconds of all workers since then
         self._steered = "continue"  # the last request of people: to continue, pause or stop
@@ -105,7 +105,7 @@ class Run:
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
         progress = {"_n_awaited": 0, "_last_started": 0, "_ready": []}
-        return self.__dict__ | progress | {"_is_testing": False, "_lock": None}
+        return self.__dict__ | progress | {"_lock": None}
 
     def __del__(self) -> None:
         """Keep what is evaluated if nobody has closed the run."""
@@ -188,16 +188,14 @@ class Run:
         self._reset()
 
     def _end_testing(self) -> None:
-        if not self._is_testing:
+        if self._lock is None:
             return
         try:
             self._keep_evaluated()
         finally:
             self.executor.close()
-            if self._lock is not None:
-                self._lock.close()
+            self._lock.close()
             self._lock = None
-            self._is_testing = False
 
     @property
     def _last_awaited(self) -> int:
@@ -330,28 +328,21 @@ class Run:
         return points
 
     def _start(self, points: Points) -> None:
-        """Recall the stored tests of points; submit the others to the executor."""
-        if not self._is_testing:
-            self._is_testing = True
+        """Recall the stored tests of points; lock the run and submit the others, if there are."""
+        stored = self.store.recall(points)
+        if len(stored) < len(points) and self._lock is None:
+            lock = ExitStack()
+            lock.enter_context(self.store.writing())
+            self._lock = lock
             self._last_commit = time.monotonic()
-        stored = self._recall(points)
+            # another process may have stored some meanwhile
+            stored = self.store.recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
             not_called = np.zeros(len(stored), dtype=bool)
             self._report(Block(stored.numbers, stored, not_called, np.zeros(len(stored))))
         if len(points):
             self.executor.submit(points)
-
-    def _recall(self, points: Points) -> TestTable:
-        """Return the stored tests of points; lock the run if one is missing."""
-        stored = self.store.recall(points)
-        if len(stored) < len(points) and self._lock is None:
-            lock = ExitStack()
-            lock.enter_context(self.store.writing())
-            self._lock = lock
-            # another process may have stored some meanwhile
-            stored = self.store.recall(points)
-        return stored
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
