@@ -119,18 +119,29 @@ def test_no_process_outlives_its_program(program, how):
 
 
 ABANDONED = """
-from pymoo_psi import ProcessRunner
+from concurrent.futures import ThreadPoolExecutor
+from pymoo_psi import ExecutorRunner, ProcessRunner
 from pymoo_psi.parallel import Queue
-queue = Queue(lambda x: x and stuck(x), ProcessRunner(2))
+queue = Queue(lambda x: x and stuck(x), RUNNER)
 queue.add(enumerate([0, 1, 2]))
 queue.wait()
 """
+RUNNERS = ["ProcessRunner(2)", "ExecutorRunner(ThreadPoolExecutor(2))"]
 
 
 @posix
-def test_a_program_with_a_stuck_model_ends():
-    command = [sys.executable, "-c", STUCK + ABANDONED]
-    done = subprocess.run(command, capture_output=True, timeout=LONG)
+@pytest.mark.parametrize("runner", RUNNERS)
+def test_a_program_with_a_stuck_model_ends(runner):
+    """Python waits for the threads of an executor: an abandoned run must have ended theirs."""
+    script = STUCK + ABANDONED.replace("RUNNER", runner) + "queue.close()"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=LONG)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@posix
+def test_a_program_with_an_abandoned_run_ends():
+    script = STUCK + ABANDONED.replace("RUNNER", RUNNERS[0])
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=LONG)
     assert (done.returncode, done.stderr) == (0, b"")
 
 

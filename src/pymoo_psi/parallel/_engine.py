@@ -17,7 +17,7 @@ import secrets
 import sys
 import time
 from collections.abc import Callable, Collection, Generator
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, wait
 from functools import partial
 from threading import Semaphore, Thread
 from typing import Any
@@ -34,7 +34,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import Answer, Function, Result, answer_by, sendable
-from pymoo_psi.parallel._pool import Job, environment_now, evaluate, give_up, keep_idle
+from pymoo_psi.parallel._pool import Job, environment_now, evaluate, keep_idle
 from pymoo_psi.parallel._runner import Queue, Runner, gone
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
@@ -125,9 +125,9 @@ class ProcessRunner(Runner):
         return future
 
     def give_up(self, run: str, futures: Collection[Any]) -> None:
-        """Cancel the jobs of a run; end the workers that are busy with it."""
+        """Give up the jobs of a run; see :class:`Runner`."""
         super().give_up(run, futures)
-        give_up(run, futures)
+        wait([future for future in futures if not future.cancelled()])  # until no thread is at work
         keep_idle(self.n_workers)
 
     def __reduce__(self) -> tuple[Any, ...]:

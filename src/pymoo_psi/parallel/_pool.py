@@ -30,8 +30,8 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Collection, Sequence
-from concurrent.futures import CancelledError, Future, wait
+from collections.abc import Sequence
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
@@ -173,14 +173,12 @@ def _is_given_up(run: str) -> bool:
     return run in _GIVEN_UP or _IS_OVER.is_set()
 
 
-def give_up(run: str, futures: Collection[Future[Answer]]) -> None:
+def give_up(run: str) -> None:
     """End the workers that are busy with a run, with all that a model has started there."""
     _GIVEN_UP.add(run)
     for worker, busy_with in list(_BUSY.items()):
         if busy_with == run:
             worker.hang_up()
-    wait([future for future in futures if not future.cancelled()])  # until no thread is at work
-    _GIVEN_UP.discard(run)
 
 
 def keep_idle(n_workers: int) -> None:

@@ -37,7 +37,7 @@ from pymoo_psi.parallel._evaluation import (
     one_line,
     pickled_function,
 )
-from pymoo_psi.parallel._pool import Job
+from pymoo_psi.parallel._pool import Job, give_up
 
 # Seconds that the designs of a job take: long beside the message that brings it, some 0.1 ms.
 _JOB_SECONDS = 0.05
@@ -122,10 +122,12 @@ class Runner:
         return answer
 
     def give_up(self, run: str, futures: Collection[Any]) -> None:
-        """Cancel the jobs of a run of which nobody reads the results."""
+        """Give up the jobs of a run; what threads of this process have begun ends, too."""
         for future in futures:
             with suppress(Exception):  # an executor that is gone
                 future.cancel()
+        if futures:
+            give_up(run)
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
