@@ -139,7 +139,10 @@ class Points:
 
     def __post_init__(self) -> None:
         """Write a range of numbers out."""
-        object.__setattr__(self, "numbers", np.asarray(self.numbers, dtype=np.int64))
+        numbers: Any = self.numbers
+        if isinstance(numbers, range):  # asarray takes a hundred times as long
+            numbers = np.arange(numbers.start, numbers.stop)
+        object.__setattr__(self, "numbers", np.asarray(numbers, dtype=np.int64))
 
     @classmethod
     def none(cls) -> Points:
