@@ -110,12 +110,26 @@ class SurrogatePSI(PointAlgorithm):
             with workers that may join and leave, such as those of an
             :class:`~pymoo_psi.ExecutorRunner`. A :class:`~pymoo_psi.JoblibRunner` evaluates a
             round at a time.
-        first, ...: As for :class:`PSI`. Proposals follow the objectives, limits and ranges of a
-            ``formulation``, or those of the problem under ``limits``. Computed columns are computed
-            from surrogates. Proposals avoid designs that are close to failed ones, in lengths that
-            are learned from failed tests and others. While failures may be random, one round of
-            four does not avoid them. ``retry`` tests failed designs again, for example after a
-            repair of the model; it does not change earlier proposals.
+        first: Number of the first point of the sequence; see :class:`PSI` for this and all that
+            follow.
+        sampling: Where the points of the sequence come from.
+        seed: Seed of the proposals and of a randomised sampling.
+        limits: Limits on objectives, variables and outputs, under which proposals are made.
+        formulation: Used instead of ``limits``. Proposals follow its objectives, limits and ranges;
+            computed columns are computed from surrogates.
+        study: Name of a study file.
+        study_key: A version or constants of the model.
+        study_wait: Seconds to wait for other processes that are writing the study.
+        more: Whether ``n_evaluations`` counts additional tests of a study.
+        retry: Which stored tests are evaluated again, ``"failed"`` or ``"incomplete"`` ones, for
+            example after a repair of the model; earlier proposals do not change. Proposals avoid
+            designs that are close to failed ones, in lengths that are learned from failed tests and
+            others. While failures may be random, one round of four does not avoid them.
+        names: Names for variables, objectives and constraints, by their default names.
+        maximize: The objectives to maximize.
+        units: Units of columns.
+        log: Variables with a logarithmic scale.
+        requirements: Rules on variables.
         **kwargs: The options of pymoo's algorithms.
 
     Raises:
