@@ -64,7 +64,7 @@ def test_figures_are_saved_all_or_none(tmp_path):
     never = (pytest.fail("a figure was drawn in vain") for _ in range(1))
     with pytest.raises(OSError, match="two.png"):
         plots.save_figures(never, tmp_path / "two.png", dpi=20)
-    refused("suffix must be one of ", plots.save_figures, never, tmp_path, 20, ".mp3")
+    refused("suffix must be one of ", plots.save_figures, never, tmp_path, dpi=20, suffix=".mp3")
 
 
 def test_figures_for_journals(tmp_path):

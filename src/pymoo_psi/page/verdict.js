@@ -58,10 +58,10 @@ function showCounts() {
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   $("dominated").checked = state.dominated
-  const what = state.dominated ? counted(shownRows.length, "design") : `${counted(ranking.front.length, "design")} that no other dominates`
+  const what = `${exact(shownRows.length)} designs${state.dominated ? "" : " that no other dominates"}`
   const within = set ? " within the limits" : ""
   const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
-  renew("foot", `Lines: the ${what}${within}. Per cent: ${measure}.`)
+  renew("foot", shownRows.length > 1 && `Lines: the ${what}${within}. Per cent: ${measure}.`)
   const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
