@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.analysis import Histogram, histogram
-from pymoo_psi.pareto import rank_of_efficiency, with_units
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency, with_units
 from pymoo_psi.plots._points import PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
     ACCENT,
@@ -288,39 +288,24 @@ def plot_ranking(
         ['f1', '5', '1', '2']
     """
     ranking = with_units(rank_of_efficiency(ranking), units)
-    objectives = ranking.objectives
     best = int(ranking.salukvadze[0])
     if row is None:
         row = best
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
-    n = len(objectives.names)
+    most = _NEAR
+    if len(front) <= _NEAR:
+        most = _NEAREST
+    is_near = ranking.place[front] <= most
+    n = len(ranking.objectives.names)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
     with new_figure((n + 1.6) * height) as figure:
         ax = figure.add_subplot()
-        places = np.empty(objectives.values.shape)
-        texts = [["", "worst", "best", "proposed" if row == best else "marked"]]
-        for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
-            ends = (ranking.nadir[j], ranking.ideal[j])
-            places[:, j], is_log = places_between(column, *ends)
-            heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
-            ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
-            if is_log:
-                heading += ", log"
-                low, high = np.sort(np.log10(ends))
-                decades, _ = places_between(10.0 ** np.arange(np.ceil(low), high), *ends)
-                ax.plot(decades, np.full(len(decades), j), "|", color="0.4", markersize=5, zorder=1)
-            written = NumberFormat.of(column[ranking.pareto], minus="−").text
-            numbers = [raised(written(value)) for value in (*ends, column[row])]
-            texts.append([heading, *numbers])
-        if not values:
-            texts = [[*line[:-1], ""] for line in texts]
-        _write_rows(ax, texts)
-        most = _NEAR
-        if len(front) <= _NEAR:
-            most = _NEAREST
-        is_near = ranking.place[front] <= most
+        word = ""
+        if values:
+            word = "proposed" if row == best else "marked"
+        places = _draw_axes(ax, ranking, row, word)
         _draw_lines(ax, places[front], is_near)
         names = [_draw_marked(ax, places[row], ranking.name_of(row), _SOLID, -7)]
         if row != best:
@@ -347,6 +332,34 @@ def plot_ranking(
             darker,
         )
     return figure
+
+
+def _draw_axes(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Array:
+    """Draw a row for each objective, with the value of a design below a word, if there is one.
+
+    Returns:
+        ``(n, m)`` where the designs are in each row.
+    """
+    objectives = ranking.objectives
+    places = np.empty(objectives.values.shape)
+    texts = [["", "worst", "best", word]]
+    for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
+        ends = (ranking.nadir[j], ranking.ideal[j])
+        places[:, j], is_log = places_between(column, *ends)
+        heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
+        ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
+        if is_log:
+            heading += ", log"
+            low, high = np.sort(np.log10(ends))
+            decades, _ = places_between(10.0 ** np.arange(np.ceil(low), high), *ends)
+            ax.plot(decades, np.full(len(decades), j), "|", color="0.4", markersize=5, zorder=1)
+        written = NumberFormat.of(column[ranking.pareto], minus="−").text
+        worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
+        if not word:
+            value = ""
+        texts.append([heading, worst, best, value])
+    _write_rows(ax, texts)
+    return places
 
 
 def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:

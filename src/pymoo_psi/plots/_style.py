@@ -342,7 +342,6 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
 
     None is on a line or a point, and axes that are narrow beside their names have none.
     """
-    point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
     lines = []
     for drawn in axes.lines:
@@ -351,29 +350,14 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     for name in names:
         name.set_visible(True)  # an invisible one has no size
     texts = [Text.get_window_extent(name).padded(1) for name in names]
-    if max((text.width for text in texts), default=0) > _WIDEST * axes.bbox.width:
-        for name in names:
-            name.set_visible(False)
-        return
+    has_room = max((text.width for text in texts), default=0) <= _WIDEST * axes.bbox.width
+    point = axes.figure.dpi / 72
     taken: list[Bbox] = []
     for name, text in zip(names, texts, strict=True):
-        size = np.array(text.size)
         dot = axes.transData.transform(name.xy)
-        free: dict[float, tuple[Bbox, float]] = {}
-        for reach, side in product(_REACHES, _SIDES):
-            away = size + reach * point
-            box = text.anchored(side, Bbox([dot - away, dot + away]))
-            leader = Line([dot, box.p0 + size / 2])
-            is_free = axes.bbox.count_contains(box.corners()) == 4
-            is_free = is_free and box.count_contains(dots) == 0
-            for other in taken:
-                is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
-            n_crossed = 0
-            for line in lines:
-                is_free = is_free and not line.intersects_bbox(box, filled=False)
-                n_crossed += line.intersects_path(leader, filled=False)
-            if is_free:
-                free.setdefault(_CROSSED * n_crossed + reach, (box, reach))
+        free = {}
+        if has_room:
+            free = _free_places(axes, dot, text, dots, lines, taken)
         name.set_visible(len(free) > 0)
         if free:
             box, reach = free[min(free)]
@@ -381,6 +365,29 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
             arrow: Any = name.arrow_patch
             arrow.set_visible(reach > _REACHES[0])
             taken += [box, Bbox([dot, dot]).padded(_MARK * point)]
+
+
+def _free_places(
+    axes: Axes, dot: Array, text: Bbox, dots: Array, lines: list[Line], taken: list[Bbox]
+) -> dict[float, tuple[Bbox, float]]:
+    """Return the boxes of a text around its point, and how far away they are, by their cost."""
+    size = np.array(text.size)
+    free: dict[float, tuple[Bbox, float]] = {}
+    for reach, side in product(_REACHES, _SIDES):
+        away = size + reach * axes.figure.dpi / 72
+        box = text.anchored(side, Bbox([dot - away, dot + away]))
+        leader = Line([dot, box.p0 + size / 2])
+        is_free = axes.bbox.count_contains(box.corners()) == 4
+        is_free = is_free and box.count_contains(dots) == 0
+        for other in taken:
+            is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
+        n_crossed = 0
+        for line in lines:
+            is_free = is_free and not line.intersects_bbox(box, filled=False)
+            n_crossed += line.intersects_path(leader, filled=False)
+        if is_free:
+            free.setdefault(_CROSSED * n_crossed + reach, (box, reach))
+    return free
 
 
 def show_free(names: Sequence[Annotation]) -> None:
