@@ -101,6 +101,16 @@ def test_failed_tests_do_not_count_in_means():
     refused("^by must be", average_repeats, TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]))
 
 
+def test_tests_without_a_name_are_not_those_of_one_design():
+    frame = pd.DataFrame({"name": ["A", "A", "", ""], "f1": [1, 2, 3, 4], "f2": [2, 1, 0, 4]})
+    refused(
+        "^average_by must be .* without gaps, got none in row 3",
+        read_table,
+        frame,
+        average_by="name",
+    )
+
+
 @pytest.mark.parametrize(
     ("column", "rule"),
     [("day", "different ones"), ("mass", "recurs"), ("none", "one of")],

@@ -129,11 +129,11 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
             raise invalid("by", "the column that names designs, as there are no variables", None)
     else:
         cells = table.column(known_name("by", by, table.columns))
-        gaps = blank(cells)
+        labels = cells.tolist()
+        gaps = blank(cells) | np.array([label == "" for label in labels])
         if gaps.any():
             received = Received(f"none in row {int(gaps.argmax()) + 1} of {by}")
             raise invalid("by", "a column without gaps", received)
-        labels = cells.tolist()
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
     if len(first) == len(table):
