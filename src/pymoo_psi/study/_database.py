@@ -190,9 +190,7 @@ class Database:
         """The facts of the study as a whole."""
         with intact(self.db, self._path):
             meta = {key: json.loads(text) for key, text in self.db.execute("SELECT * FROM meta")}
-            runs = []
-            for number, *texts in self.db.execute("SELECT * FROM runs ORDER BY run"):
-                runs.append(StudyRun(number, *map(json.loads, texts)))
+            runs = self.runs()
             n_changes = self.count("log")
         facts = Facts(runs=runs, n_changes=n_changes, **meta)
         return facts._replace(head={**facts.head, **facts.bounds})
@@ -218,6 +216,13 @@ class Database:
         cursor = self.db.execute("INSERT INTO runs VALUES (?, ?, ?)", row)
         return StudyRun(int(cursor.lastrowid or 0), identity, record)
 
+    def runs(self) -> list[StudyRun]:
+        """Return the runs, by their numbers."""
+        runs = []
+        for number, *texts in self.db.execute("SELECT * FROM runs ORDER BY run"):
+            runs.append(StudyRun(number, *map(json.loads, texts)))
+        return runs
+
     def record(self, run: int, **entries: Any) -> Values:
         """Add entries to the record of a run; return it."""
         rows = self.db.execute("SELECT record FROM runs WHERE run = ?", (run,))
@@ -233,10 +238,9 @@ class Database:
 
     def n_left(self) -> int:
         """Return how many planned points have no test."""
-        facts = self.facts
-        share = Share(*facts.share or ALL)
+        share = Share(*self.get("share") or ALL)
         n_left = 0
-        for run in facts.runs:
+        for run in self.runs():
             planned = [share.numbers(first, last) for first, last in run.planned]
             points = np.concatenate([*planned, np.zeros(0, np.int64)])
             n_left += len(np.setdiff1d(points, self.test_points(run.number, 1)))
