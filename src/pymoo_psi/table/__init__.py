@@ -48,5 +48,16 @@ switching values of tables; :mod:`pymoo_psi.files` reads and writes them.
 
 from pymoo_psi._names import attach_names
 
+# The modules, each of which imports only those before it: _schema, what the columns are; _cells,
+# what is in them; _limits; _expression, for computed columns; _formulation, what is asked;
+# _decision; _view, the arrays that follow; _storage, the head and the columns that files and
+# studies hold; _table. Where a change belongs:
+#
+# - a kind of variable: Kind in pymoo_psi/_kinds, with its dtype, its cells and its key; as a column
+#   of SQL in study/_database, as a variable of pymoo in problems/_design_space;
+# - an attribute of a column: Column in _schema; schema_head and schema_of in _storage keep it;
+# - a limit on other values, such as dates: Limit in _limits reads, writes and applies it;
+# - a format of files: a class of its own, and an entry of FORMATS in files/_formats.
+#
 # Each name at its first use: limits need no tables.
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._numbers import number
 from pymoo_psi._validation import (
     AnyArray,
@@ -26,12 +27,13 @@ from pymoo_psi._validation import (
     Received,
     finite_number,
     invalid,
+    known_name,
     mapping,
     wrong_type,
 )
 from pymoo_psi.pareto import listed
 from pymoo_psi.table._cells import blank, real_column
-from pymoo_psi.table._schema import column_names
+from pymoo_psi.table._schema import Schema, column_names
 
 _AS_TYPED = 15  # digits
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -105,6 +107,37 @@ class Limit(NamedTuple):
             received = Received(f"({self.lower:g}, {self.upper:g})")
             raise invalid(argument, "(lower, upper) in increasing order", received)
         return self
+
+    def require_fit(self, name: str, schema: Schema) -> None:
+        """Refuse the limit on a column that is not there, or that cannot have it.
+
+        Raises:
+            ArgumentValueError: The column is unknown or a constraint, has values of another kind,
+                or it is unclear which side of it a number limits.
+        """
+        if self.texts is not None:
+            known_name("a name in limits", name, schema.names)
+            if name not in schema.notes and schema[name].kind is not Kind.CHOICE:
+                raise invalid(
+                    f"{name!r} in limits",
+                    "numbers, as its values are",
+                    self.plain,
+                    "a limit on numbers is such as '<= 250'",
+                )
+            return
+        remedy = ""
+        if name in schema.constraints:
+            remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
+        free = [name for name in schema.values if name not in schema.constraints]
+        known_name("a name in limits", name, free, remedy)
+        if self.is_bare and schema[name].maximize:
+            upper = self.plain
+            raise invalid(
+                f"{name!r}, which is maximised, in limits",
+                "a pair (lower, upper)",
+                upper,
+                f"say ({upper}, None) for at least or (None, {upper}) for at most",
+            )
 
     @property
     def is_open(self) -> bool:

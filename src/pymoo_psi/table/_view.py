@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -23,7 +22,6 @@ from pymoo_psi._validation import (
     Integers,
     Mask,
     Rows,
-    invalid,
     known_name,
 )
 from pymoo_psi.pareto import nondominated, violated_constraints
@@ -192,7 +190,7 @@ class View:
         for name, limit in self.formulation.allowed.items():
             if name not in schema.names and self._have_failed.all():
                 continue  # which outputs a model has is unknown before its first value
-            self._require_limitable(name, limit)
+            limit.require_fit(name, schema)
             if limit.texts is not None:
                 on_texts[name] = limit
             elif not limit.is_open:
@@ -200,33 +198,6 @@ class View:
         # The order of the columns, not of the mapping: columns of violations stand in it.
         ordered = {name: on_numbers[name] for name in schema.values if name in on_numbers}
         return ordered | on_texts
-
-    def _require_limitable(self, name: str, limit: Limit) -> None:
-        """Refuse a limit that a column cannot have."""
-        schema = self.schema
-        if limit.texts is not None:
-            known_name("a name in limits", name, schema.names)
-            if name not in schema.notes and schema[name].kind is not Kind.CHOICE:
-                raise invalid(
-                    f"{name!r} in limits",
-                    "numbers, as its values are",
-                    limit.plain,
-                    "a limit on numbers is such as '<= 250'",
-                )
-            return
-        remedy = ""
-        if name in schema.constraints:
-            remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
-        free = [name for name in schema.values if name not in schema.constraints]
-        known_name("a name in limits", name, free, remedy)
-        if limit.is_bare and schema[name].maximize:
-            high = limit.plain
-            raise invalid(
-                f"{name!r}, which is maximised, in limits",
-                "a pair (lower, upper)",
-                high,
-                f"say ({high}, None) for at least or (None, {high}) for at most",
-            )
 
     def _require_met_texts(self) -> None:
         """Refuse a limit on texts that no test meets: it is more likely misspelt.
