@@ -182,12 +182,12 @@ class Restricted(Transformed):
     def __init__(self, problem: Any, bounds: Entries | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        self.bounds: Values = _parts_by_title(bounds, space.titles)
+        parts = _parts_by_title(bounds, space.titles)
         variables = []
         for variable in space.variables:
             title = variable.title
-            if title in self.bounds:
-                variable = _part(variable, f"{title} of bounds", self.bounds[title])
+            if title in parts:
+                variable = _part(variable, f"{title} of bounds", parts[title])
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
         space = replace(space, variables=tuple(variables))
         if not space.free.variables:
