@@ -80,13 +80,12 @@ def sections(
         columns = schema.objectives
     for name in columns:
         known_name("columns", name, [*schema.objectives, *schema.constraints, *schema.outputs])
-    if design is None:
-        design = table.decision.chosen
     if row is None:
-        if design is not None:
-            row = table.row_of(design)
-        else:
-            row = int(np.flatnonzero(table.numbers == table.best().numbers)[0])
+        if design is None:
+            design = table.decision.chosen
+        if design is None:
+            design = int(table.best().numbers[0])
+        row = table.row_of(design)
     space = space_of_table(table)
     Z = encoded(space, space.points(table.X))
     frames = []

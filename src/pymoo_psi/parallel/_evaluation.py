@@ -21,7 +21,7 @@ from functools import lru_cache
 from math import inf
 from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import cloudpickle
 import numpy as np
@@ -32,22 +32,12 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 
 Function = Callable[[Any], Values]
 Waiting = deque[tuple[int, Any]]  # designs to be evaluated, each with its index
-Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
+# A design's index, its values, the seconds of its evaluation; an OSError stands for the values of a
+# design that was lost, and says why: a TimeoutError if it took too long.
+Result = tuple[int, Any, float]
 # Results of the designs that were evaluated, the error that ended the evaluation, and the versions
 # of the modules that the worker has imported.
 Answer = tuple[list[Result], EvaluationError | None, dict[str, bytes]]
-
-
-class LostDesign(NamedTuple):
-    """Stands for the values of a design that was lost.
-
-    Attributes:
-        reason: Why, or how its process ended.
-        is_late: Whether its process was ended, as the design took too long.
-    """
-
-    reason: str
-    is_late: bool = False
 
 
 # Seconds of evaluations between two measurements: many times as long as a measurement takes, and
@@ -208,7 +198,7 @@ def sendable_result(result: Result) -> Result:
         cloudpickle.dumps(result)
     except Exception as error:
         reason = f"its values cannot be sent between processes: {one_line(error)}"
-        return result[0], LostDesign(reason), 0.0
+        return result[0], OSError(reason), 0.0
     return result
 
 

@@ -44,7 +44,7 @@ from pymoo_psi._modules import accept
 from pymoo_psi._validation import Values
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._evaluation import Answer, LostDesign, Result, Waiting, unloadable
+from pymoo_psi.parallel._evaluation import Answer, Result, Waiting, unloadable
 
 _PATIENCE = 2.0  # seconds in which a worker may end by itself; some hundredths are enough
 # Seconds in which a guard may end its worker and all processes that were started there; a busy
@@ -140,14 +140,14 @@ def evaluate(job: Job) -> Answer:
             raise
         finally:
             _BUSY.pop(worker, None)
-        if not isinstance(end, LostDesign):
+        if not isinstance(end, OSError):
             _IDLE.append(worker)
             return results, end, versions
-        if not end.is_late:
+        if not isinstance(end, TimeoutError):
             if n_at_loss != len(results):
                 n_at_loss = len(results)
                 continue
-            end = LostDesign(f"its worker process died ({end.reason}, 2 times)")
+            end = OSError(f"its worker process died ({end}, 2 times)")
         index, _ = designs[len(results)]
         results.append((index, end, 0.0))
         return results, None, versions
@@ -243,10 +243,10 @@ class _Worker:
             to_load = job.function
         self.send((to_load, deque(designs), job.seconds))
         flaw = self.receive()
-        if isinstance(flaw, LostDesign):
+        if isinstance(flaw, OSError):
             if self.run:  # a module has changed, or it has waited too long
                 return False
-            raise unloadable(f"the process ends before ({flaw.reason})")
+            raise unloadable(f"the process ends before ({flaw})")
         if flaw is not None:
             raise flaw
         self.run = job.run
@@ -254,7 +254,7 @@ class _Worker:
 
     def finish(
         self, job: Job, designs: Sequence[tuple[int, Any]], results: list[Result]
-    ) -> EvaluationError | LostDesign | None:
+    ) -> EvaluationError | OSError | None:
         """Add the results of the first designs that it was sent.
 
         Returns:
@@ -266,8 +266,8 @@ class _Worker:
             if isinstance(answer, dict):
                 self.versions = answer
                 answer = self.receive(job.timeout)
-            if not isinstance(answer, tuple) or isinstance(answer, LostDesign):
-                failure: EvaluationError | LostDesign | None = answer
+            if not isinstance(answer, tuple):
+                failure: EvaluationError | OSError | None = answer
                 return failure
             results.append(answer)
         return None
@@ -285,9 +285,9 @@ class _Worker:
             if self.channel.poll(timeout):
                 return self.channel.recv()
         except (EOFError, OSError):  # it was closed, or reset
-            return LostDesign(self.end(_PATIENCE))
+            return OSError(self.end(_PATIENCE))
         self.end()
-        return LostDesign(f"timed out after {timeout:g} s", is_late=True)
+        return TimeoutError(f"timed out after {timeout:g} s")
 
     def hang_up(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
@@ -342,8 +342,8 @@ def run_program(
     if failure is not None:
         raise failure.original or failure
     _, end, _ = results[0]
-    if isinstance(end, LostDesign):
-        raise OSError(end.reason)
+    if isinstance(end, OSError):
+        raise end
     code, left_processes = end
     return code, left_processes
 

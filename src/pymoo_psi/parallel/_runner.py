@@ -29,7 +29,6 @@ from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     Answer,
     Function,
-    LostDesign,
     Result,
     Waiting,
     evaluate_here,
@@ -334,8 +333,8 @@ class Queue:
         measured_seconds = 0.0
         for index, values, seconds in results:
             design = self._under_way.pop(index)
-            if isinstance(values, LostDesign):
-                yield index, lost_values(self.function, design, values.reason), 0.0
+            if isinstance(values, OSError):
+                yield index, lost_values(self.function, design, str(values)), 0.0
                 continue
             n_measured += len(design) if self._in_pieces else 1
             measured_seconds += seconds
@@ -426,7 +425,7 @@ class Queue:
                 raise _unusable(error) from error
             else:
                 reason = f"its worker was lost ({one_line(error)})"
-                yield from self.results_of(([(index, LostDesign(reason), 0.0)], None, {}))
+                yield from self.results_of(([(index, OSError(reason), 0.0)], None, {}))
 
 
 def gone(error: BaseException) -> WorkerError:
