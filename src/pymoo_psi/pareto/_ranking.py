@@ -28,9 +28,9 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -750,33 +750,3 @@ def nearest_of_front(F: Array, frame: UtopianFrame) -> tuple[Rows, UtopianFrame]
     distances, unit = frame.measured_to_ideal(F)
     noise = LAST_PLACES * np.linalg.norm(frame.sizes(F) / unit)
     return np.flatnonzero(distances <= distances.min() + noise), frame
-
-
-@np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
-def least_weighted(
-    rows: Rows, terms: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]
-) -> Rows:
-    """Return the rows with the least measure of their weighted terms, up to rounding.
-
-    Args:
-        rows: ``(n,)`` rows to choose from.
-        terms: ``(n, m)`` the terms of each row, one for each objective.
-        sizes: ``(m,)`` magnitudes of the values of which the terms are differences.
-        weights: ``(m,)`` weights of the objectives, or ``None``.
-        *measures: Functions from ``(n, m)`` terms to ``(n,)`` values; each one decides among rows
-            that are equal in those before. The largest term, then the sum of the terms, unless
-            given: the augmented distance max + rho * sum in the limit of a small rho.
-    """
-    if weights is None:
-        weights = np.ones(len(sizes))
-    require_shape("weights", weights, sizes.shape)
-    unit = np.abs(terms).max() or 1.0  # no sum overflows
-    terms = weights * (terms / unit)
-    noise = LAST_PLACES * (weights * (sizes / unit))
-    for measure in measures or (partial(np.max, axis=1), partial(np.sum, axis=1)):
-        tolerance = float(measure(noise[None, :])[0])
-        values = measure(terms)
-        best = values <= values.min() + tolerance
-        rows = rows[best]
-        terms = terms[best]
-    return rows

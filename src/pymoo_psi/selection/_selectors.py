@@ -10,7 +10,7 @@ the least is meant. :func:`pymoo_psi.selection.compare_selectors` accepts all of
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from typing import Any
 
@@ -30,10 +30,10 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import (
+    LAST_PLACES,
     EfficiencyRanking,
     Preferences,
     front_of,
-    least_weighted,
     levels,
     rank_of_efficiency,
     unit_lengths,
@@ -44,6 +44,14 @@ from pymoo_psi.pareto import (
 _STRAIGHT = 1e-9
 # Extremes whose directions from U differ by less than this span no plane: the set is degenerate.
 _FLAT = 1e-6
+
+_Measures = tuple[Callable[[Array], Array], ...]
+"""Each takes ``(n, m)`` weighted terms and returns a value of each row, of which less is better.
+
+A measure decides among rows that are equal in those before.
+"""
+_LARGEST_THEN_SUM: _Measures = (partial(np.max, axis=1), partial(np.sum, axis=1))
+"""The augmented distance max + rho * sum in the limit of a small rho."""
 
 
 class RankingSelector(Indicator):
@@ -171,9 +179,10 @@ class CompromiseProgramming(RankingSelector):
         front, F = front_of(ranking)
         terms = ranking.frame.scaled(F)
         sizes = ranking.frame.sizes(F)
+        measures: _Measures = (partial(_norm, p=self.p),)
         if np.isinf(self.p):
-            return least_weighted(front, terms, sizes, self.weights)
-        return least_weighted(front, terms, sizes, self.weights, partial(_norm, p=self.p))
+            measures = _LARGEST_THEN_SUM
+        return _least_weighted(front, terms, sizes, self.weights, measures)
 
 
 class ReferencePoint(RankingSelector):
@@ -214,7 +223,7 @@ class ReferencePoint(RankingSelector):
         front, F = front_of(ranking)
         scale = ranking.frame.scale
         sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
-        return least_weighted(front, (F - point) / scale, sizes, self.weights)
+        return _least_weighted(front, (F - point) / scale, sizes, self.weights, _LARGEST_THEN_SUM)
 
 
 class Preferred(RankingSelector):
@@ -374,6 +383,34 @@ def _of_sum_one(weights: ArrayLike | None) -> Array | None:
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
     ratios = array / array.max()  # first, as the sum of large weights overflows
     return np.asarray(ratios / ratios.sum())
+
+
+@np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
+def _least_weighted(
+    rows: Rows, terms: Array, sizes: Array, weights: Array | None, measures: _Measures
+) -> Rows:
+    """Return the rows with the least measure of their weighted terms, up to rounding.
+
+    Args:
+        rows: ``(n,)`` rows to choose from.
+        terms: ``(n, m)`` the terms of each row, one for each objective.
+        sizes: ``(m,)`` magnitudes of the values of which the terms are differences.
+        weights: ``(m,)`` weights of the objectives, or ``None``.
+        measures: What is least.
+    """
+    if weights is None:
+        weights = np.ones(len(sizes))
+    require_shape("weights", weights, sizes.shape)
+    unit = np.abs(terms).max() or 1.0  # no sum overflows
+    terms = weights * (terms / unit)
+    noise = LAST_PLACES * (weights * (sizes / unit))
+    for measure in measures:
+        tolerance = float(measure(noise[None, :])[0])
+        values = measure(terms)
+        best = values <= values.min() + tolerance
+        rows = rows[best]
+        terms = terms[best]
+    return rows
 
 
 def _norm(terms: Array, p: float) -> Array:
