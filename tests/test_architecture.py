@@ -347,4 +347,5 @@ def test_a_name_imports_what_it_needs_only(needless):
 def test_version_is_the_distributions():
     from importlib.metadata import version
 
-    assert pymoo_psi.__version__ == version("pymoo-psi")
+    installed = version("pymoo-psi")
+    assert pymoo_psi.__version__ == installed, "the version has changed: pip install -e . once more"
