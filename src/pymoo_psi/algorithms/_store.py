@@ -19,7 +19,7 @@ from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import StudyAccessError
-from pymoo_psi.files import lacking, stored_tests, table_with, without_rejected
+from pymoo_psi.files import stored_tests, table_with, tests_that_ran
 from pymoo_psi.problems import layers, requirement_texts
 from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
@@ -237,9 +237,7 @@ class StudyStore(Store):
             if name not in promised and cells.dtype != object:  # texts are notes
                 outputs.append(name)
         schema = schema.with_columns(*(Column(name, OUTPUT) for name in outputs))
-        needed = (*schema.objectives, *self._model.formulation.allowed)
-        tests = without_rejected(table_with(schema, columns), columns["status"])
-        return replace(tests, facts=lacking(columns, needed))
+        return tests_that_ran(table_with(schema, columns), columns, self._model.formulation)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
         """Store tests, and what each of them took; return how many are new or replaced."""

@@ -15,9 +15,8 @@ from ._formats import format_of as format_of
 from ._formats import suffixes_for as suffixes_for
 from ._source import source_columns as source_columns
 from ._tests import designs_head as designs_head
-from ._tests import lacking as lacking
 from ._tests import stored_tests as stored_tests
 from ._tests import table_of as table_of
 from ._tests import table_with as table_with
-from ._tests import without_rejected as without_rejected
+from ._tests import tests_that_ran as tests_that_ran
 from ._texts import cells_of_text as cells_of_text

@@ -42,6 +42,7 @@ from pymoo_psi.table import (
     RUN,
     TEST,
     Decision,
+    Formulation,
     Schema,
     TestTable,
     cells_of_kind,
@@ -291,28 +292,31 @@ def stored_tests(facts: Any, columns: Columns) -> TestTable:
                 head["notes"].append(name)
                 columns = columns | {name: choice_texts(columns[name])}
     table = table_of({**head, "problem": problem or None}, columns)
-    table = without_rejected(table, columns["status"])
+    table = tests_that_ran(table, columns, table.formulation)
     steered = [f"Steered {request}." for request in facts.requests]
-    needed = (*table.schema.objectives, *table.formulation.allowed)
-    return replace(table, facts=(*lacking(columns, needed), *steered))
+    return replace(table, facts=(*table.facts, *steered))
 
 
-def without_rejected(table: TestTable, status: AnyArray) -> TestTable:
-    """Return tests without designs that never ran, for requirements that do not hold any more.
+def tests_that_ran(table: TestTable, columns: Columns, formulation: Formulation) -> TestTable:
+    """Return tests of a study without designs that never ran, for requirements of another time.
+
+    A remark names the values that older tests lack.
 
     Args:
         table: The tests.
-        status: ``(n,)`` their status as stored.
+        columns: Their columns in the study.
+        formulation: What is asked of them; objectives, and columns that have limits, are needed.
     """
-    is_rejected = status != "failed"
-    for name in (*table.schema.objectives, *table.schema.outputs):
+    schema = table.schema
+    is_rejected = columns["status"] != "failed"
+    for name in (*schema.objectives, *schema.outputs):
         is_rejected &= ~np.isfinite(table.column(name))
     if is_rejected.any():
-        return table.take(~(is_rejected & table.under(limits={}).failed()))
-    return table
+        table = table.take(~(is_rejected & table.under(limits={}).failed()))
+    return replace(table, facts=_lacking(columns, (*schema.objectives, *formulation.allowed)))
 
 
-def lacking(columns: Columns, names: Names) -> tuple[str, ...]:
+def _lacking(columns: Columns, names: Names) -> tuple[str, ...]:
     """Return a remark on tests of a study that are older than an output and lack its values.
 
     Args:
