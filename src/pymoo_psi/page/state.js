@@ -110,8 +110,10 @@ function follow() {
   keepFocus()
 }
 
-// Run a generator a little at a time, so that the page answers meanwhile.
+// Run a generator a little at a time, so that the page answers meanwhile, and never while a hand drags:
+// where steps take long, it would make them longer.
 function inPieces(generator, finish) {
+  if (dragging) return setTimeout(inPieces, 250, generator, finish)
   for (const end = performance.now() + 10; performance.now() < end;) {
     const {value, done} = generator.next()
     if (done) return finish?.(value)
