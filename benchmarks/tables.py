@@ -88,7 +88,7 @@ def shown(value: Any) -> str:
         return f"{value.dtype} {value.shape} {value.tolist()}"
     if isinstance(value, tuple):
         return f"({', '.join(map(shown, value))})"
-    if hasattr(value, "to_dict"):
+    if hasattr(value, "itertuples"):  # a frame
         columns = {name: cells.tolist() for name, cells in value.items()}
         index = f"{value.index.name} {value.index.tolist()}"
         return f"{index} {[*value.dtypes.map(str)]} {columns}"

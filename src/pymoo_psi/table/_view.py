@@ -105,8 +105,9 @@ class View:
 
     def _matrix(self, role: str) -> AnyArray:
         """Return the columns of a role as a matrix, of objects if their types differ."""
+        data = self._columns  # also without a column of the role: an expression may be wrong
         columns = self.schema.with_role(role)
-        dtypes = {self._columns[column.name].dtype for column in columns}
+        dtypes = {data[column.name].dtype for column in columns}
         dtype: Any = np.float64
         if len(dtypes) == 1:
             (dtype,) = dtypes
@@ -114,7 +115,7 @@ class View:
             dtype = object
         matrix = np.empty((len(self), len(columns)), dtype)
         for j, column in enumerate(columns):
-            cells = self._columns[column.name]
+            cells = data[column.name]
             if role == OBJECTIVE and column.maximize:
                 cells = -cells
             matrix[:, j] = cells
