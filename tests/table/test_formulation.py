@@ -486,3 +486,8 @@ def test_limits_as_they_are_written_can_be_typed():
     assert limits_of(
         ", ".join(limit.written(name) for name, limit in limits_of(limits).items())
     ) == limits_of(limits)
+
+
+def test_a_wrong_expression_is_refused_also_without_objectives():
+    table = TestTable.of([1, 2], [[0.1], [0.5]], np.zeros((2, 0)), outputs={"heat": [1, 2]})
+    refused("must be one of 'heat', 'x1', got 'head'", table.under, computed={"loss": "head + 1"})
