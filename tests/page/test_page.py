@@ -188,6 +188,15 @@ def test_axes_range_over_the_optimal_designs():
         ]
 
 
+def test_the_second_plot_shows_objectives_that_conflict():
+    """Speed is maximised, so that it conflicts with what increases with it."""
+    x = np.linspace(0, 1, 20)
+    frame = pd.DataFrame({"cost": x, "mass": x**2, "noise": (x - 0.4) ** 2, "speed": np.exp(x)})
+    asked = Formulation([*frame], maximize=["speed"])
+    plot = payload_of(decision_page(frame, asked))["plot"]
+    assert plot == ["cost", "mass", "cost", "speed"]
+
+
 def test_short_numbers_are_written_as_in_the_file():
     third = 100 / 3
     frame = pd.DataFrame({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, third, 100]})

@@ -39,6 +39,7 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
                 np.testing.assert_array_equal(xy, chute.F[names == name][:, pair])
     for name in {*names.tolist()}:
         assert f" {(names == name).sum()} {name} (" in figure.caption
+        assert not name or f"{(names == name).sum()} {name}" in texts(figure)  # in the key
     assert_whole(figure)
 
 

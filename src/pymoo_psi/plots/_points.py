@@ -1,7 +1,7 @@
 """Designs as points: the one way in which a plane of two columns is drawn.
 
 Every design is in one group. Groups differ in marker and lightness; one without designs is not
-drawn. The caption says what the markers mean, and the best designs have their names beside them.
+drawn. The key says what the markers mean, and the best designs have their names beside them.
 """
 
 from __future__ import annotations
