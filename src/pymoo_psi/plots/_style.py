@@ -78,7 +78,7 @@ SHAPES = {
 }
 _MM_OF_LETTER = 2.0  # width of a letter in labels of axes
 _LETTERS_OF_Y = 22  # of the label of a vertical axis
-_LETTERS_OF_TICK = 6  # and of a number at it, with the room beside it
+_LETTERS_OF_TICK = 5  # and of a number at it, with the room beside it
 _ARROWS = {"less is better": "↓", "more is better": "↑"}  # where there is no room for the words
 _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
