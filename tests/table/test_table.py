@@ -257,3 +257,12 @@ def test_a_design_with_other_objectives_is_no_repetition():
     assert table.repeats.tolist() == [False, False, False, True, False]
     assert table.pareto().tolist() == [False, True, True, False, False]
     assert explain(table, 2).ranking.pareto.sum() == 2
+
+
+def test_a_design_without_a_label_has_the_name_of_its_test():
+    notes = {"name": ["A", "", None, "A"]}
+    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), [[1, 5], [2, 2], [3, 3], [5, 1]])
+    table = table.with_notes(notes, "name")
+    assert table.names == ["A #1", "test 2", "test 3", "A #4"]
+    assert [table.row_of(name) for name in (*table.names, 2)] == [0, 1, 2, 3, 1]
+    assert table.best().names == ["test 2"]

@@ -566,10 +566,14 @@ class TestTable(View, Shown):
 
     def _labels(self) -> list[Any]:
         """Return the cells of the column that names the designs, or else the numbers of tests."""
-        labels: AnyArray = self.numbers
+        labels: list[Any] = self.numbers.tolist()
         if self.schema.label is not None:
-            labels = self.column(self.schema.label)
-        return list(labels.tolist())
+            for row, cell in enumerate(self.column(self.schema.label).tolist()):
+                if cell is None or cell != cell or cell == "":
+                    labels[row] = f"{TEST} {labels[row]}"  # it has no name of its own
+                else:
+                    labels[row] = cell
+        return labels
 
     def row_of(self, design: int | str) -> int:
         """Return the row of a design by the number of its test or by its label.
