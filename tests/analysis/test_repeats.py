@@ -109,6 +109,7 @@ def test_tests_without_a_name_are_not_those_of_one_design():
         frame,
         average_by="name",
     )
+    assert read_table(frame[1:], Formulation(["f1", "f2"])).remarks == ()
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._numbers import percent
-from pymoo_psi._validation import Received, Rows, counted, invalid, known_name
+from pymoo_psi._validation import AnyArray, Mask, Received, Rows, counted, invalid, known_name
 from pymoo_psi.pareto import sentence, standard_errors, weights_sentence
 from pymoo_psi.table import (
     N_TESTS,
@@ -130,7 +130,7 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     else:
         cells = table.column(known_name("by", by, table.columns))
         labels = cells.tolist()
-        gaps = blank(cells) | np.array([label == "" for label in labels])
+        gaps = _gaps(cells)
         if gaps.any():
             received = Received(f"none in row {int(gaps.argmax()) + 1} of {by}")
             raise invalid("by", "a column without gaps", received)
@@ -143,6 +143,11 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
             received = Received(f"{by} {labels[row]} with different ones")
             raise invalid("by", "a column whose equal values have equal variables", received)
     return by, first, design
+
+
+def _gaps(cells: AnyArray) -> Mask:
+    """``(n,)`` which cells hold nothing, or an empty text."""
+    return blank(cells) | np.array([cell == "" for cell in cells.tolist()], dtype=bool)
 
 
 def first_tests(table: TestTable) -> Rows:
@@ -177,8 +182,10 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     word = "variables"
     first = first_tests(table)
     if label is not None:
-        first_of_label = first_of(table.column(label).tolist())
-        if len({*first_of_label.tolist()}) < len(table):
+        labelled = table.take(~_gaps(table.column(label)))
+        first_of_label = first_of(labelled.column(label).tolist())
+        if len({*first_of_label.tolist()}) < len(labelled):
+            table = labelled
             first = first_of_label
             word = label
     differing = unequal(table.F, table.F[first]).any(axis=1)
