@@ -28,7 +28,7 @@ POINTS = sized(4096, 128)
 WITHIN = {
     "tolerances": {"x2": 0.1},
     "uncertainty": {"mu": uniform(0.3, 0.2), "c": uniform(0.2, 0.24)},
-    "criteria": "cvar:0.9",
+    "statistics": "cvar:0.9",
 }
 
 
