@@ -147,7 +147,8 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
 
 def _gaps(cells: AnyArray) -> Mask:
     """``(n,)`` which cells hold nothing, or an empty text."""
-    return blank(cells) | np.array([cell == "" for cell in cells.tolist()], dtype=bool)
+    is_empty: Mask = np.array([cell == "" for cell in cells.tolist()], dtype=bool)
+    return is_empty | blank(cells)
 
 
 def first_tests(table: TestTable) -> Rows:
