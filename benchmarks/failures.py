@@ -160,13 +160,21 @@ HELD_OUT = {
         lambda: Failing(SteppedCantilever(), _is_slender), (63_000.0, 0.6), (142_000.0, 3.0)
     ),
 }
+# Most designs fail. None was used for choosing.
+MOSTLY = {
+    "srn": Problem(lambda: _hiding("srn", 0, 1), (10.0, -217.0), (225.0, 0.0)),
+    "tnk": Problem(lambda: _hiding("tnk", 1), (0.04, 0.04), (1.04, 1.04)),
+    "welded_beam": Problem(
+        lambda: _hiding("welded_beam", 0, 1, 2, 3), (2.9, 4.4e-4), (36.9, 7.5e-3)
+    ),
+}
 RANDOM = {
     "random_welded_beam": Problem(
         lambda: Failing(_welded_beam(), _at_random), (2.9, 4.4e-4), (36.9, 7.5e-3)
     ),
     "random_dtlz2": Problem(lambda: Failing(_dtlz2(), _at_random), (0.0,) * 3, (1.0,) * 3),
 }
-PROBLEMS = TUNED | HELD_OUT | RANDOM
+PROBLEMS = TUNED | HELD_OUT | MOSTLY | RANDOM
 
 
 def run(name: str, entry: str, seed: int) -> dict[str, Any]:

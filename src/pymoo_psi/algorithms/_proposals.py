@@ -51,6 +51,10 @@ _ROUNDS_PER_RISKY_ROUND = 4
 # A design is avoided unless its distance from the nearest test with outputs is less than this share
 # of that from the nearest failed test: in the middle between both it might lie on the boundary.
 _SAFE_DISTANCE_RATIO = 0.7
+# While fewer tests than this are known, and more have failed, every second design is one that may
+# fail or not, chosen among this many random ones.
+_FEW_KNOWN = 25
+_UNSURE_DRAWS = 4000
 
 # The size and the length of the search. A proposal then takes less than 0.1 s with 512 tests of ten
 # variables and twelve outputs.
@@ -109,8 +113,26 @@ def propose(
         return _distant_points(seen, tests, batch, goal, random)
 
     surrogates = _Surrogates(tests, goal, learned)
-    order = _best_tests(surrogates.T, learned, goal)[: _POPULATION_SIZE // 4]
-    best = np.clip(tests.points[surrogates.rows][order], goal.low, goal.high)
+    candidates = _searched(surrogates, round_number, random)
+    count = (len(seen) + batch) // 2 - len(seen) // 2
+    proposals = _unsure_points(surrogates, count, random)
+    seen = np.vstack([seen, goal.encode(proposals)])
+    selected = _selected(candidates, surrogates, seen, batch - len(proposals))
+    proposals = np.vstack([proposals, candidates.points[selected]])
+    n_missing = batch - len(proposals)
+    if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
+        seen = np.vstack([seen, goal.encode(candidates.points[selected])])
+        rest = _distant_points(seen, tests, n_missing, goal, random)
+        proposals = np.vstack([proposals, rest])
+    return proposals
+
+
+def _searched(surrogates: _Surrogates, round_number: int, random: Random) -> _Candidates:
+    """Return the designs that a search finds, and set the front and the ranges of surrogates."""
+    tests = surrogates.tests
+    goal = surrogates.goal
+    rows = surrogates.rows[surrogates.best_tests()[: _POPULATION_SIZE // 4]]
+    best = np.clip(tests.points[rows], goal.low, goal.high)
     start_of_search = _start_anywhere
     if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
         start_of_search = _start_near
@@ -122,25 +144,12 @@ def propose(
     F = F[nondominated(F)]
     surrogates.ranges = _ranges(F, candidates, goal)
     surrogates.front = _scaled(F, surrogates.ranges)
-    if goal.is_directed and len(F) > 0:
-        aim = surrogates.compromise
-        start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
-        compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
-        candidates = surrogates.candidates(np.vstack([points, compromises]))
-    proposals = candidates.points[_selected(candidates, surrogates, seen, batch)]
-    n_missing = batch - len(proposals)
-    if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
-        seen = np.vstack([seen, goal.encode(proposals)])
-        rest = _distant_points(seen, tests, n_missing, goal, random)
-        proposals = np.vstack([proposals, rest])
-    return proposals
-
-
-def _best_tests(T: Array, learned: Learned, goal: Goal) -> Rows:
-    """Return the rows of ``(n, q)`` outputs on their scales, those of the best tests first."""
-    excess = goal.excess(T, learned, np.zeros_like(T))
-    contraction = _contraction(learned, goal.n_obj)
-    return _survivors(T[:, : goal.n_obj], excess, len(T), contraction)
+    if not goal.is_directed or len(F) == 0:
+        return candidates
+    aim = surrogates.compromise
+    start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
+    compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
+    return surrogates.candidates(np.vstack([points, compromises]))
 
 
 class _Population(NamedTuple):
@@ -204,6 +213,9 @@ class _Surrogates:
         learned: What is learned of the tests.
 
     Attributes:
+        tests: The tests so far.
+        goal: What the search seeks.
+        learned: What is learned of the tests.
         rows: ``(n,)`` the rows of the tests that are learned.
         T: ``(n, q)`` their outputs on their scales.
         processes: The surrogate of each output.
@@ -218,29 +230,39 @@ class _Surrogates:
         self.processes = learned.processes(self.T)
         self.goal = goal
         self.contraction = _contraction(learned, goal.n_obj)
-        self._tests = tests
+        self.tests = tests
         recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
         is_missing = tests.is_eligible.any() and not recent.any()
         self._is_cautious = goal.is_narrowed and is_missing
         self.ranges = np.zeros((2, goal.n_obj))
         self.front = np.zeros((0, goal.n_obj))
-        self._learned = learned
+        self.learned = learned
+
+    def best_tests(self) -> Rows:
+        """Return the indices of the tests that are learned, the best first."""
+        excess = self.goal.excess(self.T, self.learned, np.zeros_like(self.T))
+        F = self.T[:, : self.goal.n_obj]
+        return _survivors(F, excess, len(F), self.contraction)
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what exceeds limits."""
+        T, excess = self.expected(points)
+        risk = _failure_risk(self.goal.encode(points), self.tests, self.learned.failures)
+        columns = [excess, risk, self.goal.violations(points)]
+        return T[:, : self.goal.n_obj], np.column_stack(columns)
+
+    def expected(self, points: Array) -> tuple[Array, Array]:
+        """Return ``(n, q)`` expected outputs on their scales, and what exceeds limits."""
         goal = self.goal
         Z = goal.encode(points)
         T = np.column_stack([process(Z) for process in self.processes])
         if goal.is_computed:
-            T = self._learned.to(goal.computed(points, self._learned.back(T)))
+            T = self.learned.to(goal.computed(points, self.learned.back(T)))
         margins = np.zeros_like(T)
         if self._is_cautious:
             for j in goal.limits:
                 margins[:, j] = self.processes[j].deviation(Z)
-        excess = goal.excess(T, self._learned, margins)
-        risk = _failure_risk(Z, self._tests, self._learned.failures)
-        columns = [excess, risk, goal.violations(points)]
-        return T[:, : goal.n_obj], np.column_stack(columns)
+        return T, goal.excess(T, self.learned, margins)
 
     def candidates(self, points: Array) -> _Candidates:
         """Return designs to choose from; see :class:`_Candidates`."""
@@ -248,7 +270,7 @@ class _Surrogates:
         Z = self.goal.encode(points)
         objectives = self.processes[: self.goal.n_obj]
         deviations = np.column_stack([process.deviation(Z) for process in objectives])
-        F = self._learned.back(T - _OPTIMISM * deviations)
+        F = self.learned.back(T - _OPTIMISM * deviations)
         worth = np.zeros(len(points))
         if self.goal.is_directed and len(self.front) > 0:
             worth = self._worth(T, deviations)
@@ -272,8 +294,8 @@ class _Surrogates:
             T: ``(n, m)`` expected objectives on their scales.
             deviations: ``(n, m)`` their standard deviations.
         """
-        F = _scaled(self._learned.back(T), self.ranges)
-        better = _scaled(self._learned.back(T - deviations), self.ranges)
+        F = _scaled(self.learned.back(T), self.ranges)
+        better = _scaled(self.learned.back(T - deviations), self.ranges)
         worse = np.maximum(F, 0)  # by how much designs are worse than the ideal point
         distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
@@ -302,12 +324,53 @@ def _distant_points(
     Z = goal.encode(points)
     distance = _nearest(Z, seen)
     distance[_failure_risk(Z, tests) > 0] *= 0.1  # chosen only if little else is left
+    return points[_farthest(Z, distance, count)]
+
+
+def _farthest(Z: Array, distance: Array, count: int) -> list[int]:
+    """Return the rows of designs that are far from each other and from all tests.
+
+    Args:
+        Z: ``(n, e)`` the designs.
+        distance: ``(n,)`` their distances from tests.
+        count: How many rows.
+    """
     chosen = []
     for _ in range(count):
-        row = distance.argmax()
+        row = int(distance.argmax())
         chosen.append(row)
         distance = np.minimum(distance, _nearest(Z, Z[[row]]))
-    return points[chosen]
+    return chosen
+
+
+def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array:
+    """Return points that may fail or not, if most tests have failed and few are known.
+
+    Surrogates of few tests in a small region promise nothing elsewhere, and a search that avoids
+    failures stays there. These points show how far the region extends, within all limits as far as
+    these are learned; they are far from all tests.
+
+    Args:
+        surrogates: The surrogates.
+        count: How many points to return, at most.
+        random: Random numbers.
+    """
+    tests = surrogates.tests
+    goal = surrogates.goal
+    metric = surrogates.learned.failures
+    n_known = np.count_nonzero(tests.is_known)
+    if metric is None or n_known >= min(np.count_nonzero(tests.has_failed), _FEW_KNOWN):
+        return np.zeros((0, len(goal.low)))
+    points = _random_points(_UNSURE_DRAWS, goal, random)
+    _, excess = surrogates.expected(points)
+    points = points[_violation(excess) <= 0]
+    Z = goal.encode(points)
+    distances = np.array(_distances(Z, tests, metric))
+    nearer = distances.min(axis=0)
+    is_unsure = nearer > _SAFE_DISTANCE_RATIO * distances.max(axis=0)
+    points = points[is_unsure]
+    Z = metric.scaled(Z[is_unsure])
+    return points[_farthest(Z, nearer[is_unsure], min(count, len(points)))]
 
 
 def _random_points(count: int, goal: Goal, random: Random) -> Array:
@@ -340,13 +403,17 @@ def _failure_risk(Z: Array, tests: Observations, metric: Covariance | None = Non
     """
     if not tests.has_failed.any():
         return np.zeros(len(Z))
+    from_known, from_failed = _distances(Z, tests, metric)
+    return np.asarray(np.minimum(from_known - _SAFE_DISTANCE_RATIO * from_failed, 1.0))
+
+
+def _distances(Z: Array, tests: Observations, metric: Covariance | None) -> tuple[Array, Array]:
+    """Return the ``(k,)`` distances of designs from known tests, and those from failed ones."""
     tested = tests.Z
     if metric is not None:
         Z = metric.scaled(Z)
         tested = metric.scaled(tested)
-    distance = _nearest(Z, tested[tests.is_known])
-    excess = distance - _SAFE_DISTANCE_RATIO * _nearest(Z, tested[tests.has_failed])
-    return np.asarray(np.minimum(excess, 1.0))
+    return _nearest(Z, tested[tests.is_known]), _nearest(Z, tested[tests.has_failed])
 
 
 def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
