@@ -530,8 +530,7 @@ def _places(F: Array, contraction: float) -> tuple[Rows, Array]:
     ranges = np.array([F.min(axis=0), F[nondominated(F)].max(axis=0)])
     values = _achievements(_scaled(F, ranges), contraction)
     order = np.argsort(values, axis=0, kind="stable")
-    places = np.empty_like(order)
-    np.put_along_axis(places, order, np.arange(len(F))[:, None], axis=0)
+    places = np.argsort(order, axis=0)
     return places.min(axis=1), values.min(axis=1)
 
 
@@ -638,11 +637,11 @@ def _selected(
         kept = rows[candidates.violation[rows] <= 0]
         gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
         if len(kept) == 0:
+            kept = rows
             spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
             # After a search near the best tests, no candidate may be that far away.
-            is_distant = distance >= min(spacing, distance[rows].max() / 2)
-            scores = np.where(is_distant, -candidates.violation, -np.inf)
-            kept = rows
+            spacing = min(spacing, distance[rows].max() / 2)
+            scores = np.where(distance >= spacing, -candidates.violation, -np.inf)
         elif rules[turn] == "compromise" and candidates.worth.any():
             is_distant = distance > _MIN_DISTANCE_FROM_TEST
             scores = np.where(is_distant, candidates.worth, -np.inf)

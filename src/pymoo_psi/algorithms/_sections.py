@@ -99,11 +99,7 @@ def sections(
                 line = np.repeat(table.X[[row]], len(values), axis=0)
                 line[:, j] = values
                 Z_line = encoded(space, space.points(line))
-                mean = process(Z_line)
-                width = _DEVIATIONS * process.deviation(Z_line)
-                predicted = fit.scale.back(np.array([mean, mean - width, mean + width]))
-                predicted = np.clip(predicted, -fit.scale.most, fit.scale.most)
-                expected, *ends = sign * predicted
+                expected, *ends = sign * _predicted(fit, process, Z_line)
                 section = {
                     "column": name,
                     "variable": variable.name,
@@ -151,6 +147,14 @@ def _surrogate(
     nearest = np.argsort(distance, kind="stable")[:_NEAREST]
     covariance = Covariance(Z_usable[nearest], fit.lengths)
     return fit, GaussianProcess(covariance, fit.scale.to(y[nearest]))
+
+
+def _predicted(fit: OutputFit, process: GaussianProcess, Z: Array) -> Array:
+    """Return ``(3, k)`` expected values at designs, and the ends of their bands."""
+    mean = process(Z)
+    width = _DEVIATIONS * process.deviation(Z)
+    values = fit.scale.back(np.array([mean, mean - width, mean + width]))
+    return np.clip(values, -fit.scale.most, fit.scale.most)
 
 
 def space_of_table(table: TestTable) -> DesignSpace:

@@ -278,14 +278,21 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
     learned = Learned(Z, Y, n_uniform, goal.n_obj)
     learned.left_out = tests.numbers[np.delete(rows, evenly_spread(len(rows), _MOST_LEARNED))]
     learned.extend(tests.numbers[rows], Z)
+    learned.failures = _units_of_failures(tests, n_fitted)
+    return learned
+
+
+def _units_of_failures(tests: Observations, n_fitted: int) -> Covariance | None:
+    """Return units of designs, learned from failures of the first tests; see :class:`Learned`."""
     rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
     rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
     has_failed = tests.has_failed[rows].astype(float)
-    if has_failed.any():
-        fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
-        if fit.error < _ERROR_OF_RANDOM_FAILURES:
-            learned.failures = Covariance(tests.Z[:0], fit.lengths)
-    return learned
+    if not has_failed.any():
+        return None
+    fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
+    if fit.error >= _ERROR_OF_RANDOM_FAILURES:
+        return None
+    return Covariance(tests.Z[:0], fit.lengths)
 
 
 class SurrogateSource(Source):

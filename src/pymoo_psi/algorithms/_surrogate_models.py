@@ -560,9 +560,7 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
         x: ``(2 d + 3,)`` lengths, bends, noise and trends, as :func:`fit_lengths` returns them.
     """
     n, d = Z.shape
-    rates = _rates(x[d:-3])
-    scale = np.exp(-x[:d])
-    S = _bent(Z, rates) * scale
+    S = _bent(Z, _rates(x[d:-3])) * np.exp(-x[:d])
     K, slope = _matern(S)
     trends = []
     for log_weight, B in zip(x[-2:], _trends(Z), strict=True):
@@ -591,17 +589,31 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     slopes_of_shares = [noise * np.trace(W)]
     for trend in trends:
         slopes_of_shares.append((W * trend).sum())
-    # dK/dlog l_j = slope * (difference of column j)^2, summed over all pairs by products
     W *= slope
+    by_length, by_bend = _slopes_by_variable(Z, x, S, W)
+    return value, np.concatenate([by_length, by_bend, 0.5 * np.array(slopes_of_shares)])
+
+
+def _slopes_by_variable(Z: Array, x: Array, S: Array, W: Array) -> tuple[Array, Array]:
+    """Return the ``(d,)`` derivatives of the likelihood by log lengths, and those by bends.
+
+    Args:
+        Z: ``(n, d)`` designs.
+        x: As for :func:`_negative_log_likelihood`.
+        S: ``(n, d)`` the designs, bent and in units of lengths.
+        W: ``(n, n)`` dL/dK times the factor of dK by log lengths.
+    """
+    d = Z.shape[1]
+    # dK/dlog l_j = slope * (difference of column j)^2, summed over all pairs by products
     differences = S * W.sum(axis=1)[:, None] - W @ S
     by_length = (S * differences).sum(axis=0)
     # the derivative of S by a bend; that of K is -slope * its difference * that of S
+    rates = _rates(x[d:-3])
     inside = np.clip(Z, 0, 1)
     by_rate = inside * np.exp(rates * inside) - _bent(inside, rates) * np.exp(rates)
     by_rate /= np.expm1(rates)
-    bending = by_rate * np.cosh(x[d:-3]) * scale
-    by_bend = -(bending * differences).sum(axis=0)
-    return value, np.concatenate([by_length, by_bend, 0.5 * np.array(slopes_of_shares)])
+    bending = by_rate * np.cosh(x[d:-3]) * np.exp(-x[:d])
+    return by_length, -(bending * differences).sum(axis=0)
 
 
 def _rates(bends: Array) -> Array:
