@@ -65,6 +65,19 @@ class Tube(ElementwiseProblem):
         out["F"] = [area * 3000 * 7.85e-6, deflection]
 
 
+class Corner(ElementwiseProblem):
+    """A model that runs in a corner of its bounds; the best designs are at the far end of it."""
+
+    def __init__(self) -> None:
+        super().__init__(n_var=5, n_obj=2, xl=0, xu=1)
+
+    def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        if x[0] + x[1] > 0.5:
+            raise ArithmeticError("no convergence")
+        bowl = (x[0] - 0.2) ** 2 + 0.1 * (x[1] - 0.2) ** 2
+        out["F"] = [-bowl, (x[2:] ** 2).sum() + 0.1 * x[0]]
+
+
 class Failing(ElementwiseProblem):
     """A problem whose model fails in a region.
 
@@ -160,13 +173,14 @@ HELD_OUT = {
         lambda: Failing(SteppedCantilever(), _is_slender), (63_000.0, 0.6), (142_000.0, 3.0)
     ),
 }
-# Most designs fail. None was used for choosing.
+# Most designs fail.
 MOSTLY = {
     "srn": Problem(lambda: _hiding("srn", 0, 1), (10.0, -217.0), (225.0, 0.0)),
     "tnk": Problem(lambda: _hiding("tnk", 1), (0.04, 0.04), (1.04, 1.04)),
     "welded_beam": Problem(
         lambda: _hiding("welded_beam", 0, 1, 2, 3), (2.9, 4.4e-4), (36.9, 7.5e-3)
     ),
+    "corner": Problem(Corner, (-0.1, 0.0), (0.0, 0.3)),
 }
 RANDOM = {
     "random_welded_beam": Problem(

@@ -51,8 +51,9 @@ _ROUNDS_PER_RISKY_ROUND = 4
 # A design is avoided unless its distance from the nearest test with outputs is less than this share
 # of that from the nearest failed test: in the middle between both it might lie on the boundary.
 _SAFE_DISTANCE_RATIO = 0.7
-# While fewer tests than this are known, and more have failed, every second design is one that may
-# fail or not, chosen among this many random ones.
+# While fewer tests than this for each variable are known, at most so many, and more have failed,
+# every second design is one that may fail or not, chosen among a number of random ones.
+_FEW_KNOWN_A_VARIABLE = 4
 _FEW_KNOWN = 25
 _UNSURE_DRAWS = 4000
 
@@ -358,9 +359,10 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     tests = surrogates.tests
     goal = surrogates.goal
     metric = surrogates.learned.failures
-    n_known = np.count_nonzero(tests.is_known)
-    if metric is None or n_known >= min(np.count_nonzero(tests.has_failed), _FEW_KNOWN):
-        return np.zeros((0, len(goal.low)))
+    d = len(goal.low)
+    few = min(np.count_nonzero(tests.has_failed), _FEW_KNOWN_A_VARIABLE * d, _FEW_KNOWN)
+    if metric is None or np.count_nonzero(tests.is_known) >= few:
+        return np.zeros((0, d))
     points = _random_points(_UNSURE_DRAWS, goal, random)
     _, excess = surrogates.expected(points)
     points = points[_violation(excess) <= 0]
