@@ -75,6 +75,24 @@ def test_a_scale_of_lengths_is_learned_from_failures():
     assert table.X[~table.failed(), 0].max() > 0.45
 
 
+def test_a_search_leaves_the_small_region_where_the_first_tests_do_not_fail():
+    """The best designs lie at the far end of it, and surrogates of the near end promise nothing."""
+
+    class Corner(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=5, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] + x[1] > 0.5:
+                raise ArithmeticError("no convergence")
+            bowl = (x[0] - 0.2) ** 2 + 0.1 * (x[1] - 0.2) ** 2
+            out["F"] = [-bowl, (x[2:] ** 2).sum() + 0.1 * x[0]]
+
+    table = minimize(Corner(), SurrogatePSI(60), seed=0).algorithm.table
+    assert table.failed()[:20].mean() >= 0.8
+    assert table.X[~table.failed(), 0].max() > 0.45
+
+
 def test_random_failures_are_not_avoided():
     """Nothing is learned from them, so that the surroundings of the front are tested again."""
 
