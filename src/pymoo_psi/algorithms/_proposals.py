@@ -636,24 +636,39 @@ def _selected(
         rows = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
         if len(rows) == 0:
             break
-        kept = rows[candidates.violation[rows] <= 0]
-        gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
-        if len(kept) == 0:
-            kept = rows
+        is_kept = candidates.violation[rows] <= 0
+        if is_kept.any():
+            rows = rows[is_kept]
+            gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
+            scores = _scores(rules[turn], rows, candidates.worth, gains, distance, gap)
+        else:
             spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
             # After a search near the best tests, no candidate may be that far away.
             spacing = min(spacing, distance[rows].max() / 2)
             scores = np.where(distance >= spacing, -candidates.violation, -np.inf)
-        elif rules[turn] == "compromise" and candidates.worth.any():
-            is_distant = distance > _MIN_DISTANCE_FROM_TEST
-            scores = np.where(is_distant, candidates.worth, -np.inf)
-        elif rules[turn] != "distance" and gains[kept].max() > 0:
-            scores = gains
-        else:  # without known objectives, the distance from all tests
-            scores = np.where(np.isinf(gap), distance, gap)
-        row = int(kept[scores[kept].argmax()])
+        row = int(rows[scores[rows].argmax()])
         selected.append(row)
         distance = np.minimum(distance, _nearest(Z, Z[[row]]))
         gap = np.minimum(gap, _nearest(F, F[[row]]))
         best = np.minimum(best, achievements[row])
     return selected
+
+
+def _scores(
+    rule: str, rows: Rows, worth: Array, gains: Array, distance: Array, gap: Array
+) -> Array:
+    """Return the ``(n,)`` scores of candidates by a rule.
+
+    Args:
+        rule: The rule.
+        rows: The candidates that keep all limits and are not tested.
+        worth: ``(n,)`` what tests are worth for the best compromise.
+        gains: ``(n,)`` gains in all directions.
+        distance: ``(n,)`` distances from tests.
+        gap: ``(n,)`` distances from known objectives; infinite if there are none.
+    """
+    if rule == "compromise" and worth.any():
+        return np.where(distance > _MIN_DISTANCE_FROM_TEST, worth, -np.inf)
+    if rule != "distance" and gains[rows].max() > 0:
+        return gains
+    return np.where(np.isinf(gap), distance, gap)

@@ -414,18 +414,22 @@ class SurrogateSource(Source):
                 return Points.none()
             self._round = None
             self._n_meanwhile = len(self._tests) - self._n_at_start
-            proposals = []
-            for number, point in enumerate(finished.result().tolist(), first):
-                entries = {"point": point} | self._content
-                proposals.append(Proposal(number, round_number, "surrogates", entries))
-            # Another process may have stored the same round meanwhile, which then counts: all
-            # processes on one file test the same designs.
-            self._proposals.extend(self._store.propose(proposals))
+            self._keep(finished.result(), first, round_number)
             points = self._stored_points(round_number)
         self._ends.append(len(self._points) + len(points))
         numbers = first + np.arange(len(points))
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
+
+    def _keep(self, points: Array, first: int, round_number: int) -> None:
+        """Store the ``(n, d)`` points of a round, whose numbers begin with ``first``."""
+        proposals = []
+        for number, point in enumerate(points.tolist(), first):
+            entries = {"point": point} | self._content
+            proposals.append(Proposal(number, round_number, "surrogates", entries))
+        # Another process may have stored the same round meanwhile, which then counts: all
+        # processes on one file test the same designs.
+        self._proposals.extend(self._store.propose(proposals))
 
     @cached_property
     def _proposals(self) -> list[Proposal]:  # read when the first round is due
