@@ -363,16 +363,17 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     few = min(np.count_nonzero(tests.has_failed), _FEW_KNOWN_A_VARIABLE * d, _FEW_KNOWN)
     if metric is None or np.count_nonzero(tests.is_known) >= few:
         return np.zeros((0, d))
-    points = _random_points(_UNSURE_DRAWS, goal, random)
+    points = random.uniform(goal.low, goal.high, (_UNSURE_DRAWS, d))
+    points = points[_meets_requirements(points, goal)]
     _, excess = surrogates.expected(points)
     points = points[_violation(excess) <= 0]
-    Z = goal.encode(points)
-    distances = np.array(_distances(Z, tests, metric))
-    nearer = distances.min(axis=0)
-    is_unsure = nearer > _SAFE_DISTANCE_RATIO * distances.max(axis=0)
+    distances = np.array(_distances(goal.encode(points), tests, metric))
+    is_unsure = distances.min(axis=0) > _SAFE_DISTANCE_RATIO * distances.max(axis=0)
     points = points[is_unsure]
-    Z = metric.scaled(Z[is_unsure])
-    return points[_farthest(Z, nearer[is_unsure], min(count, len(points)))]
+    Z = metric.scaled(goal.encode(points))
+    pending = metric.scaled(goal.encode(tests.pending))
+    distance = np.minimum(distances.min(axis=0)[is_unsure], _nearest(Z, pending))
+    return points[_farthest(Z, distance, min(count, len(points)))]
 
 
 def _random_points(count: int, goal: Goal, random: Random) -> Array:

@@ -125,6 +125,8 @@ class SurrogatePSI(PointAlgorithm):
             example after a repair of the model; earlier proposals do not change. Proposals avoid
             designs that are close to failed ones, in lengths that are learned from failed tests and
             others. While failures may be random, one round of four does not avoid them.
+            While most tests have failed and few have not, every second proposal is a design that
+            may fail: it shows where else the model runs.
         names: Names for variables, objectives and constraints, by their default names.
         maximize: The objectives to maximize.
         units: Units of columns.
