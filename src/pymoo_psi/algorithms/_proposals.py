@@ -360,10 +360,10 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     goal = surrogates.goal
     metric = surrogates.learned.failures
     d = len(goal.low)
-    few = min(np.count_nonzero(tests.has_failed), _FEW_KNOWN_A_VARIABLE * d, _FEW_KNOWN)
-    if metric is None or np.count_nonzero(tests.is_known) >= few:
+    few = min(int(tests.has_failed.sum()), _FEW_KNOWN_A_VARIABLE * d, _FEW_KNOWN)
+    if metric is None or tests.is_known.sum() >= few:
         return np.zeros((0, d))
-    points = random.uniform(goal.low, goal.high, (_UNSURE_DRAWS, d))
+    points: Array = random.uniform(goal.low, goal.high, (_UNSURE_DRAWS, d))
     points = points[_meets_requirements(points, goal)]
     _, excess = surrogates.expected(points)
     points = points[_violation(excess) <= 0]
@@ -373,7 +373,7 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     Z = metric.scaled(goal.encode(points))
     pending = metric.scaled(goal.encode(tests.pending))
     distance = np.minimum(distances.min(axis=0)[is_unsure], _nearest(Z, pending))
-    return points[_farthest(Z, distance, min(count, len(points)))]
+    return np.asarray(points[_farthest(Z, distance, min(count, len(points)))])
 
 
 def _random_points(count: int, goal: Goal, random: Random) -> Array:
