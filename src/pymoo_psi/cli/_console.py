@@ -307,9 +307,15 @@ def command(*words: str) -> list[str]:
 
 
 def _continued(first: str, options: Names, columns: int) -> list[str]:
-    """Return a command in lines that fit into a width and that a shell joins."""
+    """Return a command in lines that fit into a width and that a shell joins.
+
+    Where it takes several lines, short options come first, as they share one.
+    """
+    whole = " ".join([first, *options])
+    if _columns(whole) <= columns:
+        return [whole]
     lines = [first]
-    for option in options:
+    for option in sorted(options, key=_columns):
         if _columns(f"{lines[-1]} {option}") + 2 <= columns:
             lines[-1] += f" {option}"
         else:

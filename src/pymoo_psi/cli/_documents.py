@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from pymoo_psi import __version__
 from pymoo_psi._numbers import localized, number
+from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
     counts_sentence,
@@ -61,7 +62,7 @@ from pymoo_psi.pareto import (
     weights_sentence,
     wrapped,
 )
-from pymoo_psi.table import POINT, RUN, TEST, TestTable
+from pymoo_psi.table import POINT, RUN, TEST, Column, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -135,6 +136,15 @@ def run_rank(options: Options) -> int:
     return 0
 
 
+def _heading(column: Column) -> str:
+    """Return the name of a column with its unit; that of an objective with its direction."""
+    heading = with_unit(column.name, column.unit)
+    if column.role != "objective":
+        return heading
+    arrow = "↑" if column.maximize else "↓"
+    return f"{heading} {arrow}"
+
+
 def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
     """Print all that is known of the best designs, and on what the proposal depends."""
     from pymoo_psi.page import number_formats
@@ -149,9 +159,15 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
         names = dict(zip(table.numbers.tolist(), table.names, strict=True))
         rounded[TEST] = [names[number].removeprefix(f"{TEST} ") for number in rounded[TEST]]
         rounded = rounded.drop(columns=[RUN, POINT], errors="ignore")
-    # The number leads each part of a wide table, as dominated designs have no place.
-    rounded.insert(1, "place", rounded.pop("place").astype("string").fillna(""))
-    headings = {column.name: column.heading for column in table.schema.columns}
+    # The name or number leads each part of a wide table, as dominated designs have no place.
+    places = rounded.pop("place").astype("string").fillna("")
+    label = table.schema.label
+    if label not in (None, "row"):
+        labels = rounded.pop(label)
+        rounded = rounded.drop(columns="row")
+        rounded.insert(0, label, labels)
+    rounded.insert(1, "place", places)
+    headings = {column.name: _heading(column) for column in table.schema.columns}
     print_text("")
     print_frame(rounded.rename(columns=headings), "All columns, by place:")
     if len(frame) > _N_IN_DETAIL:
@@ -159,8 +175,8 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
     ranking = table.feasible_ranking()
     why = explain(ranking)
     sentences = [
-        f"mu1 is the distance to the best values; efficiency_rank is the paper's rank, 0 to 6, and "
-        f"no order. {measured_in(ranking)}.",
+        f"mu1 is the distance to the best values, by which designs are placed; efficiency_rank, 0 "
+        f"to 6, counts three geometric criteria and places nothing. {measured_in(ranking)}.",
         *(f"Caution: {caution}" for caution in found[1:]),
         "One step away:",
         *why.sentences[2:],
