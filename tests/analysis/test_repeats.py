@@ -228,3 +228,12 @@ def test_shrunk_means_are_nearer_to_the_truth():
     assert ((shrunk - truth) ** 2).mean() < 0.8 * ((noisy - truth) ** 2).mean()
     front = table.pareto()
     assert abs((shrunk - truth)[front].mean()) < 0.5 * abs((noisy - truth)[front].mean())
+
+
+@pytest.mark.parametrize("name", ["tests", "cost standard error"])
+def test_a_column_with_the_name_of_a_further_output_is_not_overwritten(name):
+    """An objective or an output called so would hold the counts or errors instead."""
+    for objectives in (["cost", name], ["cost", "mass"]):
+        frame = FRAME.assign(**{name: FRAME["size"] + FRAME["cost"]})
+        table = read_table(frame, Formulation(objectives=objectives))
+        refused(f"{name!r}.*rename", average_repeats, table, "variant")

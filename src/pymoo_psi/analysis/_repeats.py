@@ -42,8 +42,8 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         by: Name of the column; by default, and for ``"variables"``, all variables.
 
     Raises:
-        ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or tests
-            with the same value have different variables.
+        ArgumentValueError: There is no such column, it has gaps, no value recurs in it, tests with
+            the same value have different variables, or a column has the name of a further output.
 
     Example:
         >>> tests = TestTable.of(range(1, 6), np.zeros((5, 0)), [[1], [2], [3], [5], [7]],
@@ -57,6 +57,10 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     tests = table.under(Formulation(ranges={}))
     schema = tests.schema
     by, first, design = _tests_by_design(tests, by)
+    for name in (N_TESTS, *map(error_column, schema.objectives)):
+        if name in schema.names:
+            rule = f"without a column {name!r}, which the means of repeated tests have"
+            raise invalid("table", rule, Received("one"), "rename the column")
     usable = ~tests.failed() & np.isfinite(tests.F).all(axis=1)
     design_of_usable = design[usable]
     counts = np.bincount(design_of_usable, minlength=len(first))
