@@ -491,3 +491,23 @@ def test_the_sheet_has_the_decision_of_the_group(written):
     ):
         assert text in sheet
     assert sheet.count("<b>Ann</b>") == sheet.count("<b>Ben</b>") == 1
+
+
+@undrawn
+def test_a_weight_on_what_is_no_objective_does_not_count():
+    """The regret is that without the weight, and a remark says so."""
+    held = [{"name": "Ann", "chosen": "A"}, {"name": "Ben", "chosen": "C"}]
+    weighted = [{**held[0], "weights": {"seats": 2.0, "price": 3.0}}, held[1]]
+    without = [{**held[0], "weights": {"price": 3.0}}, held[1]]
+    frame = pd.DataFrame(
+        {"price": [1.0, 2.0, 4.0], "range": [9.0, 5.0, 2.0], "seats": [4, 5, 2]}, ["A", "B", "C"]
+    )
+    asked = Formulation(objectives=["price", "range"])
+    *_, text = lines(
+        decision_report(read_table(frame, Decision(asked, positions=weighted))), "Positions"
+    )
+    *_, other = lines(
+        decision_report(read_table(frame, Decision(asked, positions=without))), "Positions"
+    )
+    assert "The weights of Ann for seats do not count" in text
+    assert text.startswith(other)

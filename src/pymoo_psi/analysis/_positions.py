@@ -151,8 +151,19 @@ def separation_sentences(table: TestTable) -> list[str]:
             sentences.append(pair.sentence("apart", 1, name=one["name"], holder=other["name"]))
     if sentences and table.feasible().any():
         choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
-        sentences.append(_least_regret(table, positions, choices, free.lengths))
+        regret = _least_regret(table, positions, choices, free.lengths)
+        sentences.append(" ".join([regret, *_weights_without_objectives(table, positions)]))
     return sentences
+
+
+def _weights_without_objectives(table: TestTable, positions: Sequence[Entries]) -> list[str]:
+    """Say which weights of positions do not count, as their columns are no objectives now."""
+    texts = []
+    for position in positions:
+        columns = [name for name in position["weights"] if name not in table.schema.objectives]
+        if columns:
+            texts.append(sentence("no objectives", name=position["name"], columns=listed(columns)))
+    return texts
 
 
 def _least_regret(
@@ -174,8 +185,8 @@ def _least_regret(
     values = without_rounding(np.vstack([choices, ranking.objectives.minimized[front]]))
     weights = np.ones(choices.shape)
     for i, position in enumerate(positions):
-        for name, weight in position["weights"].items():
-            weights[i, table.schema.objectives.index(name)] = weight
+        for j, name in enumerate(table.schema.objectives):
+            weights[i, j] = position["weights"].get(name, 1.0)
     most = weights.max(axis=1, keepdims=True)
     weights /= np.where(most > 0, most, 1.0)
     losses = (values[len(positions) :, None] - values[: len(positions)]) / lengths * weights
