@@ -406,6 +406,7 @@ def member(visit, page_file, tmp_path):
                 reader.click(reader.page.get_by_label(f"Choose: {label}").first)
             assert reader.state["chosen"] == label
             reader.page.keyboard.type(f"{name} wants it.")
+            reader.click("#adding summary")
             reader.page.fill("#position-name", name)
             reader.press("Tab", "Enter")
         path = tmp_path / f"{name}.json"
@@ -490,6 +491,7 @@ def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folde
 
 def test_a_saved_page_holds_the_decision(fresh, visit, tmp_path):
     fresh.type_limit("mass [kg], at most", "0.7")
+    fresh.click("#adding summary")
     fresh.page.fill("#position-name", "light")
     fresh.click("#keep")
     fresh.set(limits={}, chosen=fresh.shown[3], reason="</script><b>So be it.</b>")
@@ -627,6 +629,7 @@ def test_zooming_keeps_what_is_at_the_spot(reader):
 
 def test_a_choice_beyond_the_limits_is_marked(reader):
     reader.set(chosen=reader.shown[3])
+    reader.click("#adding summary")
     reader.page.fill("#position-name", "Ann")
     reader.click("#keep")
     mass = reader.ask("D.data.by.get('mass').values[D.verdict.row]")

@@ -54,6 +54,7 @@ def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: 
     assert [tuple(answer) for answer in reader.state["answers"]] == person.answers
     reader.press("Escape")
     assert not reader.page.is_visible("#questions")
+    reader.click("#adding summary")
     reader.field("Name of the position").fill("Ann")
     reader.click("#keep")
     path = tmp_path / "d.json"
@@ -79,6 +80,7 @@ def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F81
         ("Ben", [["Coast", ">", "Town"], ["Tour", ">", "Lane"], ["Gone", ">", "Town"]]),
     ):
         reader.set(answers=answers)
+        reader.click("#adding summary")
         reader.field("Name of the position").fill(name)
         reader.click("#keep")
         person = Preferences(read_table(CARS, ASKED))

@@ -119,7 +119,6 @@ class DecisionPage(Document):
             "title": escape(self.title),
             "remarks": _paragraphs("hint", remarks),
             "cautions": _paragraphs("caution", self.cautions),
-            "sure": str(len(self.cautions)),
             "scale": _SCALES[content["normalize"]],
             "further": further,
             "policy": _POLICY.format(

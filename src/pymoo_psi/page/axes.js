@@ -6,13 +6,14 @@
 
 const MOST_LINES = 150 // beyond that lines are a density
 const MOST_TICKS = 1000
-const INSET = 6 // of an axis, half a handle
+const INSET = 9 // of an axis, as large as a mark
 const axes = (() => {
   const plot = make("div.plot")
   $("rows-area").append(plot)
   let heights = [] // of the axes, top down
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
+  let hasBest = false // whether the column of best values is there
   const former = new Map() // the density
   const {size, clean, fit} = layers(plot, 3, () => draw(true))
   const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
@@ -21,6 +22,7 @@ const axes = (() => {
   function measure() {
     columnsShown = shownColumns()
     if (!columnsShown.length) return
+    hasBest = document.querySelector("#objectives .head .best").checkVisibility()
     // The axes below are as wide as those of objectives.
     $("further").style.setProperty("--columns", getComputedStyle($("objectives")).gridTemplateColumns)
     const area = $("rows-area").getBoundingClientRect()
@@ -132,8 +134,17 @@ const axes = (() => {
     }
   }
 
-  // The ends of the per cent below an axis, and how many designs lie beyond its ends.
-  function drawEnds(g, {column, values, x, y}) {
+  // Whether the line of a marked design passes through a text above or below an axis.
+  const isCrossed = (lane, side, from, to) => gaps.filter((pair) => pair[side] === lane).some((pair) => marked.some((row) => {
+    const [start, end] = [lane, pair[1 - side]].map(({values, x}) => x(values[row]))
+    const place = start + (end - start) * 17 / (pair[1].y - pair[0].y)
+    return place > from - 5 && place < to + 5
+  }))
+
+  // The ends of the per cent, below an axis or above where this keeps them off a line, and how many
+  // designs lie beyond the ends of the axis. The best value has a column of its own where there is room.
+  function drawEnds(g, lane) {
+    const {column, values, x, y} = lane
     const {low, high} = scaleOf(column)
     const ends = rangeOf(column) ?? (isTurned(column) ? [high, low] : [low, high])
     const [a, b] = ends.map((end) => valueText(column, end))
@@ -141,8 +152,15 @@ const axes = (() => {
     const [from, to] = ends.map(x)
     const both = first + 8 + second
     const start = min(max(0, min(from, to - both)), size.width - both)
-    drawText(g, a, start, y + 18, "left")
-    if (a !== b) drawText(g, b, max(start + both - second, min(to, size.width) - second), y + 18, "left")
+    const parts = [[a, start, first]]
+    if (a !== b && !(hasBest && isObjective(column))) parts.push([b, max(start + both - second, min(to, size.width) - second), second])
+    for (const [text, place, width] of parts) {
+      const isAbove = isCrossed(lane, 0, place, place + width) && !isCrossed(lane, 1, place, place + width)
+      const height = isAbove ? y - 17 : y + 18
+      g.fillStyle = INK.panel
+      g.fillRect(place - 3, height - 7, width + 6, 14)
+      drawText(g, text, place, height, "left")
+    }
     // Counted only where there are some: the least of all rows takes a tenth of the time.
     const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
       ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)

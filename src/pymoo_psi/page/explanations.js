@@ -143,6 +143,15 @@ function explain(data, ranking, row) {
   }
 }
 
+// How far a design is from the best value where this is the greatest share of a range.
+function behindText(data, {frame}, row) {
+  const behind = data.F.map((column, j) => column[row] - frame.low[j])
+  const shares = behind.map((value, j) => shareOf(value, frame.lengths[j]))
+  const [j] = bySize(shares)
+  const column = data.objectives[j]
+  return `${isWithin(shares[j]) ? percent(shares[j]) : amount(column, behind[j])} in ${column.name}`
+}
+
 // How far a design is from the best values, the greatest share of a range first.
 function costsOf(data, ranking, behind, shares) {
   const places = bySize(shares).filter((j) => behind[j] > 0)

@@ -6,7 +6,7 @@ function reset() {
   change(initial.state)
 }
 onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
-for (const id of ["fixed", "dominated"]) $(id).onchange = () => change({[id]: $(id).checked})
+$("fixed").onchange = () => change({fixed: $("fixed").checked})
 $("reason").oninput = () => { state = {...state, reason: $("reason").value} }
 $("reason").onchange = commit
 

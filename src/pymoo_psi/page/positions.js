@@ -17,6 +17,7 @@ function showPositions() {
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
+  show("positions-title", held.length)
   renew("separation", makeAll("li", separation(data, ranking, positions)))
   show("decide", held.length)
   $("decide").disabled = chosen === null
@@ -54,6 +55,7 @@ function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
   const {limits, chosen, reason, preference, answers} = state
+  $("adding").open = false
   change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, ...preference, reason, answers}]})
 }
 

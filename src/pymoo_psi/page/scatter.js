@@ -3,7 +3,9 @@
 
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
-const SIDES = [[1, 0], [-1, 0], ...[1, -1, 0.5, -0.5, 0].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
+const MOST_OBSTACLES = 100 // points that names without a mark keep away from
+const SIDES = [[1, 0], [-1, 0], ...[0, 0.5, -0.5, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
+const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
 // The columns of both plots, across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
 
@@ -51,7 +53,7 @@ function scatter(section, place, name) {
     if (!(low <= high)) [low, high] = [ends.low, ends.high]
     const log = ends.log && low > 0
     const [to, back] = log ? [Math.log, Math.exp] : [Number, Number]
-    const room = 0.12 * (to(high) - to(low)) || abs(to(high)) * 0.03 || 1
+    const room = (column === columns[1] ? 0.2 : 0.12) * (to(high) - to(low)) || abs(to(high)) * 0.03 || 1
     const [least, most] = numericLimit(column).map((end) => (end === null ? NaN : to(end)))
     let [from, until] = [to(low) - room, to(high) + room]
     if (least > from - 3 * room && least < until) from = min(from, least - room)
@@ -139,9 +141,11 @@ function scatter(section, place, name) {
     if (!isFew) drawDensity(g, byColour(shownRows), data.total, [0.5, 2000], countPoints, former)
     lines = []
     columns.forEach((column, k) => drawLimits(g, column, k))
+    const rejected = data.n > MOST_SHAPES ? [] : picked(data.designs, (row) => !left.mask[row] && isInside(row))
+    for (const row of rejected) drawShape(g, {shape: "dot", size: 1.8, colour: INK.field}, u(row), v(row))
     const front = frontOfTwo()
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
-    renew(hint, better.length && `Better: ${better.join(" and ")}. `, front.length > 1 && "The line is their front.")
+    renew(hint, better.length && `Better: ${better.join(" and ")}. `, front.length > 1 && "The line is their front. ", rejected.length && "Grey dots are rejected.")
     g.beginPath()
     front.forEach((row, k) => {
       g.lineTo(u(row), v(row))
@@ -187,33 +191,57 @@ function scatter(section, place, name) {
     drawn = {points: points.length, missing, beyond}
   }
 
-  // Names beside their points, where they cover neither one another, nor a point that has a name, nor,
-  // but for marked designs, a line. One without room is left out: a line to it would cross others.
+  // Names beside their points: none covers another, a point or a line, and none is nearer to another
+  // point than to its own. Without such a place a name has a short line to its point, or is left out;
+  // the marked designs and those one step away have one in any case.
   function drawNames(g, front) {
     const people = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     people.delete(-1)
-    const rows = [...[...marked].reverse(), ...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...picked([...people.keys()], (row) => left.mask[row])]
+    const wanted = [...marked].reverse().concat(verdict?.steps.map(({row}) => row) ?? [])
+    const rows = [...wanted, ...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...picked([...people.keys()], (row) => left.mask[row])]
     const spots = [...new Set(rows)].filter(isInside)
-    const [w, h] = frame()
-    const points = spots.map((row) => ({row, x: u(row) - 7, y: v(row) - 7, width: 14, height: 14}))
-    const found = []
-    const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
-    const fits = (box) => box.x > LEFT && box.x + box.width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + box.height < TOP + h && isFree(box, [...points, ...found])
+    const others = shownRows.length <= MOST_OBSTACLES ? picked(shownRows, isInside) : []
+    const points = [...new Set([...spots, ...others])].map((row) => squareAround(row))
+    const [found, ties] = [[], []] // names, and the lines to them
     for (const row of spots) {
       g.font = fontOf(row)
-      const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), w * 0.6)
-      const width = max(...words.map((line) => g.measureText(line).width))
-      const height = 14 * words.length
-      const places = [9, 14, 20].flatMap((r) => SIDES.map(([across, down]) => ({row, width, height,
-        x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}))).filter(fits)
-      const box = places.find((one) => isFree(one, lines)) ?? (marked.includes(row) && places[0])
+      const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), frame()[0] * 0.6)
+      const places = placesOf(row, max(...words.map((line) => g.measureText(line).width)), 14 * words.length)
+      const ways = [[...points, ...found, ...ties, ...lines], [...points, ...found, ...ties], found].slice(0, wanted.includes(row) ? 3 : 1)
+      let box
+      for (const taken of ways) box ??= places.find((one) => isFree(one, taken) && (one.tie.length ? one.tie.every((spot) => isFree(spot, [...points, ...found, ...ties])) : isNearest(one, points)))
       if (!box) continue
       found.push(box)
-      const colour = row === verdict?.row ? INK.accent : marked.includes(row) ? INK.text : INK.muted
+      ties.push(...box.tie)
+      if (box.tie.length) drawLine(g, INK.muted, box.tie[0].x, box.tie[0].y, box.tie.at(-1).x, box.tie.at(-1).y)
+      const colour = row === verdict?.row ? INK.accent : wanted.includes(row) ? INK.text : INK.muted
       words.forEach((line, k) => drawText(g, line, box.x, box.y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
     return found
+  }
+  const squareAround = (row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12})
+  const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
+  const nearestIn = ({x, y, width, height}, row) => [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
+  const away = (box, row) => hypot(nearestIn(box, row)[0] - u(row), nearestIn(box, row)[1] - v(row))
+  const isNearest = (box, points) => points.every(({row}) => row === box.row || away(box, row) > away(box, box.row) + 3)
+
+  // Where a name of a size may be, beside its point first, then at a distance with a line, its `tie`.
+  function placesOf(row, width, height) {
+    const [w, h] = frame()
+    const places = []
+    for (const away of AWAY) for (const [across, down] of SIDES) {
+      const r = away * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
+      const box = {row, width, height, tie: [], x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
+      if (box.x <= LEFT || box.x + width >= LEFT + w + RIGHT || box.y < TOP - 8 || box.y + height >= TOP + h) continue
+      if (away > AWAY[0]) {
+        const [x, y] = nearestIn(box, row)
+        const from = 6 / hypot(x - u(row), y - v(row))
+        for (let share = from; share < 1; share += 0.1) box.tie.push({row, x: u(row) + share * (x - u(row)), y: v(row) + share * (y - v(row)), width: 0, height: 0})
+      }
+      places.push(box)
+    }
+    return places
   }
   const fontOf = (row) => (row === verdict?.row ? `600 ${FONT}` : FONT)
 

@@ -1,7 +1,9 @@
 // The table of designs: only the rows in view are in the document.
 
 const table = (() => {
-  const [HEIGHT, SEEN] = [29, 470] // of a row, and of rows, as in page.css
+  const SEEN = 620 // pixels of rows, as in page.css
+  const narrow = matchMedia("(max-width: 600px)") // there values are below the name
+  const rowHeight = () => (narrow.matches ? 50 : 29) // as in page.css
   const box = $("table")
   const [head, body] = box.children
   let cursor = 0
@@ -12,18 +14,33 @@ const table = (() => {
     : longest([1, -1].map((sign) => valueText(column, endOf(column.values, sign))))
   // A name of which, where it is too long, the end stays: it is what tells such names apart.
   const ended = (name) => name.match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", part))
+  const columnOf = (column, text, kind) => ({text, kind, width: length(column), order: {by: "column", name: column.name}, cell: (row) => cellText(column, row)})
   const columns = [
+    {text: "place", width: 9, order: {by: "distance"}, cell: (row) => placed(row).replace("place ", ""), kind: ".place"},
     {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ".label"},
-    {text: "place", width: 10, order: {by: "distance"}, cell: (row) => placed(row).replace("place ", ""), kind: ""},
-    ...[...limitable, ...data.columns.filter(isGeometric)].map((column) => ({
-      text: isGeometric(column) ? column.name.split(" ")[0] : column.label, width: length(column), order: {by: "column", name: column.name},
-      cell: (row) => cellText(column, row), kind: column.texts ? "" : isGeometric(column) ? ".number.hint" : ".number"})),
+    ...limitable.map((column) => columnOf(column, column.label, column.texts ? "" : ".number")),
+    {text: "most behind the best", width: 7 + longest(data.objectives.map(({name}) => name)), cell: (row) => behindText(data, ranking, row), kind: ".number.hint"},
+    ...data.columns.filter(isGeometric).map((column) => columnOf(column, column.name.split(" ")[0], ".number.hint.distance")),
   ]
-  const pixels = columns.map(({width, text}) => ceil(max(7.4 * width + 22, min(7.2 * text.length + 34, 150), 62)))
-  const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))
-  box.style.setProperty("--columns", widths.map((width) => `minmax(${width}, 1fr)`).join(" "))
-  head.style.width = body.style.width = `calc(${widths.join(" + ")})`
-  const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
+  // As wide as its texts and the longest word of its head.
+  const widths = columns.map(({width, text, kind}) => {
+    const gap = kind ? 18 : 32
+    const pixels = ceil(max(7.4 * width + gap, min(7.2 * longest(text.split(" ")) + gap + 8, 150), 56))
+    return kind === ".label" ? `min(${pixels}px, 55vw)` : `${pixels}px`
+  })
+  const tracks = widths.map((width, k) => (k ? `minmax(${width}, 1fr)` : width))
+  // The distances are the last columns.
+  function arrange() {
+    const end = $("distances").checked ? Infinity : -3
+    for (const [name, first] of [["all", 0], ["values", 2]]) {
+      box.style.setProperty(`--${name}`, tracks.slice(first, end).join(" "))
+      box.style.setProperty(`--${name}-width`, `calc(${widths.slice(first, end).join(" + ")})`)
+    }
+    box.classList.toggle("distances", $("distances").checked)
+  }
+  $("distances").onchange = arrange
+  arrange()
+  const isSorted = ({order = {}}) => order.by === state.order.by && order.name === state.order.name
 
   const heads = columns.map((column) => {
     const onclick = () => {
@@ -31,7 +48,7 @@ const table = (() => {
       home()
     }
     const sort = make("button", {title: `Sort by ${column.text}`, onclick, onkeydown: (event) => event.stopPropagation()}, broken(column.text))
-    return make(`div.cell${column.kind}`, {role: "columnheader"}, sort)
+    return make(`div.cell${column.kind}`, {role: "columnheader"}, column.order ? sort : make("span", column.text))
   })
   head.append(...heads)
 
@@ -39,35 +56,37 @@ const table = (() => {
     const row = order[k]
     const marks = {row: true, first: ranking.place[row] === 1, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
     const attributes = {id: `row-${k}`, className: Object.keys(marks).filter((mark) => marks[mark]).join(" "), role: "row",
-      ariaRowIndex: k + 2, ariaSelected: marks.chosen, style: `top: ${k * HEIGHT}px`}
+      ariaRowIndex: k + 2, ariaSelected: marks.chosen, style: `top: ${k * rowHeight()}px`}
     return make("div", attributes, columns.map(({cell, kind}, j) =>
-      make(`div.cell${kind}`, {role: "gridcell"}, j === 1 && icon(LOOKS[look(row)]), j ? cell(row) : ended(cell(row)))))
+      make(`div.cell${kind}`, {role: "gridcell"}, j === 0 && icon(LOOKS[look(row)]), j === 1 ? ended(cell(row)) : cell(row))))
   }
 
-  function show() {
+  function draw() {
     cursor = max(0, min(cursor, order.length - 1))
-    body.style.height = `${order.length * HEIGHT}px`
-    const first = max(0, min(order.length, floor(top / HEIGHT)) - 2)
-    const last = min(order.length, ceil((top + SEEN) / HEIGHT))
+    const height = rowHeight()
+    body.style.height = `${order.length * height}px`
+    const first = max(0, min(order.length, floor(top / height)) - 2)
+    const last = min(order.length, ceil((top + SEEN) / height))
     renew(body, [...upTo(max(0, last - first))].map((k) => line(first + k)))
     box.ariaRowCount = order.length + 1
     box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
     columns.forEach((column, k) => {
       heads[k].ariaSort = !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending"
     })
-    for (const id of ["choose", "pin"]) $(id).disabled = current() < 0
+    for (const id of ["choose", "pin"]) show(id, inspected >= 0)
   }
 
   // The cursor is kept in view.
   function go(k) {
     cursor = max(0, min(order.length - 1, k))
-    const place = cursor * HEIGHT
-    box.scrollTop = min(place, max(top, place - box.clientHeight + head.offsetHeight + HEIGHT))
+    const height = rowHeight()
+    const place = cursor * height
+    box.scrollTop = min(place, max(top, place - box.clientHeight + head.offsetHeight + height))
     scrolled()
   }
   function scrolled() {
     top = box.scrollTop
-    show()
+    draw()
   }
 
   function home() {
@@ -90,16 +109,20 @@ const table = (() => {
   body.onpointermove = (event) => mark(order[rowBelow(event)] ?? -1)
   body.onpointerleave = () => mark(-1)
   box.onscroll = scrolled // once a frame
-  return {show, home, current}
+  narrow.onchange = draw
+  return {show: draw, home}
 })()
 
 function showOrder() {
   renew("export", `${exact(order.length)} shown as CSV`)
   $("export").disabled = order.length === 0
   renew("shown", `${exact(order.length)} ${$("search").value ? "found" : "shown"}`)
+  const count = ranking.rows.length - ranking.front.length
+  show("more-designs", count)
+  renew("dominated", `${state.dominated ? "hide" : "show"} ${exact(count)} dominated`)
 }
 
-onClicks({choose: () => choose(table.current()), pin: () => pin(table.current())})
+onClicks({choose: () => choose(inspected), pin: () => pin(inspected), dominated: () => change({dominated: !state.dominated})})
 $("search").oninput = () => {
   table.home()
   soon()

@@ -57,7 +57,7 @@ function showCounts() {
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
-  $("dominated").checked = state.dominated
+  renew("axis-head", `worst → best of all ${exact(data.n)}`)
   const what = `${exact(shownRows.length)} designs${state.dominated ? "" : " that no other dominates"}`
   const within = set ? " within the limits" : ""
   const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
