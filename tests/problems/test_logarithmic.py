@@ -13,13 +13,14 @@ from pymoo_psi import (
     QMCSampling,
     Restricted,
     SurrogatePSI,
+    TestTable,
     investigate,
     nsga3,
 )
 from pymoo_psi.analysis import histogram, sensitivities
 from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_table
-from pymoo_psi.table import Kind
+from pymoo_psi.table import Kind, Schema
 from tests.helpers.refusals import refused
 
 
@@ -128,3 +129,15 @@ def test_analysis_is_that_of_the_logarithm(tmp_path):
 )
 def test_wrong_scales_are_refused(log, match):
     refused(match, investigate, Wide(log=()), 4, log=log)
+
+
+@pytest.mark.parametrize("bins", [1, 3, 4, 10])
+@pytest.mark.parametrize("bounds", [(0.1, 10.0), (0.3, 7.0), (1e-9, 1e5)])
+def test_a_histogram_has_the_designs_on_its_bounds(bounds, bins):
+    low, high = bounds
+    middle = np.sqrt(low * high)
+    schema = Schema.of(1, 1, kinds=["log"], lower=[low], upper=[high])
+    table = TestTable.of([1, 2, 3], [[low], [middle], [high]], [[1], [2], [3]], schema=schema)
+    counts = histogram(table, "x1", bins=bins)
+    assert (counts.tested.sum(), counts.outside) == (3, (0, 0))
+    assert counts.tested[0] >= 1 <= counts.tested[-1]

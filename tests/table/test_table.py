@@ -250,6 +250,23 @@ def test_designs_are_called_by_their_label():
     assert not joined.equals(table)
 
 
+confusable = st.sampled_from(
+    ["A", "A #1", "A #2", "A #1 #1", "7", "id 7", "test 2", "id 7 #1", 7, "", None]
+)
+
+
+@given(cells=st.lists(st.one_of(confusable, st.text("A# 12", max_size=6)), min_size=2, max_size=8))
+@example(cells=["A", "A", "A #1"])
+@example(cells=[7, "id 7"])
+def test_names_are_distinct_and_lead_to_their_rows(cells):
+    n = len(cells)
+    table = TestTable.of(range(1, n + 1), np.zeros((n, 0)), [[k, -k] for k in range(n)])
+    table = table.with_notes({"id": cells}, "id")
+    assert len({*table.names}) == n
+    assert [table.row_of(name) for name in table.names] == [*range(n)]
+    assert [explain(table, name).row for name in table.names] == [*range(n)]
+
+
 def test_a_design_with_other_objectives_is_no_repetition():
     """As of a model that is not deterministic, or of one that was mended meanwhile."""
     X, F = [[4.5], [4.5], [5], [4.5], [4.5]], [[0.3, 1], [0.2, 1], [0.1, 2], [0.3, 1], [0.2, 2]]

@@ -78,7 +78,12 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         points = _near(places)
     values: tuple[Any, ...] = ()
     if kind is Kind.LOG:
-        edges = np.exp(_edges(np.log(points.astype(np.float64)), bins))
+        points = points.astype(np.float64)
+        edges = np.exp(_edges(np.log(points), bins))
+        # Of a logarithm the exponential may miss a bound, and designs on it would be outside.
+        is_finite = np.isfinite(points)
+        edges[0] = points.min(initial=edges[0], where=is_finite)
+        edges[-1] = points.max(initial=edges[-1], where=is_finite)
     elif kind is Kind.REAL or (kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins):
         edges = _edges(points.astype(np.float64), bins)
     else:

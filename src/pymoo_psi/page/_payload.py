@@ -82,8 +82,9 @@ def payload(
     if prototype is not None:
         others = set(names)
         for name in prototype.names:
-            if name in others:
+            while name in others:
                 name = f"{name} (existing)"
+            others.add(name)
             names.append(name)
         labels += _labels(prototype)
         tables.append(prototype)

@@ -11,7 +11,6 @@ both are those of :class:`View`; :meth:`TestTable.under` returns the same column
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -83,7 +82,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
-_NUMBER = re.compile(r"\d+( #\d+)?")  # a name that is one, perhaps with that of the test
 _ROUNDING = 1e-9  # the relative difference of results that two machines have computed
 
 
@@ -531,7 +529,7 @@ class TestTable(View, Shown):
         """Unique names of the n designs: labels, or otherwise numbers of tests.
 
         Tests of the second run of a study and of later ones are named by run and point, test 2.5.
-        So a test keeps its name while the study grows. Designs that share a label get their number
+        So a test keeps its name while the study grows. Designs that share a name get their number
         appended; a label that is a number is preceded by the name of its column.
 
         Example:
@@ -554,14 +552,18 @@ class TestTable(View, Shown):
             for row, (run, point) in enumerate(places):
                 if str(run) != "1":
                     labels[row] = f"{TEST} {run}.{point}"
-        count = Counter(labels)
         names = []
-        for name, number in zip(labels, self.numbers.tolist(), strict=True):
-            if count[name] > 1:
-                name = f"{name} #{number}"
-            if _NUMBER.fullmatch(name):
-                name = f"{word} {name}"
-            names.append(name)
+        for label in labels:
+            if label.isdecimal():
+                label = f"{word} {label}"
+            names.append(label)
+        numbers = self.numbers.tolist()
+        repeated = [*range(len(names))]
+        while repeated:  # "A #1" may itself be the label of another design
+            count = Counter(names)
+            repeated = [row for row, name in enumerate(names) if count[name] > 1]
+            for row in repeated:
+                names[row] += f" #{numbers[row]}"
         return names
 
     def _labels(self) -> list[Any]:
