@@ -83,7 +83,11 @@ def decisions(draw, objectives, texts):
     positions = draw(
         st.lists(
             st.builds(
-                dict, name=texts.filter(bool), date=texts, reason=texts, limits=st.just(limits)
+                dict,
+                name=texts.filter(bool),
+                date=st.sampled_from(["", "2026-05-01", "2026-05-01T10:30:00.123+02:00"]),
+                reason=texts,
+                limits=st.just(limits),
             ),
             max_size=2,
         )

@@ -563,7 +563,11 @@ def test_a_position_by_hand_keeps_its_limits(cases):
 def test_positions_have_the_order_of_python(cases):
     case = cases[0]
     first, second = case.payload["names"][:2]
-    dates, names = ("", "2026-01-02", "2026-01-02T09:00"), ("Ann", "Ann B", "Ann!", "Ben")
+    names = ("Ann", "Ann B", "Ann!", "Ben")
+    dates = (
+        "", "2026-01-02", "2026-01-02T09:00", "2026-01-02T10:30+02:00", "2026-01-02 08:45:00.500Z",
+        "2026-01-01T23:30-01:00",
+    )  # fmt: skip
     held = [
         {"name": name, "date": date, "chosen": chosen}
         for name in names for date in dates for chosen in (second, None, first)
@@ -571,6 +575,9 @@ def test_positions_have_the_order_of_python(cases):
     ordered = Decision(positions=held).positions
     found = opened(case, positions=random.Random(1).sample(held, len(held)))
     assert found["state"]["positions"] == ordered
+    found = opened(case, positions=[{"name": "Ann", "date": "yesterday", "chosen": first}])
+    assert found["state"]["positions"][0]["date"] == ""
+    assert "date" in found["remarks"][0]
 
 
 def test_numbers_are_written_as_python_writes_them(cases):

@@ -322,6 +322,19 @@ def test_positions_are_joined_in_any_order():
     assert replace(joined[0], positions=()) == own
 
 
+def test_the_order_of_positions_is_that_of_their_times():
+    dates = [
+        "", "2026-04-30T23:59", "2026-05-01", "2026-05-01T11:00+02:00", "2026-05-01T09:30",
+        "2026-05-01T10:30+00:00", "2026-05-01T11:00:00.000Z",
+    ]  # fmt: skip
+    held = [{"name": "Ann", "date": date} for date in dates]
+    for positions in itertools.islice(itertools.permutations(held), 0, None, 97):
+        assert [one["date"] for one in Decision(positions=positions).positions] == dates
+    for date in ("yesterday", "2026-13-01", "1 May 2026"):
+        message = f"date of a position must be a date in ISO 8601.*got '{date}'"
+        refused(message, Decision, positions=[{"name": "Ann", "date": date}])
+
+
 @pytest.mark.parametrize(
     ("decided", "said"),
     [

@@ -2,6 +2,17 @@
 
 const MOST_PINS = 5
 
+// The time in UTC that a date stands for, as table's Decision has it: without a time 0:00, without an
+// offset UTC; "" of what is no date.
+const DATE = /^\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?<offset>Z|[+-]\d\d:\d\d)?)?$/
+function timeOf(date) {
+  const parts = DATE.exec(date)
+  if (!parts) return ""
+  const isWhole = date.length === 10 || parts.groups.offset
+  const time = Date.parse(date.replace(" ", "T") + (isWhole ? "" : "Z"))
+  return isNumber(time) ? new Date(time).toISOString() : ""
+}
+
 // A state from untrusted input, a file; a remark names what does not fit.
 function checked(data, anything) {
   const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
@@ -29,6 +40,7 @@ function checked(data, anything) {
   const isTexts = (list) => isList(list, isText, 0, Infinity)
   const isName = (name) => data.by.has(name)
   const isDesign = (name) => isText(name) && data.rowOf.has(name)
+  const isDate = (text) => isText(text) && (text === "" || timeOf(text) !== "")
   const isAnswer = (answer) => isList(answer, isText, 3, 3) && RELATIONS.includes(answer[1])
   const isPair = (pair) => isList(pair, (end) => end === null || isNumber(end), 2, 2) && pair.some(isNumber) && !(pair.every(isNumber) && pair[0] > pair[1])
   const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by) || (order.by === "column" && isName(order.name)))
@@ -46,8 +58,8 @@ function checked(data, anything) {
   const position = (one) => {
     const {state: {limits, chosen, reason, preference, answers}, remarks} = checked(data, {...one, positions: [], preference: one})
     if (remarks.length) lost.add("positions")
-    const [name, date] = [one.name, one.date].map((text) => (isText(text) ? text.slice(0, 60) : ""))
-    return {name, date, chosen, limits, ...preference, reason, answers}
+    const name = isText(one.name) ? one.name.slice(0, 60) : ""
+    return {name, date: fitting("date", isDate, "", one), chosen, limits, ...preference, reason, answers}
   }
   const numberIf = (fits) => (column, value) => isObjective(column) && isNumber(value) && fits(value) ? value : undefined
   const {by, name, down} = fitting("order", isOrder, {by: "distance"})
@@ -69,7 +81,7 @@ function checked(data, anything) {
       aspiration: entries("aspiration", numberIf(() => true), preference),
     },
     // In one order, each once, whatever files they come from and in whatever order.
-    positions: [...new Map(positions.map((one) => [[one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
+    positions: [...new Map(positions.map((one) => [[timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
       .sort().map(([, one]) => one), // by their keys
     decided: fitting("decided", isDecided, null),
     reason: fitting("reason", isText, "").slice(0, 10000),

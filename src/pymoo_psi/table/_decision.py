@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -39,11 +40,13 @@ class Decision:
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
         positions: Positions of people, one mapping for each person and date: ``name``; ``date`` in
-            ISO 8601, or empty; ``chosen``, the name of a design or None; ``limits``, ``weights``
+            ISO 8601, such as ``2026-05-01`` or ``2026-05-01T10:30+02:00``, or empty, which is
+            before all others; ``chosen``, the name of a design or None; ``limits``, ``weights``
             and ``aspiration`` of objectives by name; ``reason``; ``answers`` to questions, those of
             :attr:`pymoo_psi.Preferences.answers`. Positions with the same name are a
-            history. They are kept by date, each once, so that positions of several files can be
-            joined in any order.
+            history. They are kept in the order of their times, each once, so that positions of
+            several files can be joined in any order; a date without a time is 0:00, one without an
+            offset is UTC.
         decided: The decision of a group, None if there is none: ``chosen``, the name of a design,
             and, where they are known, ``date``; ``agree`` and ``dissent``, lists of names.
         page: Other settings of the decision page, without effect on the decision.
@@ -78,7 +81,8 @@ class Decision:
             limits = limits_of(position["limits"], "the limits of a position")
             position["limits"] = {name: limit.plain for name, limit in limits.items()}
             content = json.dumps(position, sort_keys=True)
-            key = (position["date"], position["name"], position["chosen"] or "", content)
+            date = position["date"]
+            key = (_time_of(date), date, position["name"], position["chosen"] or "", content)
             positions[key] = position
         # In one order, each once, whatever files they come from and in whatever order.
         ordered = [positions[key] for key in sorted(positions)]
@@ -266,6 +270,20 @@ def _checked(where: str, entries: Any, kind: Any) -> Values:
     except msgspec.ValidationError as error:
         raise ArgumentValueError(f"{where}: {error}") from None
     return values
+
+
+def _time_of(date: str) -> datetime:
+    """Return the time that a date stands for; an empty one is before all others."""
+    if not date:
+        return datetime.min.replace(tzinfo=timezone.utc)
+    try:
+        time = datetime.fromisoformat(date.replace("Z", "+00:00"))
+    except ValueError:
+        rule = "a date in ISO 8601, such as 2026-05-01 or 2026-05-01T10:30+02:00, or empty"
+        raise invalid("date of a position", rule, date) from None
+    if time.tzinfo is None:
+        time = time.replace(tzinfo=timezone.utc)
+    return time
 
 
 def _number(text: str) -> float:
