@@ -14,7 +14,7 @@ from pymoo.problems.functional import FunctionalProblem
 
 import pymoo_psi
 from pymoo_psi import PSI, VectorizedSphereChute
-from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS
+from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference
 from pymoo_psi.errors import PsiError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.processes import until
@@ -123,6 +123,24 @@ def test_all_runs_share_the_reference_of_all_results():
         assert reference.measure(run.F)["hypervolume"] == measured["hypervolume"]
         assert everything["hypervolume"] >= measured["hypervolume"]
         assert everything["igd_plus"] <= measured["igd_plus"]
+
+
+def test_an_objective_that_is_constant_up_to_rounding_still_counts_against_a_worse_run():
+    runs = [np.array(F) for F in ([[1, 0.3]], [[1, 0.1 + 0.2]], [[2, 5.0]])]
+    reference = Reference.of(runs)
+    best, same, _ = map(reference.measure, runs)
+    assert best == pytest.approx(same)
+    worse = reference.measure(np.array([[1, 5.0]]))
+    assert worse["hypervolume"] == pytest.approx(best["hypervolume"] * 0.1 / 1.1)
+    assert worse["igd_plus"] == worse["epsilon"] == worse["optimum_distance"] == pytest.approx(1)
+    # Without a worse run nothing tells how much another value matters.
+    reference = Reference.of([*runs[:2], np.array([[2, 0.3]])])
+    assert reference.measure(runs[1]) == pytest.approx(reference.measure(runs[0]))
+    refused(
+        r"objectives of runs of the reference.*Reference.of",
+        reference.measure,
+        np.array([[1, 5.0]]),
+    )
 
 
 def test_a_known_front_joins_the_reference():

@@ -55,6 +55,7 @@ from pymoo_psi.pareto import (
     nondominated,
     rank_of_efficiency,
     spread_subset,
+    unit_lengths,
 )
 from pymoo_psi.problems import (
     design_space,
@@ -94,9 +95,9 @@ class Reference:
     It consists of the non-dominated points among the designs of all runs and the points of a known
     front, if there is one. They define the scale: U and N are their best and worst values, and
     every objective is measured in units of N − U. If they all have the same value of an objective,
-    this objective is measured up to the worst value of any run. The reference set of IGD+ and of
-    the additive epsilon indicator consists of 1000 of them, evenly spread; the reference point of
-    the hypervolume is U + 1.1 (N − U).
+    up to rounding, this objective is measured up to the worst value of any run. The reference set
+    of IGD+ and of the additive epsilon indicator consists of 1000 of them, evenly spread; the
+    reference point of the hypervolume is U + 1.1 (N − U).
 
     Attributes:
         frame: U, N and the scale.
@@ -140,7 +141,7 @@ class Reference:
         N = F.max(axis=0)
         # An objective without a range would count for nothing, and runs that are worse in it would
         # look equal: with a single best point, all runs would be alike.
-        N = np.where(N > U, N, worst)
+        N = np.where(np.isfinite(unit_lengths(U, N)), N, worst)
         frame = UtopianFrame(U, N, normalize=True)
         scaled = frame.scaled(F)
         points = scaled[spread_subset(scaled, _REFERENCE_SIZE)]
@@ -155,12 +156,21 @@ class Reference:
         ``optimum_distance`` is the distance, in the scale, from the Salukvadze optimum of the run
         to the best known one. The former is determined with U and N of the run, as a user would do.
 
+        Raises:
+            ArgumentValueError: An objective that is constant in all runs has another value here.
+
         Example:
             Of the result in the example of :class:`Reference`:
 
             >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
             0.0
         """
+        # Without a range nothing tells how much worse, or better, another value is.
+        constant = np.isinf(self.frame.lengths)
+        ends = np.array([self.frame.ideal, *F])[:, constant]
+        if len(F) > 0 and np.isfinite(unit_lengths(ends.min(axis=0), ends.max(axis=0))).any():
+            rule = "objectives of runs of the reference, where one of them is constant"
+            raise invalid("F", rule, F, "include these in Reference.of")
         scaled = self.frame.scaled(F)
         quality = {
             "hypervolume": hypervolume(scaled, _REFERENCE_POINT)[0],
