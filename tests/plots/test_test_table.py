@@ -1,13 +1,17 @@
 """Figures of a test table: what stands where, in the original units, and that it is readable."""
 
+from itertools import combinations
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from pymoo_psi import TestTable
 from pymoo_psi.analysis import histogram
-from pymoo_psi.plots import plot_objectives, plot_table
+from pymoo_psi.files import read_table
+from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table, save_figures
 from pymoo_psi.table import Schema
-from tests.helpers.drawn import assert_whole, shown, texts
+from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
 from tests.helpers.refusals import refused
 
 LIMITS = {"f1": 2.9, "f4": 5.0}  # with wide ranges of the feasible, so that all tests are shown
@@ -30,10 +34,9 @@ def in_groups(table, limits):
 
 @pytest.mark.parametrize("limits", [None, LIMITS])
 def test_every_test_is_in_its_group_in_every_plane(chute, limits):
-    figure = plot_objectives(chute.under(limits=limits))
+    figure = plot_objectives(chute.under(limits=limits), objectives=["f1", "f2", "f3", "f4"])
     names = in_groups(chute, limits)
-    for ax, pair in zip(shown(figure), [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)],
-                        strict=True):  # fmt: skip
+    for ax, pair in zip(shown(figure), combinations(range(4), 2), strict=True):
         for name, xy in points(ax).items():
             if name in names:
                 np.testing.assert_array_equal(xy, chute.F[names == name][:, pair])
@@ -46,9 +49,9 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
 def test_a_chosen_design_is_marked(chute):
     figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
     (ax,) = shown(figure)
-    (marked,) = (line for line in ax.lines if line.get_marker() == "*")
+    (marked,) = (line for line in ax.lines if line.get_label() == "marked: test 7")
     np.testing.assert_array_equal(marked.get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert "test 7" in texts(figure)
+    assert {"marked: test 7", "test 7"} <= {*texts(figure)}
 
 
 def test_what_is_far_is_left_out_and_reported(osy):
@@ -72,6 +75,59 @@ def test_limits_are_shaded_or_named(chute):
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
     assert ax.get_ylim()[1] < 60
     assert "Limits are dashed: f1<=2.2, f4<=60." in figure.caption
+    assert "limit 2.2" in texts(figure)
+    assert "limit 60" not in texts(figure)
+
+
+def test_designs_outside_the_axes_have_an_arrow_with_their_value():
+    """No design vanishes without a word, and none is hidden by the line of a limit."""
+    frame = pd.DataFrame({"cost": [1.0, 2, 3, 4.5, 90], "mass": [5.0, 4, 2, 1, 3.5]})
+    (ax,) = shown(plot_objectives(read_table(frame).under(limits={"cost": 3})))
+    assert ax.get_xlim()[1] < 90
+    assert "90" in {text.get_text() for text in ax.texts}
+    assert sum(map(len, points(ax).values())) == 4
+    lines = [line for line in ax.lines if line.get_linestyle() == "--"]
+    groups = [line for line in ax.lines if line.get_linestyle() == "None"]
+    assert max(line.zorder for line in lines) < min(line.zorder for line in groups)
+
+
+def test_the_front_of_two_objectives_is_a_staircase():
+    """Every point of it is reached by a design that is as good in both objectives."""
+    random = np.random.default_rng(3)
+    F = random.random((30, 2))
+    table = TestTable.of(range(1, 31), random.random((30, 1)), F,
+                         schema=Schema.of(1, ["cost", "gain"], maximize=["gain"]))  # fmt: skip
+    (ax,) = shown(plot_objectives(table))
+    (stairs,) = (line for line in ax.lines if line.get_label().startswith("best of"))
+    corners = stairs.get_xydata() * [1, -1]
+    assert (np.diff(corners, axis=0) == 0).any(axis=1).all()
+    for point in corners:
+        assert (point >= F).all(axis=1).any()
+
+
+def test_the_pairs_that_conflict_most_are_drawn():
+    x = np.linspace(0, 1, 20)
+    random = np.random.default_rng(1)
+    names = ["a", "b", "c", "d", "e"]
+    F = np.column_stack([x, x**2, 1 - x, (1 - x) ** 3, random.random(20)])
+    table = TestTable.of(range(1, 21), x[:, None], F, schema=Schema.of(1, names))
+    axes = shown(plot_objectives(table))
+    pairs = [(ax.get_xlabel(), ax.get_ylabel()) for ax in axes]
+    assert pairs == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]
+    assert len(shown(plot_objectives(table, objectives=names))) == 10
+
+
+@pytest.mark.parametrize("width", [90, 180])
+@pytest.mark.parametrize("plot", [plot_objectives, plot_table, plot_ranking])
+def test_figures_have_the_width_that_is_asked_for(chute, plot, width, tmp_path):
+    figure = plot(chute, width=width)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(width)
+    assert_readable(figure)
+    save_figures({"same": figure}, tmp_path, width=width)
+    if plot is plot_objectives:
+        columns = {round(ax.get_position().x0, 1) for ax in shown(figure)}
+        assert len(columns) == width // 90
+    refused("width must be 10 to 1000 mm", plot, chute, width=3.5)
 
 
 def test_values_are_in_the_original_direction_and_units():
@@ -87,9 +143,10 @@ def test_values_are_in_the_original_direction_and_units():
     drawn = np.concatenate([*points(ax).values()])
     assert sorted(map(tuple, drawn)) == [(1, 3), (2, 4), (3, 1)]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (
-        "mass [kg], less is better",
-        "gain,\nmore is better",
+        "mass [kg]",
+        "gain",
     )
+    assert "↖ better" in texts(ax.figure)
     (ax,) = shown(plot_objectives(table, objectives=["mass", "heat"]))
     assert ax.get_ylabel() == "heat"
 
@@ -108,7 +165,6 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     n_optimal = osy.under(limits={"f1": -50}).pareto().sum()
     assert {"all 1024", f"{n_optimal} dominated by no other"} <= above
     assert not figure.legends
-    assert figure.axes[-1].get_title(loc="left") == "(r)"
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1
     found = histogram(osy.under(limits={"f1": -50}), "x1")

@@ -7,7 +7,7 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,21 +35,22 @@ from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
     INK,
+    WIDTH,
     Drawing,
     Style,
     curves,
     literal,
-    matrix,
     name_above,
     name_axis,
+    name_ends,
     name_lines,
     name_points,
     new_figure,
+    pair_panels,
     panels,
     places_between,
     raised,
     set_log,
-    show_free,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -61,12 +62,13 @@ MATRIX = 6  # variables, or objectives, beside which the text on the axes is sti
 _MANY = 50  # lines; more of them are fainter and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
-_NEAREST = 3  # and of so few designs that the lines of these have names
-_ROW = 9.0  # height of a row in mm
-_LOW_ROW = 6.6  # and of one among many
+_NAMED = 8  # designs whose lines all have names
+_PAIRS = 4  # pairs of objectives
+_ROW = 12.0  # height of a row in mm
+_LOW_ROW = 8.0  # and of one among many
 _FEW = 12  # rows of full height
 _NAME = 26  # letters of the name of a row
-_HEAD = -0.8  # level of the head, in rows
+_HEAD = -0.95  # level of the head, in rows
 _LETTER = 4.4  # width of a digit in points, and a little more
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
 _SOLID: Style = {"color": ACCENT, "linewidth": 2.0}
@@ -95,6 +97,7 @@ def plot_table(
     variables: Names | None = None,
     objectives: Names | None = None,
     title: str = "",
+    width: float = WIDTH,
 ) -> Drawing:
     """Return an overview of a table: histograms of variables, and objectives against variables.
 
@@ -109,9 +112,11 @@ def plot_table(
         objectives: Names of objectives or other columns; all objectives by default, none for
             histograms only.
         title: Subject of the table, with which the caption begins.
+        width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
-        ArgumentValueError: A column is not in the table, or there is no variable.
+        ArgumentValueError: A column is not in the table, there is no variable, or the width is none
+            of 10 to 1000 mm.
         ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
@@ -162,6 +167,7 @@ def plot_table(
         if rows:
             sentences.append("Below, objectives against variables.")
         figure.describe(title, *sentences, points.counts(table), _outside(histograms))
+    figure.resize(width)
     return figure
 
 
@@ -209,47 +215,67 @@ def plot_objectives(
     objectives: Names | None = None,
     design: int | str | None = None,
     title: str = "",
+    width: float = WIDTH,
 ) -> Drawing:
-    """Return the objectives against each other, each pair once, in half a matrix.
+    """Return objectives against each other, in pairs.
 
-    The other half has the key. Names stand beside the best designs in planes that are wide enough,
-    which those of two or three objectives are.
+    By default these are the pairs that conflict most, four at most; of objectives that are named
+    they are all pairs. Names stand beside the proposed or marked design and the designs one step
+    away from it where there is room. The line is a staircase: it joins what designs reach in the
+    two objectives, and there is no design between two of them.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
             data frame or a result of pymoo.
-        objectives: Names of two to seven objectives or other columns; all objectives by default.
-        design: Number or label of a design to be marked, such as the chosen one.
+        objectives: Names of two to seven objectives or other columns.
+        design: Number or label of a design to be marked, such as the chosen one; the proposed one
+            by default.
         title: Subject of the table, with which the caption begins.
+        width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
-        ArgumentValueError: A column or the design is not in the table, or there are too few or too
-            many objectives.
+        ArgumentValueError: A column or the design is not in the table, there are too few or too
+            many objectives, or the width is none of 10 to 1000 mm.
         ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0, 1.0, 0.0], [1.0, 2.0, 0.0]])
-        >>> sum(ax.axison for ax in plot_objectives(table).axes)
+        >>> len(plot_objectives(table).axes)
         3
     """
     table = opened_table(table)
     schema = table.schema
     names = _column_names("objectives", objectives, schema.objectives, schema)
-    if not 2 <= len(names) <= MATRIX + 1:
+    if len(names) < 2 or (objectives is not None and len(names) > MATRIX + 1):
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
     marked = []
     if design is not None:
         marked = [table.row_of(design)]
+    pairs = list(combinations(names, 2))
+    if objectives is None:
+        pairs = _conflicting_pairs(table)
     points = points_of_table(table, names, marked)
-    with matrix(names) as (figure, planes):
+    with pair_panels(pairs) as (figure, planes):
         for ax, first, second in planes:
             points.draw(ax, first, second)
+            points.note_outside(ax, first, second)
             places = np.column_stack([points.columns[name].places for name in (first, second)])
             name_points(figure, ax, places, points.names())
         figure.describe(title, points.counts(table))
+    figure.resize(width)
     return figure
+
+
+def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
+    """Return the pairs of objectives whose ranks in the Pareto set are the most opposed."""
+    names = table.schema.objectives
+    optimal = pd.DataFrame(table.F[table.pareto()], columns=[*names])
+    likeness = optimal.corr(method="spearman").fillna(1.0).to_numpy()  # 1 of a constant objective
+    pairs = list(combinations(range(len(names)), 2))
+    opposed = sorted(pairs, key=lambda pair: float(likeness[pair]))[:_PAIRS]
+    return [(names[j], names[k]) for j, k in sorted(opposed)]
 
 
 # Parallel coordinates
@@ -262,14 +288,15 @@ def plot_ranking(
     title: str = "",
     row: int | None = None,
     values: bool = True,
+    width: float = WIDTH,
 ) -> Drawing:
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
-    Each design is a line, darker for places up to 10. Of ten designs and fewer those up to place 3
-    are darker, and have names where there is room. :func:`plot_objectives` draws the objectives of
-    a table in pairs.
+    Each design is a line. Of eight designs and fewer each has its name at an end of its line; of
+    more the lines of places up to 10 are darker. :func:`plot_objectives` draws the objectives of a
+    table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -278,9 +305,11 @@ def plot_ranking(
         title: Subject of the ranking, with which the caption begins.
         row: Row of the design that is marked, such as the chosen one; the optimum by default.
         values: Whether the values of the marked design are beside it.
+        width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
         ArgumentTypeError: ``ranking`` is none, and cannot be ranked.
+        ArgumentValueError: The width is none of 10 to 1000 mm.
 
     Example:
         >>> figure = plot_ranking([[1, 5], [2, 2], [5, 1]])
@@ -292,10 +321,9 @@ def plot_ranking(
     if row is None:
         row = best
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
-    most = _NEAR
-    if len(front) <= _NEAR:
-        most = _NEAREST
-    is_near = ranking.place[front] <= most
+    is_near = ranking.place[front] <= _NEAR
+    if len(front) <= _NAMED:
+        is_near[:] = True
     n = len(ranking.objectives.names)
     height = _ROW
     if n > _FEW:
@@ -305,36 +333,36 @@ def plot_ranking(
         word = ""
         if values:
             word = "proposed" if row == best else "marked"
-        places = _draw_axes(ax, ranking, row, word)
+        head = "better →"
+        if not is_near.all():
+            head += f"   darker: places up to {ranking.place[front][is_near].max()}"
+        places = _draw_axes(ax, ranking, row, word, head)
         _draw_lines(ax, places[front], is_near)
-        names = [_draw_marked(ax, places[row], ranking.name_of(row), _SOLID, -7)]
+        names = [_draw_marked(ax, places[row], ranking.name_of(row), _SOLID)]
         if row != best:
-            names.append(_draw_marked(ax, places[best], ranking.name_of(best), _DASHED, -16))
-        if most == _NEAREST:
-            for near in front[is_near][::-1]:
-                if near not in (row, best):
-                    name = literal(ranking.name_of(near), _NAME)
-                    end = places[near, 0]
-                    names.append(_name_end(ax, end, 0, name, 4, fontsize=7, color="0.35"))
-        figure.placed += ((show_free, names),)
+            names.append(_draw_marked(ax, places[best], ranking.name_of(best), _DASHED))
+        if len(front) <= _NAMED:
+            # From the middle outwards, so that no leader meets a name nearer to the axes.
+            for other in front[np.argsort(np.abs(places[front, 0] - 0.5), kind="stable")]:
+                if other not in (row, best):
+                    name = literal(ranking.name_of(other), _NAME)
+                    names.append(_name_ends(ax, places[other], name))
+        figure.placed += ((name_ends, ax, names),)
         ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, _HEAD - 0.3))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
             measure = "in its fixed range"
-        darker = ""
-        if not is_near.all():
-            darker = f"Lines of places up to {ranking.place[front][is_near].max()} are darker."
         figure.describe(
             title,
             f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "
             f"{measure}.",
-            darker,
         )
+    figure.resize(width)
     return figure
 
 
-def _draw_axes(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Array:
+def _draw_axes(ax: Axes, ranking: EfficiencyRanking, row: int, word: str, head: str) -> Array:
     """Draw a row for each objective, with the value of a design below a word, if there is one.
 
     Returns:
@@ -358,16 +386,16 @@ def _draw_axes(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         if not word:
             value = ""
         texts.append([heading, worst, best, value])
-    _write_rows(ax, texts)
+    _write_rows(ax, texts, head)
     return places
 
 
-def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
+def _write_rows(ax: Axes, texts: Sequence[Sequence[str]], head: str) -> None:
     """Write the texts of a ranking, the head and then the objectives, beside the axes."""
     width = _LETTER * max(len(text) for row in texts for text in row[2:])
     style: Style = BESIDE | {"color": "0.3", "ha": "right", "va": "center", "fontsize": 7}
     bold = style | {"color": INK, "fontweight": "bold"}
-    ax.annotate("better →", (0.5, _HEAD), (0, 0), **style | {"ha": "center"})
+    ax.annotate(head, (0.5, _HEAD), (0, 0), **style | {"ha": "center"})
     for level, (name, worst, best, value) in zip([_HEAD, *range(len(texts))], texts, strict=False):
         below = -5
         if level == _HEAD:
@@ -384,31 +412,41 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
     faint = min(1.0, max(_FAINTEST, _MANY / n))
     lines = LineCollection(
         list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])),
-        colors=np.where(is_near, "0.45", "0.6").tolist(),
+        colors=np.where(is_near, "0.5", "0.65").tolist(),
         linewidths=np.where(is_near, 0.8, 0.4),
         alpha=np.where(is_near, 1.0, faint),
         rasterized=n > _MANY,
         clip_on=False,
     )
     ax.add_collection(lines)
+    if n <= _NAMED:
+        levels = np.tile(np.arange(m), n)
+        ax.plot(places.ravel(), levels, "o", markersize=2.6, color="0.5", clip_on=False)
 
 
-def _draw_marked(ax: Axes, places: Array, name: str, style: Style, depth: float) -> Annotation:
-    """Draw the line of a marked design, and return its name below its end."""
+def _draw_marked(ax: Axes, places: Array, name: str, style: Style) -> Sequence[Annotation]:
+    """Draw the line of a marked design, and return its names, the lower one first."""
     levels = np.arange(len(places))
-    ax.plot(places, levels, marker="o", markersize=4.5, zorder=5, clip_on=False, **style)
+    ax.plot(places, levels, marker="o", markersize=5.5, zorder=5, clip_on=False, **style)
     bold: Style = {"color": style["color"], "fontweight": "bold"}
-    return _name_end(ax, places[-1], levels[-1], literal(name), depth, va="top", **bold)
+    return _name_ends(ax, places, literal(name), **bold)[::-1]
 
 
-def _name_end(
-    ax: Axes, end: float, level: int, name: str, depth: float, **style: Any
-) -> Annotation:
-    """Return the name of a line at its end on a level, which it does not leave on either side."""
-    side = "left"
-    if end > 0.5:
-        side = "right"
-    return ax.annotate(name, (end, level), (0, depth), ha=side, **BESIDE, **style)
+def _name_ends(ax: Axes, places: Array, name: str, **style: Any) -> Sequence[Annotation]:
+    """Return the names of a line above its first and below its last place, within the axes."""
+    names = []
+    for level, side in ((0, "bottom"), (len(places) - 1, "top")):
+        place = places[level]
+        align = "left"
+        if place > 0.5:
+            align = "right"
+        corner = (float(align == "right"), float(side == "top"))
+        leader = {"arrowstyle": "-", "lw": 0.5, "color": "0.4", "relpos": corner}
+        leader |= {"shrinkA": 0, "shrinkB": 0}
+        looks: Style = {"fontsize": 7, "color": "0.3", "arrowprops": leader} | style
+        text = ax.annotate(name, (place, level), (0, 0), ha=align, va=side, **BESIDE, **looks)
+        names.append(text)
+    return names
 
 
 # Sensitivities
@@ -572,7 +610,7 @@ def plot_fronts(comparison: Comparison) -> Drawing:
             fronts.setdefault(run.task.algorithm, run.F)
     styles = dict(zip(fronts, curves(), strict=False))
     objectives = [f"f{j + 1}" for j in range(min(MATRIX + 1, comparison.runs[0].F.shape[1]))]
-    with matrix(objectives) as (figure, planes):
+    with pair_panels(list(combinations(objectives, 2))) as (figure, planes):
         for ax, first, second in planes:
             for name, style in styles.items():
                 F = pd.DataFrame(fronts[name][:, : len(objectives)], columns=objectives)

@@ -25,6 +25,7 @@ from pymoo_psi.plots._style import (
     BESIDE,
     Drawing,
     Style,
+    add_letters,
     curves,
     name_lines,
     new_figure,
@@ -154,6 +155,7 @@ def _surfaces_figure(model: ModelName) -> Drawing:
                 label = rf"{_LABELS[name]}, $\mu$ = {mu:g}"
                 _draw_criterion(space, plane, u1, u2, values, label)
                 place += 2
+        add_letters(figure)
         figure.describe(
             f"Criteria over the variables, as surfaces and as contours; {_MODEL_NAMES[model]}",
             "The steps between contours are equal.",
@@ -229,6 +231,7 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
         key = axes[0].get_legend_handles_labels()
         figure.legend(*key, loc="outside upper left", ncols=2)
         points = counted(len(ranked), "point")
+        add_letters(figure)
         figure.describe(
             f"Pareto-optimal points {space}; {_subject(case)}",
             f"First all {points}, then a detail around the ranked points: "
@@ -269,6 +272,7 @@ def _motion_figure(case: Case) -> Drawing:
         time = motion.time[-1]
         speed = motion.speed[-1]
         end = f"Time $t$(1) = {time:.4f}, exit speed $v_{{Cf}}$ = {speed:.4f}."
+        add_letters(figure)
         figure.describe(
             title,
             f"Test point {case.designs.numbers[best]}: {design}, {start}",
@@ -320,6 +324,7 @@ def _functions_figure(case: Case, n: int) -> Drawing:
             ax.annotate(
                 f"$c$ = {speed:g}", (speed, 1), (3, -8), ("data", "axes fraction"), **BESIDE
             )
+        add_letters(figure)
         figure.describe(
             f"Salukvadze optima of {counted(n, 'test point')} against the initial speed, in steps "
             f"from one test point to another; {_subject(case)}",

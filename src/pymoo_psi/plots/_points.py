@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from pymoo_psi._numbers import number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.analysis import written_limits
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto import explain, nondominated
 from pymoo_psi.plots._style import (
     ACCENT,
+    BESIDE,
     INK,
     SHAPES,
     Style,
@@ -44,16 +46,21 @@ _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _BETTER = {1: "less is better", -1: "more is better", 0: ""}
+# The best corner of two objectives, by their signs, and the arrow that points to it.
+_BEST_CORNERS = {(1, 1): "↙", (1, -1): "↖", (-1, 1): "↘", (-1, -1): "↗"}
+_NOTED = 3  # designs outside the axes whose values are at the edge
+_WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
+_NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35"}
 # How groups are drawn. Those of a higher zorder are on top.
-_INFEASIBLE: Style = {"marker": "x", "color": "0.7", "markersize": 2.6, "zorder": 2.1}
+_INFEASIBLE: Style = {"marker": "x", "color": "0.6", "markersize": 3.2, "zorder": 2.8}
 _DOMINATED: Style = {"marker": ".", "color": "0.62", "markersize": 4.5, "zorder": 3.0}
 # Outlines of many would be a black area.
 _CROWD: Style = {"marker": "o", "color": "0.45", "markersize": 3.6, "zorder": 3.5}
 _PARETO = _CROWD | {"color": INK, "markerfacecolor": "white"}
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
-    "marker": "*",
-    "markersize": 10.0,
+    "marker": "o",
+    "markersize": 7.5,
     "color": ACCENT,
     "markeredgecolor": "white",
     "markeredgewidth": 0.5,
@@ -74,6 +81,7 @@ class Column:
         limits: The lower and the upper limit, infinite where there is none.
         sign: 1 for an objective to be minimised, -1 for one to be maximised, 0 for another column.
         errors: ``(n,)`` standard errors of an objective, if they are known.
+        unit: Its unit, for limits.
     """
 
     places: Array
@@ -84,6 +92,7 @@ class Column:
     limits: Ends = _OPEN
     sign: int = 0
     errors: Array | None = None
+    unit: str = ""
 
     @property
     def visible(self) -> Mask:
@@ -91,7 +100,7 @@ class Column:
         low, high = self.ends
         return (self.places >= low) & (self.places <= high)
 
-    def set_axis(self, axes: Axes, letter: str) -> None:
+    def set_axis(self, axes: Axes, letter: str, better: str) -> None:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
         axes.set(**{f"{letter}lim": self.ends})
         if self.log:
@@ -102,8 +111,20 @@ class Column:
         for limit, end in zip(self.limits, self.ends, strict=True):
             if np.isfinite(limit):
                 draw_span(*sorted((limit, end)), facecolor="0.93", linewidth=0, zorder=0)
-                draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=4.5)
-        name_axis(axes, letter, self.label, self.options, _BETTER[self.sign])
+                draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=1.5)
+                if self.ends[0] < limit < self.ends[1]:
+                    self._name_limit(axes, letter, limit)
+        name_axis(axes, letter, self.label, self.options, better)
+
+    def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
+        """Write the value of a limit at its line: above the axes, or on the right in them."""
+        text = f"limit {number(limit)} {self.unit}".rstrip()
+        if letter == "y":
+            style: Style = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
+            axes.annotate(text, (1, limit), (-2, 2), **_NOTE, **style)
+            return
+        style = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "bottom"}
+        axes.annotate(text, (limit, 1), (0, 2), **_NOTE, **style)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +135,13 @@ class Points:
         columns: Columns by name.
         groups: Groups of designs.
         named: Names of designs by their row, that which is marked first.
+        word: "proposed" or "marked".
     """
 
     columns: Mapping[str, Column]
     groups: Groups
     named: Mapping[int, str] = field(default_factory=dict)
+    word: str = ""
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -126,7 +149,8 @@ class Points:
         y = self.columns[second]
         visible = x.visible & y.visible
         for row, name in list(self.named.items())[:1]:
-            axes.plot(x.places[row], y.places[row], label=literal(name, _LETTERS), **_MARKED)
+            label = f"{self.word}: {literal(name, _LETTERS)}"
+            axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
             if n:
@@ -140,24 +164,35 @@ class Points:
                     "rasterized": n > _RASTERIZED,
                 }
                 axes.plot(x.places[rows], y.places[rows], label=f"{n} {name}", **looks)
+        better = [_BETTER[x.sign], _BETTER[y.sign]]
         if PARETO in self.groups and x.sign * y.sign != 0:
-            rows = visible & self.groups[PARETO][1]
-            u, v = x.places[rows], y.places[rows]
-            front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
-            front = front[np.argsort(u[front], kind="stable")]
-            axes.plot(
-                u[front],
-                v[front],
-                color="0.55",
-                linewidth=0.8,
-                zorder=2.5,
-                label="front of the two",
-            )
-            if x.errors is not None and y.errors is not None:
-                bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
-                axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
-        x.set_axis(axes, "x")
-        y.set_axis(axes, "y")
+            better = ["", ""]  # the arrow says so
+            _draw_front(axes, x, y, visible & self.groups[PARETO][1])
+        x.set_axis(axes, "x", better[0])
+        y.set_axis(axes, "y", better[1])
+
+    def note_outside(self, axes: Axes, first: str, second: str) -> None:
+        """Draw arrows to the few designs outside the axes, or write how many there are."""
+        x = self.columns[first]
+        y = self.columns[second]
+        is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
+        rows = np.flatnonzero(is_drawn & ~(x.visible & y.visible))
+        if len(rows) == 0:
+            return
+        if len(rows) > _NOTED:
+            axes.set_title(f"{counted(len(rows), 'design')} outside", loc="left", fontsize=7)
+            return
+        for row in rows.tolist():
+            point = (np.clip(x.places[row], *x.ends), np.clip(y.places[row], *y.ends))
+            texts = []
+            away = [0, 0]
+            for j, (column, place) in enumerate(zip((x, y), point, strict=True)):
+                if not column.visible[row]:
+                    texts.append(number(column.places[row]))
+                    away[j] = 18 if place == column.ends[0] else -18
+            arrow = {"arrowstyle": "-|>", "lw": 0.6, "color": "0.35", "shrinkA": 1, "shrinkB": 0}
+            style = _NOTE | {"ha": "center", "va": "center", "arrowprops": arrow}
+            axes.annotate(", ".join(texts), point, (away[0], away[1]), **style)
 
     def names(self) -> dict[int, Style]:
         """Return the names by row as they are written, the first one in the accent."""
@@ -184,11 +219,29 @@ class Points:
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes"
         for name in list(self.named.values())[:1]:
-            text += f". The star is {name}"
+            text += f". The blue dot is {name}"
         limits = written_limits(table)
         if limits:
             text += f". Limits are dashed: {', '.join(limits)}"
         return f"{text}."
+
+
+def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
+    """Draw the staircase of two objectives: there is no design between two of them."""
+    u, v = x.places[rows], y.places[rows]
+    front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
+    front = front[np.argsort(x.sign * u[front], kind="stable")]
+    across, up = u[front].repeat(2)[1:], v[front].repeat(2)[:-1]
+    style: Style = {"color": "0.6", "linewidth": 0.8, "zorder": 2.5}
+    axes.plot(across, up, label="best of the two objectives", **style)
+    corner = ((1 - x.sign) / 2, (1 - y.sign) / 2)
+    side: Style = {"ha": "left" if x.sign > 0 else "right", "va": "bottom" if y.sign > 0 else "top"}
+    text = f"{_BEST_CORNERS[x.sign, y.sign]} better"
+    inward = (3 * x.sign, 3 * y.sign)
+    axes.annotate(text, corner, inward, xycoords="axes fraction", **_NOTE, **side)
+    if x.errors is not None and y.errors is not None:
+        bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
+        axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
 
 
 def groups_in_words(groups: Groups) -> str:
@@ -219,7 +272,11 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
         best = ranking.by_place[: ranking.pareto.sum()]
-        rows += ranking.rows[best[:_NAMED]].tolist()
+        start = best[0]
+        if marked and marked[0] in ranking.rows:
+            start = np.flatnonzero(ranking.rows == marked[0])[0]
+        steps = explain(ranking, row=int(start)).steps.rows
+        rows += ranking.rows[[*steps, *best]].tolist()
     columns = {name: _column(table, name, marked) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
@@ -231,7 +288,8 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         "dominated": (_DOMINATED, feasible & ~pareto),
         "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    return Points(columns, groups, {row: table.names[row] for row in rows})
+    named = {row: table.names[row] for row in list(dict.fromkeys(rows))[:_NAMED]}
+    return Points(columns, groups, named, "marked" if marked else "proposed")
 
 
 def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
@@ -269,7 +327,7 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
             errors = table.column(error_column(name))
     label = column.heading if sign == 0 else with_unit(name, column.unit)
     limits = (limit.lower, limit.upper)
-    return Column(values, (low, high), label, (), is_log, limits, sign, errors)
+    return Column(values, (low, high), label, (), is_log, limits, sign, errors, column.unit)
 
 
 def _ends_of_dependent(values: Array, inner: Array, marked: Array) -> Ends:
@@ -282,5 +340,8 @@ def _ends_of_dependent(values: Array, inner: Array, marked: Array) -> Ends:
         inner = values
     low, high = view(inner, *marked)
     reach = high - low
+    every = values[np.isfinite(values)]
+    if len(every) and np.ptp(every) <= _WHOLE * reach:
+        return view(inner, *marked, every.min(), every.max())
     near = values[(values >= low - reach) & (values <= high + reach)]
     return view(near, *marked)

@@ -48,6 +48,8 @@ _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
 _WIDEST = 0.6  # share of the width of axes that the longest name in them may take
 _REACHES = (5.0, 12.0, 20.0)  # points from a point to its name
+_AWAY = 4.5  # points from the end of a line to its name
+_LEVELS = 3  # lines of names above and below lines
 _SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
 _MARK = 4.0  # half the size of a marker
 _CROSSED = 30.0  # a line between a name and its point is as bad as so many points of distance
@@ -83,8 +85,9 @@ _ARROWS = {"less is better": "↓", "more is better": "↑"}  # where there is n
 _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
+_FEW_PAIRS = 4  # pairs that stand in two columns
 _NARROW = 120.0  # narrower figures have half as many panels side by side
-_WIDTH = 180.0  # width of a figure in mm, over both columns of a journal
+WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
 _FLAT = 1 / 5  # outliers are left out if the other values would take less of the axis than this
@@ -150,6 +153,41 @@ class Drawing(Figure):
             parts.insert(0, f"{title}.")
         self.caption = " ".join(filter(None, parts))
 
+    def resize(self, width: float) -> None:
+        """Set the width in mm; texts keep their size.
+
+        In a narrow figure panels that can be divided stand in half as many columns, and names such
+        as "f1, time" continue on another line.
+        """
+        if not 10 <= finite_number("width", width) <= 1000:
+            raise invalid("width", "10 to 1000 mm", width)
+        size = self.get_size_inches()
+        is_narrow = width < _NARROW <= size[0] * 25.4
+        if is_narrow and self.is_divisible:
+            n = len(self.axes)
+            before: Any = self.axes[0].get_gridspec()
+            n_columns = max(before.ncols // 2, 1)
+            grid: Any = self.add_gridspec(-(-n // n_columns), n_columns)
+            for ax, place in zip(self.axes, grid, strict=False):
+                ax.set_subplotspec(place)
+            size[1] *= grid.nrows / before.nrows
+        self.set_size_inches(width / 25.4, size[1])
+        if is_narrow:
+            for legend in list(self.legends):
+                legend.remove()
+                texts = [text.get_text() for text in legend.get_texts()]
+                with rc_context(_SETTINGS):
+                    self.legend(legend.legend_handles, texts, loc="outside upper left", ncols=2)
+            for ax in self.axes:
+                ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
+            names = self.axis_names
+            self.axis_names = ()
+            for axes, letter, label, *further in names:
+                axis = getattr(axes, f"{letter}axis")
+                if not axis.get_label_text():  # that of the axes below or beside it is for both
+                    label = ""
+                name_axis(axes, letter, label, *further)
+
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         picture = BytesIO()
         self.savefig(picture, format="png", dpi=2 * _SCREEN)
@@ -160,18 +198,14 @@ class Drawing(Figure):
 
 @contextmanager
 def new_figure(height: float) -> Iterator[Drawing]:
-    """Yield an empty figure of a height in mm, under the settings of this module.
-
-    On leaving, its axes get letters.
-    """
+    """Yield an empty figure of a height in mm, under the settings of this module."""
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_SETTINGS):
-        figure = Drawing(figsize=(_WIDTH / 25.4, height / 25.4), layout="constrained")
+        figure = Drawing(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")
         yield figure
-        _add_letters(figure)
 
 
-def _add_letters(figure: Figure) -> None:
+def add_letters(figure: Figure) -> None:
     """Write a letter above each of several axes; none if there are more than letters."""
     lettered = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
     if not 1 < len(lettered) <= len(ascii_lowercase):
@@ -209,29 +243,27 @@ def panels(
 
 
 @contextmanager
-def matrix(names: Sequence[str]) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
-    """Yield a figure and its planes: axes with the names of the columns across and upwards.
+def pair_panels(
+    pairs: Sequence[tuple[str, str]],
+) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
+    """Yield a figure and a panel for each pair of columns, with their names across and upwards.
 
-    They are half a matrix: the planes of a column have the same axis across, those of a row the
-    same axis upwards. On leaving, what is labelled in the first plane has a key in the other half,
-    or above the only plane.
+    On leaving, what is labelled in the first panel has a key above all.
     """
-    n = len(names) - 1
-    with panels(n * n, n, head=6.0) as (figure, axes):
-        planes = []
-        for ax, (row, column) in zip(axes, product(range(n), repeat=2), strict=True):
-            if column > row:
-                ax.remove()
-            else:
-                planes.append((ax, names[column], names[row + 1]))
-        yield figure, planes
-        for ax in figure.axes:
-            ax.label_outer()
-        key = figure.axes[0].get_legend_handles_labels()
-        if len(planes) == 1:
-            figure.legend(*key, loc="outside upper left", ncols=2)
-        else:
-            figure.legend(*key, loc="upper right")
+    n = len(pairs)
+    n_columns = 1
+    height = 72.0
+    if n > 1:
+        n_columns = 2
+        height = 54.0
+    if n > _FEW_PAIRS:
+        n_columns = 3
+        height = 46.0
+    with panels(n, n_columns, head=16.0, height=height) as (figure, axes):
+        figure.is_divisible = True
+        yield figure, [(ax, *pair) for ax, pair in zip(axes, pairs, strict=True)]
+        key = axes[0].get_legend_handles_labels()
+        figure.legend(*key, loc="outside upper left", ncols=3)
 
 
 def name_axis(
@@ -340,7 +372,8 @@ def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, 
 def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     """Move each name to the best free place around its point; without one it is not shown.
 
-    None is on a line or a point, and axes that are narrow beside their names have none.
+    None is on a point, and none but the first on a line. Axes that are narrow beside their names
+    have none.
     """
     dots = axes.transData.transform(places)
     lines = []
@@ -352,12 +385,14 @@ def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
     texts = [Text.get_window_extent(name).padded(1) for name in names]
     has_room = max((text.width for text in texts), default=0) <= _WIDEST * axes.bbox.width
     point = axes.figure.dpi / 72
-    taken: list[Bbox] = []
+    taken = [Text.get_window_extent(text) for text in axes.texts if text not in names]
     for name, text in zip(names, texts, strict=True):
         dot = axes.transData.transform(name.xy)
         free = {}
         if has_room:
             free = _free_places(axes, dot, text, dots, lines, taken)
+            if not free and name is names[0]:  # rather over a line than without its name
+                free = _free_places(axes, dot, text, dots, [], taken)
         name.set_visible(len(free) > 0)
         if free:
             box, reach = free[min(free)]
@@ -378,7 +413,7 @@ def _free_places(
         box = text.anchored(side, Bbox([dot - away, dot + away]))
         leader = Line([dot, box.p0 + size / 2])
         is_free = axes.bbox.count_contains(box.corners()) == 4
-        is_free = is_free and box.count_contains(dots) == 0
+        is_free = is_free and box.padded(_MARK * axes.figure.dpi / 72).count_contains(dots) == 0
         for other in taken:
             is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
         n_crossed = 0
@@ -390,15 +425,40 @@ def _free_places(
     return free
 
 
-def show_free(names: Sequence[Annotation]) -> None:
-    """Show those names that are over none of the names before them."""
+def name_ends(axes: Axes, names: Sequence[Sequence[Annotation]]) -> None:
+    """Show the name of each line at the first free place above or below one of its ends.
+
+    Args:
+        axes: The axes.
+        names: The names of each line, one for each of its ends: above it where their vertical
+            alignment is "bottom", else below it.
+    """
+    point = axes.figure.dpi / 72
     taken: list[Bbox] = []
-    for name in names:
-        name.set_visible(True)  # an invisible one has no size
-        box = Text.get_window_extent(name)
-        name.set_visible(not any(map(box.overlaps, taken)))
-        if name.get_visible():
-            taken.append(box)
+    for ends in names:
+        for name in ends:
+            name.set_visible(False)
+        for level, name in product(range(_LEVELS), ends):
+            name.set_visible(True)  # an invisible one has no size
+            width, height = Text.get_window_extent(name).size
+            name.set_visible(False)
+            x, y = axes.transData.transform(name.xy)
+            away = (_AWAY + level * _LINE) * point
+            low = y + away
+            if name.get_verticalalignment() == "top":
+                low = y - away - height
+            left = x
+            if name.get_horizontalalignment() == "right":
+                left = x - width
+            box = Bbox.from_bounds(left, low, width, height)
+            leader = Bbox([(x - 1, min(y, low)), (x + 1, max(y, low))])
+            if not any(box.overlaps(other) or leader.overlaps(other) for other in taken):
+                name.set_visible(True)
+                name.xyann = (0, np.sign(low - y) * away / point)
+                arrow: Any = name.arrow_patch
+                arrow.set_visible(level > 0)
+                taken += [box, leader]
+                break
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -532,35 +592,6 @@ def svg_of(figure: Figure, dpi: int) -> str:
     return re.sub(r"<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
 
 
-def _resized(figure: Figure, width: float) -> Figure:
-    """Return a copy of a figure in another width in mm; its texts keep their size.
-
-    In a narrow figure panels that can be divided stand in half as many columns, and names such as
-    "f1, time" continue on another line.
-    """
-    figure = copy.deepcopy(figure)
-    size = figure.get_size_inches()
-    is_narrow = width < _NARROW <= size[0] * 25.4
-    if is_narrow and getattr(figure, "is_divisible", False):
-        n = len(figure.axes)
-        before: Any = figure.axes[0].get_gridspec()
-        n_columns = max(before.ncols // 2, 1)
-        grid: Any = figure.add_gridspec(-(-n // n_columns), n_columns)
-        for ax, place in zip(figure.axes, grid, strict=False):
-            ax.set_subplotspec(place)
-        size[1] *= grid.nrows / before.nrows
-    figure.set_size_inches(width / 25.4, size[1])
-    if is_narrow:
-        for ax in figure.axes:
-            ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
-        for axes, letter, label, *names in getattr(figure, "axis_names", ()):
-            axis = getattr(axes, f"{letter}axis")
-            if not axis.get_label_text():  # that of the axes below or beside it is for both
-                label = ""
-            name_axis(axes, letter, label, *names)
-    return figure
-
-
 def save_figures(
     figures: Mapping[str, Figure] | Iterable[tuple[str, Figure]],
     folder: str | os.PathLike[str],
@@ -608,7 +639,11 @@ def save_figures(
     for name, figure in figures:
         picture = BytesIO()
         if width is not None:
-            figure = _resized(figure, width)
+            figure = copy.deepcopy(figure)
+            if isinstance(figure, Drawing):
+                figure.resize(width)
+            else:
+                figure.set_size_inches(width / 25.4, figure.get_figheight())
         with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
             figure.savefig(picture, format=suffix[1:], dpi=dpi)
         path = Path(folder, f"{name}{suffix}")
