@@ -173,8 +173,9 @@ class Drawing(Figure):
             size[1] *= grid.nrows / before.nrows
         self.set_size_inches(width / 25.4, size[1])
         if is_narrow:
-            for legend in list(self.legends):
-                legend.remove()
+            legends: list[Any] = self.legends
+            self.legends = []
+            for legend in legends:
                 texts = [text.get_text() for text in legend.get_texts()]
                 with rc_context(_SETTINGS):
                     self.legend(legend.legend_handles, texts, loc="outside upper left", ncols=2)
@@ -433,32 +434,52 @@ def name_ends(axes: Axes, names: Sequence[Sequence[Annotation]]) -> None:
         names: The names of each line, one for each of its ends: above it where their vertical
             alignment is "bottom", else below it.
     """
+    dots = axes.transData.transform([name.xy for ends in names for name in ends])
+    # Beside its line a name is over no other dot, unless not all names have a place then.
+    for avoided in (dots, dots[:0]):
+        taken: list[Bbox] = []
+        n_placed = 0
+        for ends in names:
+            for name in ends:
+                name.set_visible(False)
+            for level, name in product(range(_LEVELS), ends):
+                if _place_end(axes, name, level, avoided, taken):
+                    n_placed += 1
+                    break
+        if n_placed == len(names):
+            break
+
+
+def _place_end(axes: Axes, name: Annotation, level: int, avoided: Array, taken: list[Bbox]) -> bool:
+    """Show the name of an end of a line on a level, unless others take its place.
+
+    Returns:
+        Whether it is shown.
+    """
     point = axes.figure.dpi / 72
-    taken: list[Bbox] = []
-    for ends in names:
-        for name in ends:
-            name.set_visible(False)
-        for level, name in product(range(_LEVELS), ends):
-            name.set_visible(True)  # an invisible one has no size
-            width, height = Text.get_window_extent(name).size
-            name.set_visible(False)
-            x, y = axes.transData.transform(name.xy)
-            away = (_AWAY + level * _LINE) * point
-            low = y + away
-            if name.get_verticalalignment() == "top":
-                low = y - away - height
-            left = x
-            if name.get_horizontalalignment() == "right":
-                left = x - width
-            box = Bbox.from_bounds(left, low, width, height)
-            leader = Bbox([(x - 1, min(y, low)), (x + 1, max(y, low))])
-            if not any(box.overlaps(other) or leader.overlaps(other) for other in taken):
-                name.set_visible(True)
-                name.xyann = (0, np.sign(low - y) * away / point)
-                arrow: Any = name.arrow_patch
-                arrow.set_visible(level > 0)
-                taken += [box, leader]
-                break
+    name.set_visible(True)  # an invisible one has no size
+    width, height = Text.get_window_extent(name).size
+    x, y = axes.transData.transform(name.xy)
+    away = (_AWAY + level * _LINE) * point
+    low = y + away
+    if name.get_verticalalignment() == "top":
+        low = y - away - height
+    left = x
+    if name.get_horizontalalignment() == "right":
+        left = x - width
+    box = Bbox.from_bounds(left, low, width, height)
+    leader = Bbox([(x - 1, min(y, low)), (x + 1, max(y, low))])
+    is_free = not any(box.overlaps(other) or leader.overlaps(other) for other in taken)
+    if level == 0:
+        others = avoided[avoided[:, 0] != x]
+        is_free = is_free and box.padded(2 * _AWAY * point).count_contains(others) == 0
+    name.set_visible(is_free)
+    if is_free:
+        name.xyann = (0, np.sign(low - y) * away / point)
+        arrow: Any = name.arrow_patch
+        arrow.set_visible(level > 0)
+        taken += [box, leader]
+    return is_free
 
 
 def literal(name: object, most: int = 40) -> str:
