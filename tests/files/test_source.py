@@ -231,6 +231,11 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("material,a,b\niron,1,4\nwood,2,1\niron,3,0\ntin,4,0\n", ("a", "b"), "row"),
         ("material,a,b,id\niron,1,4,7\nwood,2,1,9\n", ("a", "b"), "id"),
         ("No.,Masse,NO\n7,1,4\n8,2,1\n", ("Masse", "NO"), "No."),
+        ("number,name,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "name"),
+        ("number,Typ,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "Typ"),
+        ("number;name;a\n50;X;4\n20;Y;9\n10;Z;12\n", ("number", "a"), "name"),  # of pieces
+        ("number,a\n50,4\n20,9\n20,12\n", ("number", "a"), "row"),
+        ("number,a,b\n50,4,1\n20,9,2\n10,12,0\n", ("a", "b"), "number"),
     ],
 )
 def test_labels_and_rankings_are_no_objectives(read, text, expected, label):

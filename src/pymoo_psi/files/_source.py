@@ -73,8 +73,9 @@ from pymoo_psi.table import (
 
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
-_NAMING = (TEST, "test_point", "number", "label", "name", "id", "design")
-_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
+_NAMING = (TEST, "test_point", "label", "name", "id", "design")
+_NUMBER = "number"  # of a row, or of pieces
+_LABELS = (*_NAMING, _NUMBER, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 # Columns that follow from others in what we wrote. Other people's mean something else.
 _OF_RANKINGS = (*RANKING_COLUMNS, "mark")
 # By these a ranking is recognized.
@@ -380,6 +381,18 @@ def _label(columns: Mapping[str, TextColumn]) -> str | None:
     return labels.get(best)
 
 
+def _is_numbering(column: TextColumn, is_only: bool) -> bool:
+    """Whether a column called "number" numbers the designs, and is not how many pieces they have.
+
+    Args:
+        column: The column.
+        is_only: Whether no other column names the designs.
+    """
+    if column.numbers is not None and (np.diff(column.numbers) == 1).all():
+        return True
+    return is_only and len({*map(str, column.cells)}) == len(column.cells)
+
+
 def _names_of_roles(
     columns: Mapping[str, TextColumn],
     formulation: Formulation,
@@ -439,9 +452,15 @@ def _table(
     separator = head.get("separator", "")
     labels: set[str | None] = {name for name in cells.columns if name.strip().lower() in _LABELS}
     columns = read_columns(cells, head.get("decimal"), labels, separator)
+    number_columns = [name for name in columns if name.strip().lower() == _NUMBER]
     label = head.get("label")
     if label not in columns:  # also where it follows from others
-        label = _label(columns)
+        label = _label({name: columns[name] for name in columns if name not in number_columns})
+    for name in number_columns:
+        if _is_numbering(columns[name], label is None):
+            label = label or name
+        elif name != label:
+            labels.remove(name)
     labels.add(label)
     if label == TEST:
         labels.add(RUN)
