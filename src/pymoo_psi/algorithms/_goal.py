@@ -140,7 +140,7 @@ class Goal:
 
     def encode(self, points: Array) -> Array:
         """Return ``(n, d)`` points as surrogates see them, ``(n, e)``."""
-        return encoded(self.model.space, points)
+        return encoded(self.model.space, self.model.space.places_at(points))
 
     def violations(self, points: Array) -> Array:
         """Return ``(n, k)`` by how much points violate requirements, and limits on texts.
@@ -214,8 +214,9 @@ class Observations:
 
     Attributes:
         numbers: ``(n,)`` the numbers of the tests, increasing.
-        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
-        Z: ``(n, e)`` these points as surrogates see them.
+        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs;
+            those nearest to tests outside the bounds.
+        Z: ``(n, e)`` the tests as surrogates see them.
         Y: ``(n, q)`` the outputs that a goal needs.
         is_eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite
             objectives.
@@ -240,7 +241,7 @@ class Observations:
     def of(cls, table: TestTable, goal: Goal, n_uniform: int, pending: Array) -> Observations:
         """Return the tests of a table under the formulation of a goal."""
         tested = replace(table, decision=Decision())
-        points = goal.model.space.points(tested.X)
+        space = goal.model.space
         has_failed = table.status == "failed"
         # The model does not run for a design that violates a requirement.
         requirements = tested.G[:, goal.model.n_ieq_constr :]
@@ -257,8 +258,8 @@ class Observations:
             columns.append(table.data[name])
         return cls(
             table.numbers,
-            points,
-            goal.encode(points),
+            space.points(tested.X),
+            encoded(space, space.places(tested.X)),
             np.column_stack(columns),
             table.feasible(),
             has_failed,

@@ -213,12 +213,13 @@ def _proposed_by_surrogates(
     import pandas as pd
 
     from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
+    from pymoo_psi.algorithms._surrogate_models import REACH
 
     space = model.space
     designs = model.designs(dict(pd.DataFrame(pending, columns=[*model.schema.variables])))
-    points = space.points(designs[space.has_options(designs)])
+    points = space.points(designs[space.are_near(designs)])
     table = store.whole()
-    table = model.under_so_far(table.take(space.has_options(table.X)))
+    table = model.under_so_far(table.take(space.are_near(table.X, REACH)))
     return space.matrix(proposed_now(model, table, points, n, options.seed or 0, last_round))
 
 

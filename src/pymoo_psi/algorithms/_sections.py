@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Array, Received, integer, invalid, known_name
 from pymoo_psi.algorithms._surrogate_models import (
+    REACH,
     Covariance,
     GaussianProcess,
     OutputFit,
@@ -44,7 +45,8 @@ def sections(
     narrow near tested designs and wide where tests follow no pattern.
 
     Args:
-        table: Tests. Those that failed do not count; infeasible ones do.
+        table: Tests. Those that failed do not count, nor those that are outside the bounds by more
+            than their width; infeasible ones do.
         design: The number of its test, or its label; by default the chosen design, or the
             Salukvadze optimum if none is chosen.
         row: Its row in the table, from 0, instead of ``design``.
@@ -59,8 +61,8 @@ def sections(
         the section is reliable, near 1 it says nothing.
 
     Raises:
-        ArgumentValueError: There are no variables, there are fewer than 8 tests, or a column or
-            design is unknown.
+        ArgumentValueError: There are no variables, there are fewer than 8 tests, a column or
+            design is unknown, or the design is far outside the bounds.
 
     Example:
         >>> from pymoo_psi import SphereChute, PSI
@@ -87,7 +89,12 @@ def sections(
             design = int(table.best().numbers[0])
         row = table.row_of(design)
     space = space_of_table(table)
-    Z = encoded(space, space.points(table.X))
+    is_near = space.are_near(table.X, REACH)
+    if not is_near[row]:
+        rule = "outside the bounds by at most their width"
+        raise invalid("the design of sections", rule, Received(table.names[row]))
+    Z = encoded(space, space.places(table.X))
+    Z[~is_near] = np.nan
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
@@ -98,7 +105,7 @@ def sections(
                 values = _values(variable, n_values)
                 line = np.repeat(table.X[[row]], len(values), axis=0)
                 line[:, j] = values
-                Z_line = encoded(space, space.points(line))
+                Z_line = encoded(space, space.places(line))
                 expected, *ends = sign * _predicted(fit, process, Z_line)
                 section = {
                     "column": name,

@@ -27,6 +27,7 @@ from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import ByName, Points, PointSequence, Retry, RunOptions, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
+    REACH,
     Covariance,
     Learned,
     OutputFit,
@@ -87,8 +88,9 @@ class SurrogatePSI(PointAlgorithm):
     number. Surrogates learn a constraint better if it also states by how much it is met, instead of
     0.
 
-    With a study, it learns from the tests of all runs, also within other bounds, and needs fewer
-    points of the sequence, or none.
+    With a study, it learns from the tests of all runs within the bounds, and needs fewer points of
+    the sequence, or none. It also learns from tests that are outside by at most the width of the
+    bounds.
 
     Use it if a test takes seconds or more, or if there are many variables. After a few hundred
     tests, a proposal takes longer than a cheap model. The tests are no longer a uniform sample:
@@ -252,6 +254,7 @@ class SurrogatePSI(PointAlgorithm):
         n_left_out = 0
         if len(store.known()) == 0:  # a run that was begun goes on as it was
             others = store.others()
+            others = others.take(model.space.are_near(others.X))
             n_left_out = min(self._n_sequence, len(others))
             first = sequence.at(slice(0, self._n_sequence - n_left_out))
             tested = model.keys(others.X)
@@ -338,7 +341,7 @@ class SurrogateSource(Source):
         self._points = self._ready.at(slice(0, 0))  # all that were returned
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         others = store.others()
-        self._others = others.take(model.space.has_options(others.X))
+        self._others = others.take(model.space.are_near(others.X, REACH))
         self._tests = store.empty
         # The points of the next round, while they are being made; what is stored with each of them,
         # how many tests there were, and how many ended while the last round was made.

@@ -17,6 +17,9 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Numbers, Rows
 from pymoo_psi.problems import DesignSpace
 
+# Surrogates learn from tests that are at most this many widths of the bounds outside. Values far
+# away, often of another size, would decide what is learned.
+REACH = 1.0
 _ROOT5 = np.sqrt(5.0)
 # Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
 # matrix regular in float64; beyond a tenth, the variables do not describe the output.
@@ -261,19 +264,20 @@ def evenly_spread(n: int, most: int) -> Rows:
     return np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int))
 
 
-def encoded(space: DesignSpace, points: Array) -> Array:
-    """Return points of the unit cube as surrogates see them.
+def encoded(space: DesignSpace, places: Array) -> Array:
+    """Return ``(n, n_searched)`` places of designs between the bounds as surrogates see them.
 
-    Points of the same design are equal there. An integer is its place between its bounds. A choice
+    Places of the same design are equal there. An integer is its place between its bounds. A choice
     has a column for every option, as options have no order.
     """
     columns = []
-    for variable, u in zip(space.searched, space.places(points).T, strict=True):
+    for variable, u in zip(space.searched, places.T, strict=True):
         if variable.kind.real:
             columns.append(u)
             continue
         count = int(variable.upper - variable.lower) + 1
-        step = np.minimum(np.floor(u * count), count - 1)
+        step = np.floor(u * count)
+        step[u == 1] = count - 1  # an end of the unit cube; values beyond the bounds give others
         if variable.kind is Kind.CHOICE:
             columns += list(step == np.arange(count)[:, None])
         else:

@@ -32,6 +32,7 @@ from pymoo_psi.table import Schema, unit_texts
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
+_LEAST = np.finfo(np.float64).tiny  # stands for 0 and negative values on a logarithmic scale
 _FEWEST_PLACES = 5  # fewer integers between 0 and their number are no sign of permutations
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
 
@@ -76,23 +77,37 @@ class Variable:
             return np.fromiter((self.options[int(step)] for step in steps), object)
         return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
 
-    def points(self, values: AnyArray) -> Array:
-        """Return ``(n,)`` numbers in [0, 1] that stand for values, as :meth:`values` has them."""
+    def places(self, values: AnyArray) -> Array:
+        """Return ``(n,)`` numbers that stand for values, in [0, 1] for those within the bounds."""
         if self.kind.real:
             low, high = self._on_scale(np.array([self.lower, self.upper]))
             if high <= low:
                 return np.zeros(len(values))
             steps = self._on_scale(values.astype(np.float64)) - low
-            return np.asarray(np.clip(steps / (high - low), 0, 1))
+            return np.asarray(steps / (high - low))
         if self.kind is Kind.CHOICE:
             texts = list(map(option_text, self.options))
             values = np.array([texts.index(option_text(value)) for value in values.tolist()])
         count = self.upper - self.lower + 1
         return (values.astype(np.float64) - self.lower + 0.5) / count
 
+    def are_near(self, values: AnyArray, reach: float) -> Mask:
+        """Return ``(n,)`` whether values are options, or within the bounds.
+
+        Args:
+            values: The values.
+            reach: By how many widths of the bounds they may be outside.
+        """
+        if self.kind is Kind.CHOICE:
+            return np.isin([*map(option_text, values)], [*map(option_text, self.options)])
+        low, high = self._on_scale(np.array([self.lower, self.upper]))
+        beyond = reach * (high - low)
+        numbers = self._on_scale(values.astype(np.float64))
+        return np.asarray((numbers >= low - beyond) & (numbers <= high + beyond))
+
     def _on_scale(self, values: Array) -> Array:
         """Return real values on the scale on which they are evenly distributed."""
-        return np.log(values) if self.kind is Kind.LOG else values
+        return np.log(np.maximum(values, _LEAST)) if self.kind is Kind.LOG else values
 
     def between(self, least: float, greatest: float) -> tuple[float, float]:
         """Return the part of [0, 1] whose values lie between two limits.
@@ -104,7 +119,7 @@ class Variable:
         ends = np.clip([least, greatest], self.lower, self.upper)
         if not self.kind.real:
             ends = np.array([np.ceil(ends[0]), np.floor(ends[1])])
-        low, high = self.points(ends).tolist()
+        low, high = self.places(ends).tolist()
         return low, max(low, high)
 
 
@@ -168,7 +183,7 @@ class DesignSpace:
 
         Its dtype is that of the variables if they have one in common, else object.
         """
-        pairs = zip(self.variables, self._places(points).T, strict=True)
+        pairs = zip(self.variables, self._places_at(points).T, strict=True)
         columns = [variable.values(places) for variable, places in pairs]
         dtypes = {column.dtype for column in columns}
         # astype(object) gives Python's own int, float and bool, as one would write such a design
@@ -178,30 +193,49 @@ class DesignSpace:
     def points(self, matrix: AnyArray) -> Array:
         """Return ``(n, n_searched)`` points of [0, 1] whose designs are the rows of a matrix.
 
-        A discrete value gives the middle of its part of [0, 1), a bound of a real one an end.
+        A discrete value gives the middle of its part of [0, 1), a bound of a real one an end. A
+        value outside the bounds gives the nearest end.
         """
-        pairs = zip(self.variables, matrix.T, strict=True)
-        points = np.column_stack([variable.points(values) for variable, values in pairs])
+        points = np.clip(self._places(matrix), 0, 1)
         if self.equalities:
             points = self._polytope.points(points)
         return points[:, self._are_searched()]
 
-    def has_options(self, matrix: AnyArray) -> Mask:
-        """``(n,)`` whether the choices of designs are options here, not only of wider bounds."""
-        has = np.ones(len(matrix), dtype=bool)
-        for variable, values in zip(self.variables, matrix.T, strict=True):
-            if variable.kind is Kind.CHOICE:
-                has &= np.isin([*map(option_text, values)], [*map(option_text, variable.options)])
-        return has
+    def are_near(self, matrix: AnyArray, reach: float = 0.0) -> Mask:
+        """Return ``(n,)`` whether the rows of a matrix are designs within the bounds.
 
-    def places(self, points: Array) -> Array:
+        Designs of wider bounds may have other options, or other values of a variable that has one
+        value here.
+
+        Args:
+            matrix: The designs.
+            reach: By how many widths of its bounds each variable may be outside.
+        """
+        are_near = np.ones(len(matrix), dtype=bool)
+        for variable, values in zip(self.variables, matrix.T, strict=True):
+            are_near &= variable.are_near(values, reach)
+        return are_near
+
+    def places(self, matrix: AnyArray) -> Array:
         """Return ``(n, n_searched)`` places of designs between the bounds of their variables.
+
+        They are 0 and 1 at the bounds, and less or more outside.
+        """
+        return self._places(matrix)[:, self._are_searched()]
+
+    def places_at(self, points: Array) -> Array:
+        """Return the ``(n, n_searched)`` places of the designs at points.
 
         They differ from the points where the range of a variable depends on others.
         """
-        return self._places(points)[:, self._are_searched()]
+        return self._places_at(points)[:, self._are_searched()]
 
-    def _places(self, points: Array) -> Array:
+    def _places(self, matrix: AnyArray) -> Array:
+        """Return ``(n, n_var)`` places of designs between the bounds of all variables."""
+        pairs = zip(self.variables, matrix.T, strict=True)
+        return np.column_stack([variable.places(values) for variable, values in pairs])
+
+    def _places_at(self, points: Array) -> Array:
         """Return ``(n, n_var)`` places of designs between the bounds of all variables."""
         # 0 is the lower bound or the first option: the only value of variables without coordinate
         places = np.zeros((len(points), len(self.variables)))
