@@ -9,8 +9,8 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.problems.functional import FunctionalProblem
 
-from pymoo_psi import TestTable, investigate, lp_tau
-from pymoo_psi.algorithms import sections
+from pymoo_psi import TestTable, investigate, lp_tau, read_table
+from pymoo_psi.algorithms import RunOptions, import_tests, sections
 from pymoo_psi.plots import plot_sections
 from tests.helpers.refusals import refused
 
@@ -101,6 +101,17 @@ def test_no_prediction_beside_a_pole_exceeds_all_tests(place, power):
     table = investigate(problem, 64)
     frame = sections(table, columns=["f1"])
     assert frame[["expected", "lower", "upper"]].abs().max(axis=None) <= 2 * table["f1"].max()
+
+
+def test_tests_outside_the_bounds_are_learned_where_they_are(study_file):
+    problem = FunctionalProblem(1, [lambda x: x[0] ** 2, lambda x: -x[0]], xl=0, xu=1)
+    x = np.linspace(0, 4, 21)
+    frame = pd.DataFrame({"x1": x, "f1": x**2, "f2": -x})
+    import_tests(problem, frame, RunOptions(study=study_file))
+    table = read_table(study_file)
+    lines = sections(table, 1, columns=["f1"])
+    np.testing.assert_allclose(lines["expected"], lines["value"] ** 2, atol=1e-3)
+    refused("within the bounds, or at most their width outside, got test 21", sections, table, 21)
 
 
 def test_panels_are_one_for_each_column_and_variable(table):

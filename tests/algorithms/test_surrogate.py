@@ -13,12 +13,14 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
+from pymoo.problems.functional import FunctionalProblem
 
 from pymoo_psi import (
     PSI,
     Formulation,
     ProcessRunner,
     Recorded,
+    Restricted,
     SurrogatePSI,
     investigate,
 )
@@ -309,6 +311,28 @@ def test_another_run_of_a_study_learns_from_the_first(study_file):
         run(get_problem("bnh"), 28, study=study_file).table.X, first.table.X
     )
     assert len(read_table(study_file)) == 53
+
+
+def test_tests_of_other_bounds_are_learned_where_they_are(study_file):
+    """As if they were on the edge of the bounds, they would be taken for bad designs near it."""
+
+    def sphere(x):
+        return ((x - 0.85) ** 2).sum()
+
+    wide = FunctionalProblem(3, [sphere], xl=0, xu=10)
+    minimize(wide, PSI(40, study=study_file))
+    part = Restricted(wide, dict.fromkeys(("x1", "x2", "x3"), (0.0, 1.0)))
+    table = run(part, 40, study=study_file).table
+    assert (table["proposal_round"] == 0).sum() >= 18  # one or two of the 40 are within these
+    assert table["f1"].min() < 1e-6
+
+
+def test_other_values_of_a_fixed_variable_are_not_learned(study_file):
+    whole = FunctionalProblem(2, [lambda x: (x[1] - x[0]) ** 2], xl=0, xu=1)
+    minimize(whole, PSI(40, study=study_file))
+    part = Restricted(whole, {"x1": 0.3})
+    table = run(part, 28, study=study_file).table
+    np.testing.assert_array_equal(table.X, run(part, 28).table.X)
 
 
 @pytest.mark.parametrize(

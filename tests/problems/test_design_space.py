@@ -3,6 +3,7 @@
 import numpy as np
 from pymoo.core.problem import Problem
 
+from pymoo_psi import Restricted
 from pymoo_psi.problems import design_space
 
 
@@ -14,3 +15,19 @@ def test_points_at_the_ends_keep_bounds_of_integers():
             for last in range(first, n):
                 ends = np.array(variable.between(2.5 + first, 3.5 + last))
                 assert variable.values(ends).tolist() == [3 + first, 3 + last]
+
+
+def test_places_go_on_outside_the_bounds():
+    space = design_space(Problem(n_var=2, n_obj=2, xl=[2.0, 1e-2], xu=[4.0, 1.0]), log=["x2"])
+    matrix = np.array([[2.0, 1e-2], [4.0, 1.0], [0.0, 1e-4], [6.0, 1e2], [3.0, 0.0]])
+    expected = [[0, 0], [1, 1], [-1, -1], [2, 2]]
+    np.testing.assert_allclose(space.places(matrix[:4]), expected, atol=1e-12)
+    np.testing.assert_allclose(space.points(matrix[:4]), np.clip(expected, 0, 1), atol=1e-12)
+    assert space.are_near(matrix).tolist() == [True, True, False, False, False]
+    assert space.are_near(matrix, 1.01).tolist() == [True, True, True, True, False]
+
+
+def test_another_value_of_a_fixed_variable_is_not_near():
+    space = design_space(Restricted(Problem(n_var=2, n_obj=2, xl=0.0, xu=1.0), {"x1": 0.5}))
+    near = space.are_near(np.array([[0.5, 1.5], [0.6, 0.5]]), reach=1.0)
+    assert near.tolist() == [True, False]

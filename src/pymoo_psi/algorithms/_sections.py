@@ -91,7 +91,7 @@ def sections(
     space = space_of_table(table)
     is_near = space.are_near(table.X, REACH)
     if not is_near[row]:
-        rule = "outside the bounds by at most their width"
+        rule = "within the bounds, or at most their width outside"
         raise invalid("the design of sections", rule, Received(table.names[row]))
     Z = encoded(space, space.places(table.X))
     Z[~is_near] = np.nan
