@@ -25,14 +25,16 @@ import sys
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Collection
 from contextlib import suppress
 from dataclasses import replace
 from html import escape
+from ipaddress import ip_address
 from pathlib import Path
 from platform import node
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 import numpy as np
 
@@ -46,9 +48,9 @@ from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study, further_tests
 from pymoo_psi.table import Decision, TestTable
 
 if TYPE_CHECKING:
-    from starlette.applications import Starlette
     from starlette.requests import Request
     from starlette.responses import Response
+    from starlette.types import ASGIApp, Receive, Scope, Send
 
 __all__ = ["live"]
 
@@ -261,12 +263,11 @@ def _is_alive(host: str, process: int) -> bool:
     return True
 
 
-def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
+def _application(growing: GrowingStudy, token: str, host: str) -> ASGIApp:
     """Return the application, whose addresses begin with the token."""
     from starlette.applications import Starlette
     from starlette.concurrency import run_in_threadpool
-    from starlette.middleware import Middleware
-    from starlette.middleware.trustedhost import TrustedHostMiddleware
+    from starlette.requests import Request
     from starlette.responses import HTMLResponse, PlainTextResponse, StreamingResponse
     from starlette.routing import Mount, Route
 
@@ -305,8 +306,39 @@ def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
         Route("/events", events),
         Route("/steer", steering, methods=["POST"]),
     ]
-    hosts = Middleware(TrustedHostMiddleware, allowed_hosts=[host, "localhost"])
-    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[hosts])
+    application = Starlette(routes=[Mount(f"/{token}", routes=routes)])
+    names = {host.lower(), "localhost"}
+    if _is_address(host) and ip_address(host).is_unspecified:  # all addresses of this machine
+        names |= {socket.gethostname().lower(), socket.getfqdn().lower()}
+
+    async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
+        if _is_own_host(Request(scope).headers.get("host", ""), names):
+            await application(scope, receive, send)
+        else:
+            await answer("The request is for another host.", 400)(scope, receive, send)
+
+    return guarded
+
+
+def _is_own_host(host: str, names: Collection[str]) -> bool:
+    """Whether a request is for this server: no other site has its name changed to our address.
+
+    An address is safe, because a browser takes no other site for it.
+    """
+    try:
+        name = urlsplit(f"//{host}").hostname or ""
+    except ValueError:  # of brackets
+        return False
+    return name in names or _is_address(name)
+
+
+def _is_address(host: str) -> bool:
+    """Whether a host is given by its address, and not by a name."""
+    try:
+        ip_address(host)
+    except ValueError:
+        return False
+    return True
 
 
 def _is_foreign(request: Request) -> bool:
