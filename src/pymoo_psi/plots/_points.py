@@ -22,6 +22,7 @@ from pymoo_psi.pareto import explain, nondominated
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
+    HALO,
     INK,
     SHAPES,
     Style,
@@ -50,7 +51,7 @@ _BETTER = {1: "less is better", -1: "more is better", 0: ""}
 _BEST_CORNERS = {(1, 1): "↙", (1, -1): "↖", (-1, 1): "↘", (-1, -1): "↗"}
 _NOTED = 3  # designs outside the axes whose values are at the edge
 _WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
-_NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35"}
+_NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
 # How groups are drawn. Those of a higher zorder are on top.
 _INFEASIBLE: Style = {"marker": "x", "color": "0.6", "markersize": 3.2, "zorder": 2.8}
 _DOMINATED: Style = {"marker": ".", "color": "0.62", "markersize": 4.5, "zorder": 3.0}
@@ -118,7 +119,7 @@ class Column:
 
     def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
         """Write the value of a limit at its line: above the axes, or on the right in them."""
-        text = f"limit {number(limit)} {self.unit}".rstrip()
+        text = literal(f"limit {number(limit)} {self.unit}")
         if letter == "y":
             style: Style = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
             axes.annotate(text, (1, limit), (-2, 2), **_NOTE, **style)
@@ -180,7 +181,12 @@ class Points:
         if len(rows) == 0:
             return
         if len(rows) > _NOTED:
-            axes.set_title(f"{counted(len(rows), 'design')} outside", loc="left", fontsize=7)
+            side: Any = "left"
+            for limit in x.limits:  # whose value is above the axes, too
+                place = axes.transData.transform((limit, y.ends[0]))[0]
+                if axes.bbox.x0 < place < (axes.bbox.x0 + axes.bbox.x1) / 2:
+                    side = "right"
+            axes.set_title(f"{len(rows)} outside", loc=side, fontsize=7)
             return
         for row in rows.tolist():
             point = (np.clip(x.places[row], *x.ends), np.clip(y.places[row], *y.ends))

@@ -53,6 +53,7 @@ _LEVELS = 3  # lines of names above and below lines
 _SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
 _MARK = 4.0  # half the size of a marker
 _CROSSED = 30.0  # a line between a name and its point is as bad as so many points of distance
+HALO = withStroke(linewidth=1.8, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
 # Names from the second reach on have a line to their point.
@@ -61,7 +62,7 @@ _WITH_LEADER: Style = {
     "fontsize": 7,
     "va": "bottom",
     "arrowprops": {"arrowstyle": "-", "lw": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3},
-    "path_effects": [withStroke(linewidth=1.8, foreground="white")],
+    "path_effects": [HALO],
 }
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 # Shapes in words, for captions.
