@@ -80,6 +80,14 @@ def test_no_direction_of_the_problem_is_lost():
     assert both.schema.maximize == ("f1", "gain")
 
 
+def test_a_maximised_objective_may_be_renamed():
+    for told in ({"maximize": ["f2"]}, {"names": {"f2": "profit"}, "maximize": ["profit"]}):
+        for names in ({"f2": "gain"}, {"f1": "f2", "f2": "f1"}, {}):
+            schema = investigate(Model(**told), 4, names=names).schema
+            assert schema.maximize == (names.get("f2", "f2"),)
+            assert schema.objectives == (names.get("f1", "f1"), names.get("f2", "f2"))
+
+
 def test_outputs_are_those_of_the_model(study_file):
     """By blocks, by asking and telling, from a study that is continued, in workers or not."""
     whole = investigate(One(**TOLD), 48)

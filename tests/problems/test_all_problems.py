@@ -76,13 +76,17 @@ class Heir(Model):
 
 
 @pytest.mark.parametrize(
-    "changed", [{"k": 3}, {"weights": (1.0, 2.5)}, {"data": range(1, 1001)}], ids=str
+    "changed",
+    [{"k": 3}, {"weights": (1.0, 2.5)}, {"data": range(1, 1001)}, {"title": "kN/mm2"}],
+    ids=str,
 )
 def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     """What counts evaluations, or is a path, is not."""
     study, given = tmp_path / "model.db", {"k": 2, "data": range(1000)}
-    for folder in ("one/run", "other/run"):
-        investigate(FailureTolerant(Heir(title=folder, **given)), 4, study=study)
+    for name in ("one", "other"):
+        folder = tmp_path / name
+        folder.mkdir()
+        investigate(FailureTolerant(Heir(title=str(folder), **given)), 4, study=study)
     assert study.stat().st_size < 100_000
     refused(
         "belongs to another model",
@@ -92,3 +96,26 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
         error=StudyMismatchError,
         study=study,
     )
+
+
+def test_arrays_belong_to_a_study(tmp_path):
+    loads, parts = np.array([1.0, 2.0]), (np.array([1, 2]), np.float64(3))
+
+    class Loaded(ElementwiseProblem):
+        """A problem whose default values are arrays, which it keeps."""
+
+        def __init__(self, loads=loads, parts=parts):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+            self.loads, self.parts = loads, parts
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = [x @ self.loads + self.parts[0][0], (1 - x) @ self.loads]
+
+    study = tmp_path / "model.db"
+    table = investigate(Loaded(), 8)
+    for same in (Loaded(), Loaded(loads.copy(), (np.array([1, 2]), 3.0))):
+        assert investigate(same, 8, study=study).equals(table)
+    changed = Loaded()
+    changed.loads[0] = 5.0  # in its place: the default value changes, too
+    for other in (changed, Loaded(np.array([1.0, 3.0])), Loaded(parts=(np.array([2, 2]), 3.0))):
+        refused("belongs to another model", investigate, other, 8, study=study)

@@ -131,6 +131,21 @@ def test_wrong_scales_are_refused(log, match):
     refused(match, investigate, Wide(log=()), 4, log=log)
 
 
+def test_the_attribute_is_any_collection_of_names():
+    model = Wide()
+    table = investigate(model, 16)
+    for log in ({"area"}, ("x1",), np.array(["x1"]), {"x1": True}.keys()):
+        model.log = log
+        assert investigate(model, 16).equals(table)
+    for log in ("area", "run.log"):
+        model.log = log
+        refused(
+            f"log of the problem must be a list of variables, got '{log}'", investigate, model, 4
+        )
+    model.log = print  # of another purpose
+    assert investigate(model, 16).schema["area"].kind is Kind.REAL
+
+
 @pytest.mark.parametrize("bins", [1, 3, 4, 10])
 @pytest.mark.parametrize("bounds", [(0.1, 10.0), (0.3, 7.0), (1e-9, 1e5)])
 def test_a_histogram_has_the_designs_on_its_bounds(bounds, bins):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
@@ -304,8 +305,12 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     if log is None:
         log = getattr(problem, "log", None)
-        if not isinstance(log, (list, tuple)):  # a logger or a file
+        if isinstance(log, str):
+            remedy = "write log = ['x1'], or give an attribute of another purpose another name"
+            raise invalid("log of the problem", "a list of variables", log, remedy)
+        if not isinstance(log, Collection):  # a logger or a file
             log = ()
+    log = tuple(log)
     titles = column_titles(problem, space)
     variables = []
     for variable in space.variables:
@@ -408,10 +413,18 @@ def problem_schema(
         ArgumentValueError: There is no such column, or two would have the same name.
         ArgumentTypeError: A name or unit is not text, or an argument has the wrong type.
     """
-    maximized = getattr(problem, "maximize", None) or ()
+    titles = column_titles(problem, space)
+    default_names = {title: name for name, title in titles.items()}
+    attribute = getattr(problem, "maximize", None) or ()
+    for value in (attribute, maximize or ()):
+        collection("maximize", value, "a list of objectives", "one goes into a list too")
+    new_names = titles if names is None else names
+    maximized = []
+    for title in attribute:
+        name = default_names.get(title, title)
+        maximized.append(new_names.get(name, name))
     if maximize is None:
         maximize = maximized
-    collection("maximize", maximize, "a list of objectives", "one goes into a list too")
     if maximize and names is None and not {*maximized} <= {*maximize}:
         raise invalid(
             "maximize",
@@ -419,17 +432,15 @@ def problem_schema(
             maximize,
             "or change the problem's attribute",
         )
-    if names is None:
-        names = column_titles(problem, space)
     if units is None:
         units = getattr(problem, "units", None) or {}
     variables = space.variable_names
     plain = Schema.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
-    for name in names:
+    for name in new_names:
         known_name("names", name, plain.names)
     groups = []
     for role in ("variable", "objective", "inequality", "equality"):
-        groups.append([names.get(name, name) for name in plain.of_role(role)])
+        groups.append([new_names.get(name, name) for name in plain.of_role(role)])
     known = {name for group in groups for name in group}
     # A further output with a unit is promised by that.
     outputs = [name for name in unit_texts(units) if name not in known]
@@ -479,8 +490,8 @@ def own_parameters(problem: Any) -> Values:
     """Return what a problem's ``fingerprint()`` returns, or numbers and texts it was made with.
 
     These are the arguments of its classes that it keeps as attributes of the same name, or with an
-    underscore before it, except default values and what pymoo's ``Problem`` takes. A text that is
-    a path is left out: it says where something is, not what.
+    underscore before it, except default values and what pymoo's ``Problem`` takes. The path of an
+    existing file or folder is left out: it says where something is, not what.
     """
     fingerprint = getattr(problem, "fingerprint", None)
     if callable(fingerprint):
@@ -498,22 +509,37 @@ def own_parameters(problem: Any) -> Values:
     for name, argument in arguments.items():
         if name in of_pymoo:
             continue
-        value = getattr(problem, name, getattr(problem, f"_{name}", argument.default))
-        if isinstance(value, (np.ndarray, np.generic)):
-            value = value.tolist()
-        if _is_plain(value) and value != argument.default:
-            text = repr(value)
-            if len(text) > _LONGEST:
-                value = hashlib.sha256(text.encode()).hexdigest()[:16]
-            parameters[name] = value
+        value = _plain(getattr(problem, name, getattr(problem, f"_{name}", argument.default)))
+        default = argument.default
+        if isinstance(default, np.generic):
+            default = default.item()
+        # A default array is no constant: the problem may have changed its values.
+        if not _is_constant(value) or (_is_constant(default) and value == default):
+            continue
+        text = repr(value)
+        if len(text) > _LONGEST:
+            value = hashlib.sha256(text.encode()).hexdigest()[:16]
+        parameters[name] = value
     return parameters
 
 
-def _is_plain(value: Any) -> bool:
+def _plain(value: Any) -> Any:
+    """Return a value with lists and numbers of Python for arrays and those of NumPy."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, list):
+        return list(map(_plain, value))
+    if isinstance(value, tuple):
+        return tuple(map(_plain, value))
+    return value
+
+
+def _is_constant(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
-        return all(map(_is_plain, value))
+        return all(map(_is_constant, value))
     if isinstance(value, str):
-        return "/" not in value and "\\" not in value
+        is_path = ("/" in value or "\\" in value) and os.path.exists(value)
+        return not is_path
     return isinstance(value, (bool, int, float))
 
 
