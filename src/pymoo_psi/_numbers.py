@@ -80,11 +80,9 @@ class NumberFormat:
         high = float(compared.max())
         size = max(abs(low), abs(high))
         with_decimals = finite[np.abs(finite) < _LONGEST]  # greater ones are written otherwise
-        for decimals in range(_AS_GIVEN + 1):
-            errors = np.abs(with_decimals - np.round(with_decimals, decimals))
-            is_as_given = (errors <= _SAME * np.abs(with_decimals)).all()
-            if size < _LONGEST / 10**decimals and is_as_given:
-                return cls(decimals, minus=minus)
+        as_given = _decimals(with_decimals)
+        if as_given is not None and size < _LONGEST / 10**as_given:
+            return cls(as_given, minus=minus)
         order = log10(size)
         # A constant has no range; its own size then says how many decimals are of use.
         order_of_range = order
@@ -129,6 +127,27 @@ class NumberFormat:
         return {"decimals": self.decimals, "powers": self.has_powers}
 
 
+def decimals_as_given(values: ArrayLike) -> int:
+    """Return the decimals of the values of a column, 0 if some has more than three.
+
+    Differences and limits in sentences have at least as many.
+
+    Example:
+        >>> decimals_as_given([38.4, 36.0]), decimals_as_given([1 / 3, 2.0])
+        (1, 0)
+    """
+    return _decimals(_finite(values)) or 0
+
+
+def _decimals(finite: Any) -> int | None:
+    """Return the decimals, at most three, up to which all values are as given, if there are."""
+    for decimals in range(_AS_GIVEN + 1):
+        errors = np.abs(finite - np.round(finite, decimals))
+        if (errors <= _SAME * np.abs(finite)).all():
+            return decimals
+    return None
+
+
 def _finite(values: ArrayLike) -> Any:
     array = np.asarray(values, dtype=np.float64).ravel()
     return array[np.isfinite(array)]
@@ -165,8 +184,13 @@ def localized(text: str) -> str:
     return text.replace(".", _MARK.get())
 
 
-def number(value: float, digits: int = 4) -> str:
+def number(value: float, digits: int = 4, decimals: int = 0) -> str:
     r"""Return a number with a few digits, but all of those before the point.
+
+    Args:
+        value: The number.
+        digits: How many digits it has.
+        decimals: The least number of decimals, unless it has a power of ten.
 
     Example:
         >>> number(0.12345), number(1234.5), number(59990.4), number(1.5e12)
@@ -175,8 +199,10 @@ def number(value: float, digits: int = 4) -> str:
     value = value + 0.0  # no -0
     size = abs(value)
     if size < _LONGEST - 0.5 and (size >= 10**digits - 0.5 or value == round(value)):
-        return _grouped(f"{value:.0f}")
+        return localized(_grouped(f"{value:.{decimals}f}"))
     text, _, power = f"{value:.{digits}g}".partition("e")
+    if not power and len(text.partition(".")[2]) < decimals:
+        text = f"{value:.{decimals}f}"
     text = _grouped(text)
     if power:
         text = f"{text}e{int(power)}"

@@ -97,7 +97,11 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
 )
 def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
     row = {"end": end, "direction": direction, "value": 1.234565, "column": "f1", "design": "A"}
-    assert f"{text} kg" in change_text(row, "kg")
+    table = read_table(
+        pd.DataFrame({"f1": [1.0, 2.0], "f2": [2.0, 1.0]}),
+        Formulation(["f1", "f2"], units={"f1": "kg"}),
+    )
+    assert f"{text} kg" in change_text(table, row)
 
 
 def test_a_limit_on_texts_has_no_bounds():

@@ -48,7 +48,7 @@ function switched(data, state, ranking) {
   const search = Logic.switches(data, state, ranking)
   let {value: rows, done} = search.next()
   while (!done) ({value: rows, done} = search.next())
-  return {rows, texts: rows.filter(({value}) => value !== null).map((one) => Logic.switchText(data, one))}
+  return {rows, texts: rows.filter(({value}) => value !== null).map((one) => Logic.switchText(data, ranking, one))}
 }
 
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, number
+from pymoo_psi._numbers import decimal_mark, decimals_as_given, number
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
@@ -261,7 +261,6 @@ def switching_sentences(table: TestTable) -> list[str]:
     """
     if table.feasible_ranking().pareto.sum() > _MOST_DESIGNS:
         return []
-    units = table.schema.units
     sentences = []
     values = switching_values(table).dropna(subset="value").to_dict("records")
     with decimal_mark(table.decimal):
@@ -269,22 +268,26 @@ def switching_sentences(table: TestTable) -> list[str]:
             changes = []
             for row in values:
                 if row["direction"] == direction:
-                    changes.append(change_text(row, units.get(row["column"], "")))
+                    changes.append(change_text(table, row))
             if changes:
                 sentences.append(sentence(direction, changes="; ".join(changes)))
     return sentences
 
 
-def change_text(row: Mapping[Any, Any], unit: str) -> str:
-    """Return a change of :func:`switching_values` as a part of a sentence."""
+def change_text(table: TestTable, row: Mapping[Any, Any]) -> str:
+    """Return a change of the :func:`switching_values` of a table as a part of a sentence."""
+    ranking = table.feasible_ranking()
+    column = row["column"]
+    decimals = decimals_as_given(table.column(column)[ranking.rows[ranking.pareto]])
     # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
     template = f"{row['end']} {row['direction']}"
     is_up = template in ("upper looser", "lower tighter")
-    limit = f"{number(_rounded(row['value'], is_up), 6)} {unit}".strip()
+    value = number(_rounded(row["value"], is_up), 6, decimals)
+    limit = f"{value} {table.schema.units.get(column, '')}".strip()
     other = sentence("none")
     if row["design"]:
         other = sentence("other", design=row["design"])
-    return sentence(template, column=row["column"], limit=limit, other=other)
+    return sentence(template, column=column, limit=limit, other=other)
 
 
 def _rounded(value: float, is_up: bool) -> float:

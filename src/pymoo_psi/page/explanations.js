@@ -46,13 +46,13 @@ function gainsOf(data, {frame}, row, other) {
 const gainsAndLosses = ({gains, shares}, text) => [1, -1].map((sign) =>
   listed(bySize(shares).filter((j) => sign * gains[j] > 0).map(text)))
 
-const changeText = (column, gain) => sentence((gain > 0) === column.maximize ? "higher" : "lower",
-  {objective: column.name, amount: amount(column, abs(gain))})
+const changeText = (column, gain, ranking) => sentence((gain > 0) === column.maximize ? "higher" : "lower",
+  {objective: column.name, amount: amount(column, abs(gain), ranking)})
 
 // Where a design is better than another and where worse, in words.
 function differenceText(data, ranking, row, other) {
   const difference = gainsOf(data, ranking, row, other)
-  const [better, worse] = gainsAndLosses(difference, (j) => changeText(data.objectives[j], difference.gains[j]))
+  const [better, worse] = gainsAndLosses(difference, (j) => changeText(data.objectives[j], difference.gains[j], ranking))
   return better && worse ? sentence("mixed", {better, worse}) : better || worse || sentence("equal")
 }
 
@@ -144,12 +144,13 @@ function explain(data, ranking, row) {
 }
 
 // How far a design is from the best value where this is the greatest share of a range.
-function behindText(data, {frame}, row) {
+function behindText(data, ranking, row) {
+  const {frame} = ranking
   const behind = data.F.map((column, j) => column[row] - frame.low[j])
   const shares = behind.map((value, j) => shareOf(value, frame.lengths[j]))
   const [j] = bySize(shares)
   const column = data.objectives[j]
-  return `${isWithin(shares[j]) ? percent(shares[j]) : amount(column, behind[j])} in ${column.name}`
+  return `${isWithin(shares[j]) ? percent(shares[j]) : amount(column, behind[j], ranking)} in ${column.name}`
 }
 
 // How far a design is from the best values, the greatest share of a range first.
@@ -159,7 +160,7 @@ function costsOf(data, ranking, behind, shares) {
   const changes = places.slice(0, MOST_COSTS).map((j, k) => {
     const column = data.objectives[j]
     return sentence(`${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
-      amount: amount(column, behind[j]), share: percent(shares[j]), range: ranking.fixed ? "fixed range" : "range"})
+      amount: amount(column, behind[j], ranking), share: percent(shares[j]), range: ranking.fixed ? "fixed range" : "range"})
   })
   if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
   return sentence("costs", {changes: listed(changes)})

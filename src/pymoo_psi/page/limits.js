@@ -87,8 +87,8 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
 }
 
 // One of them in words.
-function switchText(data, {name, end, looser, value, row}) {
+function switchText(data, ranking, {name, end, looser, value, row}) {
   return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
     other: row < 0 ? sentence("none") : sentence("other", {design: data.names[row]}),
-    limit: withUnit(data.by.get(name), short(inSixDigits(value, looser === (end === 1)), 6))})
+    limit: withUnit(data.by.get(name), short(inSixDigits(value, looser === (end === 1)), 6, decimalsOf(data.by.get(name), ranking)))})
 }

@@ -25,15 +25,32 @@ const powerOfTen = (options) => ({...options, notation: "scientific"})
 // A number with all of its digits.
 const exact = (value) => localized(String(value).replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, ",")))
 
-// A number with a few digits, none lost before the point.
-function short(value, digits = 4) {
+// A number with a few digits, none lost before the point, and at least so many decimals.
+function short(value, digits = 4, least = 0) {
   if (!isNumber(value)) return String(value).replace("Infinity", "inf")
   const size = abs(value)
   const isLong = size >= 1e7 - 0.5
-  if (!isLong && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) return rounded(value, decimals(0))
+  if (!isLong && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) return rounded(value, decimals(least))
   const significant = {maximumSignificantDigits: digits}
   const isTiny = Number(size.toPrecision(digits)) < 1e-4
-  return rounded(value, isLong || isTiny ? powerOfTen(significant) : significant)
+  if (isLong || isTiny) return rounded(value, powerOfTen(significant))
+  const text = rounded(value, significant)
+  const count = text.split(decimalMark)[1]?.length ?? 0
+  return count < least ? rounded(value, decimals(least)) : text
+}
+
+// The decimals of the values of the rows that no other dominates, 0 if some has more than three.
+function decimalsOf(column, ranking) {
+  const {front} = ranking
+  const {values} = column
+  const known = ranking.decimals ??= new Map() // by name
+  if (known.has(column.name)) return known.get(column.name)
+  const areAsGiven = (count) => front.every((row) => {
+    const value = values[row]
+    return !isNumber(value) || abs(value - round(value * 10 ** count) / 10 ** count) <= 1e-12 * abs(value)
+  })
+  known.set(column.name, [0, 1, 2, 3].find(areAsGiven) ?? 0)
+  return known.get(column.name)
 }
 
 // A share with two digits, above 10 % with none behind the point.
@@ -59,7 +76,7 @@ function written({texts, notation}, value) {
 }
 
 // A difference of values in their unit; of per cent it is points.
-const amount = ({unit}, value) => withUnit({unit: unit === "%" ? "points" : unit}, short(value, 3))
+const amount = (column, value, ranking) => withUnit({unit: column.unit === "%" ? "points" : column.unit}, short(value, 3, decimalsOf(column, ranking)))
 const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
 // A value with six digits, rounded up or down.

@@ -48,7 +48,7 @@ function given(row) {
   const {gains, shares} = gainsOf(data, ranking.count ? ranking : data.whole, verdict.row, row)
   const j = bySize(shares).find((k) => gains[k] < 0)
   if (j === undefined) return `the ${role} design is nowhere worse`
-  return `${role}: ${changeText(data.objectives[j], gains[j])}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
+  return `${role}: ${changeText(data.objectives[j], gains[j], ranking)}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
 }
 
 function record() {

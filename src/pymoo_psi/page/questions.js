@@ -159,7 +159,7 @@ function countedAnswers(data, {pareto}, answers) {
 function tradeText(data, ranking, [one, relation, other]) {
   const difference = gainsOf(data, ranking, one, other)
   const [better, worse] = gainsAndLosses(difference, (j) =>
-    `${amount(data.objectives[j], abs(difference.gains[j]))} of ${data.objectives[j].name}`)
+    `${amount(data.objectives[j], abs(difference.gains[j]), ranking)} of ${data.objectives[j].name}`)
   if (relation === "?" || !(better || worse)) return ""
   const names = {design: data.names[one], other: data.names[other]}
   return sentence(relation === ">" ? "rather" : "as good", {...names, better, worse})

@@ -197,28 +197,45 @@ function scatter(section, place, name) {
   function drawNames(g, front) {
     const people = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     people.delete(-1)
-    const wanted = [...marked].reverse().concat(verdict?.steps.map(({row}) => row) ?? [])
+    const wanted = picked([...[...marked].reverse(), ...verdict?.steps.map(({row}) => row) ?? []], isInside)
     const rows = [...wanted, ...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...picked([...people.keys()], (row) => left.mask[row])]
-    const spots = [...new Set(rows)].filter(isInside)
-    const others = shownRows.length <= MOST_OBSTACLES ? picked(shownRows, isInside) : []
-    const points = [...new Set([...spots, ...others])].map((row) => squareAround(row))
-    const [found, ties] = [[], []] // names, and the lines to them
-    for (const row of spots) {
+    const places = new Map([...new Set(rows)].filter(isInside).map((row) => {
       g.font = fontOf(row)
       const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), frame()[0] * 0.6)
-      const places = placesOf(row, max(...words.map((line) => g.measureText(line).width)), 14 * words.length)
-      const ways = [[...points, ...found, ...ties, ...lines], [...points, ...found, ...ties], found].slice(0, wanted.includes(row) ? 3 : 1)
-      let box
-      for (const taken of ways) box ??= places.find((one) => isFree(one, taken) && (one.tie.length ? one.tie.every((spot) => isFree(spot, [...points, ...found, ...ties])) : isNearest(one, points)))
-      if (!box) continue
-      found.push(box)
-      ties.push(...box.tie)
-      if (box.tie.length) drawLine(g, INK.muted, box.tie[0].x, box.tie[0].y, box.tie.at(-1).x, box.tie.at(-1).y)
+      return [row, placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))]
+    }))
+    let names = namesAt(places, wanted, [...places.keys()])
+    const missing = [...places.keys()].filter((row) => !names.some((name) => name.row === row))
+    if (missing.length) { // perhaps there is room for all where these come first
+      const others = namesAt(places, wanted, [...new Set([...wanted, ...missing, ...places.keys()])])
+      if (others.length > names.length) names = others
+    }
+    for (const {row, words, x, y, tie} of names) {
+      if (tie.length) drawLine(g, INK.muted, tie[0].x, tie[0].y, tie.at(-1).x, tie.at(-1).y)
+      g.font = fontOf(row)
       const colour = row === verdict?.row ? INK.accent : wanted.includes(row) ? INK.text : INK.muted
-      words.forEach((line, k) => drawText(g, line, box.x, box.y + 14 * k + 7, "left", colour))
+      words.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
-    return found
+    return names
+  }
+
+  // Names in the order of rows, each at the first of its places that is free.
+  function namesAt(places, wanted, rows) {
+    const others = shownRows.length <= MOST_OBSTACLES ? picked(shownRows, isInside) : []
+    const points = [...new Set([...rows, ...others])].map(squareAround)
+    const [names, ties] = [[], []]
+    for (const row of rows) {
+      const taken = [...points, ...names, ...ties]
+      const fits = (one) => one.tie.length ? one.tie.every((spot) => isFree(spot, taken)) : isNearest(one, points)
+      const obstacles = wanted.includes(row) ? [[...taken, ...lines], taken, names] : [[...taken, ...lines]]
+      let name
+      for (const boxes of obstacles) name ??= places.get(row).find((one) => isFree(one, boxes) && fits(one))
+      if (!name) continue
+      names.push(name)
+      ties.push(...name.tie)
+    }
+    return names
   }
   const squareAround = (row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12})
   const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
@@ -227,12 +244,13 @@ function scatter(section, place, name) {
   const isNearest = (box, points) => points.every(({row}) => row === box.row || away(box, row) > away(box, box.row) + 3)
 
   // Where a name of a size may be, beside its point first, then at a distance with a line, its `tie`.
-  function placesOf(row, width, height) {
+  function placesOf(row, words, width) {
     const [w, h] = frame()
+    const height = 14 * words.length
     const places = []
     for (const away of AWAY) for (const [across, down] of SIDES) {
       const r = away * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
-      const box = {row, width, height, tie: [], x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
+      const box = {row, words, width, height, tie: [], x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= LEFT + w + RIGHT || box.y < TOP - 8 || box.y + height >= TOP + h) continue
       if (away > AWAY[0]) {
         const [x, y] = nearestIn(box, row)

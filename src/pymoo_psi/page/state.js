@@ -156,7 +156,7 @@ function look(row) {
 // On a scale over decades the digits follow the size of the number, not the range of the column.
 const valueText = (column, value) => column.log && isNumber(value) ? short(value) : written(column, value)
 const cellText = (column, row) => valueText(column, valuesOf(ranking, column)[row])
-const awayText = ({unit}, value) => amount({unit: unit === "%" ? unit : ""}, abs(value)) // as in the sentences
+const awayText = (column, value) => amount({...column, unit: column.unit === "%" ? "%" : ""}, abs(value), ranking) // as in the sentences
 const shareText = (share) => (isWithin(share) ? percent(abs(share)) : "beyond")
 
 // A click inspects, a button or C chooses. A reason belongs to its choice.

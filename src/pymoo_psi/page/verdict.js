@@ -94,7 +94,7 @@ function showSwitches(found) {
   renew("relax-list", changes.map((one) => {
     const {name, end, row, next, exact} = one
     const column = data.by.get(name)
-    return make("li", upper(`${tied(switchText(data, one))}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
+    return make("li", upper(`${tied(switchText(data, ranking, one))}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
       next !== null && button("Set", () => setLimit(column, numericLimit(column).with(end, next)), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
   }))
   keepFocus()

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, number, percent
+from pymoo_psi._numbers import decimal_mark, decimals_as_given, number, percent
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -170,11 +170,12 @@ def _amount_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
 
 
 def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
-    """Return the size of a change of an objective with its unit."""
+    """Return the size of a change of an objective with its unit and the decimals of its values."""
     unit = ranking.objectives.units.get(ranking.objectives.names[j], "")
     if unit == "%":  # "9 %" of a share would be another amount
         unit = "points"
-    return f"{number(abs(change), 3)} {unit}".strip()
+    decimals = decimals_as_given(ranking.objectives.values[ranking.pareto, j])
+    return f"{number(abs(change), 3, decimals)} {unit}".strip()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -251,7 +251,7 @@ class Choice:
         frame = switching_values(self.table).dropna(subset="value")
         texts = []
         for row in frame.to_dict("records"):
-            text = change_text(row, self.table.schema.units.get(row["column"], ""))
+            text = change_text(self.table, row)
             texts.append(f"{text[0].upper()}{text[1:]}.")
         return frame.assign(text=texts)
 
