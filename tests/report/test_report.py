@@ -309,7 +309,7 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
     report = decision_report(read_table(path))
     row = lines(report, "Values")[1].split(" | ")
     assert row[3:5] == ["3085,50", "4748,36"]
-    assert "days 29,2 higher" in " ".join(lines(report, "One step away"))
+    assert "days 29,25 higher" in " ".join(lines(report, "One step away"))
 
 
 @undrawn
