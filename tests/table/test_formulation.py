@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pymoo.core.problem import Problem
 
@@ -17,7 +17,7 @@ from pymoo_psi import Decision, Formulation, PsiError, TestTable, investigate, l
 from pymoo_psi.analysis import constraint_costs, decision_sentences
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
-from pymoo_psi.table import Schema, limits_of
+from pymoo_psi.table import Limit, Schema, limits_of
 from tests.helpers.draws import examples
 from tests.helpers.mutations import mutated
 from tests.helpers.refusals import refused
@@ -489,6 +489,39 @@ def test_limits_on_texts_that_do_not_fit(limits, said):
         lambda: read_table(OFFERS, Formulation(["price", "days"], limits=limits)),
         error=ArgumentValueError,
     )
+
+
+# Names and texts that look like parts of a limit.
+parts = st.lists(
+    st.sampled_from(["in", "5", "-1.250", "1e3", "x", ",", '"', "a,b", " ", "é"]), min_size=1
+)
+words = parts.map(" ".join).map(lambda text: " ".join(text.split())).filter(bool)
+ends = st.floats(allow_nan=False, allow_infinity=False)
+pairs = st.one_of(ends, ends.map(lambda low: (low, None)), st.tuples(ends, ends).map(sorted))
+lists = st.lists(st.one_of(words, st.just("")), min_size=1, max_size=4, unique=True)
+
+
+@given(limits=st.dictionaries(words, st.one_of(pairs, lists), min_size=1, max_size=4))
+@example(limits={"5": 0.0})
+@example(limits={"in": ["tin", "x in y"], "b": ["", "in"], "c": ["in"]})
+@example(limits={'"a': 1.25, "x in y": (1.0, None)})
+def test_what_is_written_is_read_back(limits):
+    limits = {name: Limit.of(name, value) for name, value in limits.items()}
+    text = ", ".join(limit.written(name) for name, limit in limits.items())
+    expected = {name: limit._replace(is_bare=False) for name, limit in limits.items()}
+    assert limits_of(text) == expected
+
+
+@pytest.mark.parametrize(
+    "limits", ["f1<=1.250", {"f1": "<= 1.250"}, "f1<=2, f2>=1.250", {"f1": ">= 0, <= 1.250"}]
+)
+def test_a_number_of_two_meanings_is_refused_in_every_form(limits):
+    refused("1.250.*write 1250", limits_of, limits)
+    assert limits_of({"f1": "<= 1.2500"}) == limits_of("f1<=1.2500")
+
+
+def test_limits_without_a_comma_are_refused():
+    refused("join limits by commas", limits_of, "price<=50 range>=300")
 
 
 def test_limits_as_they_are_written_can_be_typed():

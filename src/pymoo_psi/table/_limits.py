@@ -38,11 +38,12 @@ from pymoo_psi.table._schema import Schema, column_names
 _AS_TYPED = 15  # digits
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _LIMIT = re.compile(
-    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
+    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>[^<>=]*?[^<>=\s])"
     rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
     re.DOTALL,
 )
 _TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>=]*)")
+_NOT_LISTED = re.compile(r"^$|(?:^|\s)in(?:\s|$)")  # a text that is none in column in text, text
 _STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does not continue a list
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
@@ -179,22 +180,31 @@ class Limit(NamedTuple):
     def written(self, name: str) -> str:
         """Return it in its written form, which :func:`limits_of` reads.
 
-        It cannot read a list without texts, nor names and texts that contain < > or =.
+        It cannot read a list without texts, nor names and texts that contain < > or =, a line
+        break, or blanks at an end. A name that is a number has its limit before it.
 
         Example:
             >>> Limit(upper=30.0).written("mass"), Limit(0.25, 1.125).written("width")
             ('mass<=30', '0.25<=width<=1.1250')
             >>> Limit(texts=("tin", "oak")).written("material"), Limit(upper=5.0).written("time, s")
             ('material in tin, oak', '"time, s<=5"')
+            >>> Limit(upper=0.0).written("5"), Limit(texts=("set in oak", "")).written("panel")
+            ('0>=5', 'panel=set in oak, =')
         """
         if self.texts is not None:
-            if len(self.texts) == 1:
-                return _entry(f"{name}={self.texts[0]}")
             first, *others = self.texts or ("nothing",)
-            return ", ".join(map(_entry, [f"{name} in {first}", *others]))
+            entries = [f"{name} in {first}", *others]
+            if len(self.texts) == 1 or any(map(_NOT_LISTED.search, self.texts)):
+                entries = [f"{name}={first}", *(f"={text}" for text in others)]
+            return ", ".join(map(_entry, entries))
+        is_number = re.fullmatch(NUMBER, name)  # of two numbers the first one is the limit
         if self.upper == math.inf:
+            if is_number:
+                return f"{_digits(self.lower)}<={name}"
             return _entry(f"{name}>={_digits(self.lower)}")
         if self.lower == -math.inf:
+            if is_number:
+                return f"{_digits(self.upper)}>={name}"
             return _entry(f"{name}<={_digits(self.upper)}")
         return _entry(f"{_digits(self.lower)}<={name}<={_digits(self.upper)}")
 
@@ -249,6 +259,8 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
         >>> limits = limits_of("f1<=2.5, yield>=80, 1<=x1<=2, material in steel, alu")
         >>> [limit.written(name) for name, limit in limits.items()]
         ['f1<=2.5', 'yield>=80', '1<=x1<=2', 'material in steel, alu']
+        >>> limits_of("panel=set in oak, =tin")["panel"].texts  # a text with "in" is listed by =
+        ('set in oak', 'tin')
         >>> limits_of({"f1": 2.5, "yield": ">= 80"})["yield"]
         Limit(lower=80.0, upper=inf, texts=None, is_bare=False)
     """
@@ -266,8 +278,12 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
 
 def _limits_of_texts(texts: Names, argument: str) -> dict[str, Limit]:
     sides_by_column: dict[str, dict[str, Any]] = {}
-    listed: list[str] = []  # the texts of the entry before, if others may follow
+    texts_before: list[str] = []  # those of the entry before, to which "=text" is another one
+    listed: list[str] = []  # the same, if texts alone may follow, too
     for entry in entries_of(texts):
+        if texts_before and entry.startswith("="):
+            texts_before.append(entry[1:].strip())
+            continue
         if listed and not _STATEMENT.search(entry):
             listed.append(entry)
             continue
@@ -277,9 +293,10 @@ def _limits_of_texts(texts: Names, argument: str) -> dict[str, Limit]:
         if both or (present and "in" in (*present, *sides)):
             raise invalid(argument, "given once for each side of a column", Received(entry))
         present |= sides
+        texts_before = sides.get("in", [])
         listed = []
         if "=" not in entry:  # column in text
-            listed = sides["in"]
+            listed = texts_before
     limits = {}
     for name, sides in sides_by_column.items():
         limits[name] = _of_sides(sides)._checked(f"{name!r} in limits")
@@ -306,7 +323,7 @@ def _sides_of_entry(entry: str, argument: str) -> tuple[str, dict[str, Any]]:
             "of the form column<=number, number<=column<=number, column=text or "
             "column in text, text, joined by commas",
             Received(entry or "nothing"),
-            "use <= or >=, plain numbers with a decimal point, and no units",
+            "join limits by commas; use <= or >=, plain numbers with a decimal point, and no units",
         )
     sides = {}
     if match["left"]:
@@ -324,7 +341,8 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
         text: The limit.
 
     Raises:
-        ArgumentValueError: The text is something else, or gives a side twice.
+        ArgumentValueError: The text is something else, gives a side twice, or has a number whose
+            point may be one between thousands.
 
     Example:
         >>> sides_of_text("the limit on stress", ">= 1, <= 250")
@@ -335,7 +353,7 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
         side = _SIDE.fullmatch(part)
         if side is None or side["sign"] in sides:
             raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
-        sides[side["sign"]] = finite_number(argument, float(side["number"]))
+        sides[side["sign"]] = _number_of_one_meaning(side["number"], text, argument)
     return sides
 
 
@@ -375,7 +393,7 @@ def texts_of(cells: AnyArray) -> AnyArray:
 
 def _entry(text: str) -> str:
     """Return a text as an entry of a list, which :func:`entries_of` reads."""
-    if "," not in text:
+    if not {",", '"'} & {*text}:
         return text
     doubled = text.replace('"', '""')
     return f'"{doubled}"'
