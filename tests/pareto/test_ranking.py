@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi import TestTable, rank_of_efficiency
+from pymoo_psi import TestTable, explain, rank_of_efficiency, read_table
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.exact import best_rows
@@ -129,3 +129,15 @@ def test_large_sets_are_those_of_comparing_all_pairs(m, kind):
     rows = rng.integers(0, 200, 100_000)
     best = np.array(best_rows(designs))
     np.testing.assert_array_equal(nondominated(designs[rows]), best[rows])
+
+
+@pytest.mark.parametrize("names", [["F", "opt"], ["feasible_ranking", "trades"], ["opt", "get"]])
+def test_a_frame_is_a_frame_whatever_its_columns_are_called(names):
+    values = [[1.0, 2.0], [2.0, 1.0], [3.0, 3.0]]
+    frame = pd.DataFrame(values, columns=names)
+    expected = rank_of_efficiency(values)
+    ranking = rank_of_efficiency(frame)
+    assert ranking.objectives.names == tuple(names)
+    np.testing.assert_array_equal(ranking.place, expected.place)
+    assert explain(frame).sentences == explain(frame, row=int(expected.salukvadze[0])).sentences
+    assert read_table(frame).schema.objectives == tuple(names)

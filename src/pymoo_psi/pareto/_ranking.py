@@ -230,12 +230,14 @@ class Objectives:
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-        if hasattr(F, "F") and hasattr(F, "opt"):
-            F = _objectives_of_result(F)
         names: tuple[Any, ...] = ()
         labels = None
-        if hasattr(F, "set_index"):  # a frame: pandas, whose import takes half a second, is there
+        # A frame comes first, as its columns may be called F and opt. The import of pandas for a
+        # test of the type takes half a second.
+        if hasattr(F, "set_index"):
             names, labels, F = tuple(F.columns), F.index, _numbers(F)
+        elif hasattr(F, "F") and hasattr(F, "opt"):
+            F = _objectives_of_result(F)
         values = objective_matrix("F", F).copy()
         n, m = values.shape
         names = names or tuple(f"f{j + 1}" for j in range(m))
@@ -318,7 +320,7 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
 
 def is_table(F: Any) -> bool:
     """Whether F is a test table, which ranks its designs itself."""
-    return hasattr(F, "feasible_ranking")
+    return hasattr(type(F), "feasible_ranking")  # a frame may have such a column
 
 
 def _objectives_of_result(result: Any) -> Any:
