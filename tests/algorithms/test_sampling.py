@@ -65,6 +65,7 @@ MANY, TWO = get_problem("zdt1", n_var=60), get_problem("bnh")
 @pytest.mark.parametrize(
     ("call", "message"),
     [
+        (lambda: investigate(TWO, 8, sampling="lhs", share=(1, 2)), "seed must be given for randomised points in a study or a share"),
         (lambda: investigate(TWO, 8, sampling="lhs", seed=1, more=True, study="s.db"), "more must be used with a sequence that can be continued"),
         (lambda: QMCSampling("soboll"), "got 'soboll'; did you mean 'sobol'"),
         (lambda: LPTauSampling().do(MANY, 10), "at most 51 for LPτ, got 60; use QMCSampling"),

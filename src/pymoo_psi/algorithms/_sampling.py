@@ -90,7 +90,7 @@ class UniformSampling(Sampling):
             return text
         if seed is None:
             remedy = "without one the points cannot be repeated"
-            raise invalid("seed", "given for a study of randomised points", seed, remedy)
+            raise invalid("seed", "given for randomised points in a study or a share", seed, remedy)
         return f"{text}, seed {seed}"
 
     def _name(self) -> str:

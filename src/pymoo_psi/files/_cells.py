@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import compress
@@ -69,6 +69,12 @@ _DATE_OR_TIME = re.compile(
 )
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
+# Names of rows that hold sums of others.
+_SUM = re.compile(
+    r"\W*(?:(?:(?:grand|sub)[ -]?)?totals?|sums?|(?:gesamt|zwischen)?summe|(?:ins)?gesamt"
+    r"|totale|totaal|somme|suma|soma|Σ|∑)\W*",
+    re.IGNORECASE,
+)
 
 
 class UnfitError(ArgumentValueError):
@@ -479,23 +485,45 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
 # A row that is the sum of others
 
 
-def require_designs(cells: Cells, columns: Iterable[TextColumn]) -> None:
-    """Refuse a last row that is the sum of all others in two columns of numbers or more.
+def require_designs(
+    columns: Mapping[str, TextColumn], labels: Collection[str | None], cells: Cells
+) -> None:
+    """Refuse a row that is named as a sum, and a last one that is the sum of three or more.
 
     Args:
+        columns: The columns.
+        labels: Those that name designs; the first one of texts may name them as well.
         cells: The cells.
-        columns: Those that may hold numbers of designs.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
-    numbers = [column.numbers for column in columns if column.numbers is not None]
+    numbers = []
+    texts = []
+    for name, column in columns.items():
+        if column.numbers is None:
+            texts.append(name)
+        elif name not in labels:
+            numbers.append(column.numbers)
+        if name in labels or texts == [name]:
+            _require_no_sum(column.cells, cells)
     last = len(cells.rows) - 1
     if len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
-            f"leave it out by skip_rows=[{cells.line_of(last)}]",
+            f"leave it out by skip_rows=[{cells.line_of(last)}], or put it above another row if it "
+            "is a design",
         )
+
+
+def _require_no_sum(names: Sequence[Any], cells: Cells) -> None:
+    """Refuse a name such as Total."""
+    for row, name in enumerate(names):
+        if isinstance(name, str) and _SUM.fullmatch(name[:_LONGEST]):
+            raise UnfitError(
+                f"{cells.where(row)} is named {name.strip()!r}, as a sum of others",
+                f"leave it out by skip_rows=[{cells.line_of(row)}], or rename it if it is a design",
+            )
 
 
 def _ends_with_sum(numbers: Array) -> bool:

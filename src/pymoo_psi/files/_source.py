@@ -141,9 +141,9 @@ def read_table(
 
     Raises:
         OSError: The file cannot be opened.
-        ArgumentValueError: The source is not a table of named columns with at least one design, its
-            last row is the sum of all others, a required column cannot be read, or the formulation
-            does not fit.
+        ArgumentValueError: The source is not a table of named columns with at least one design, a
+            row is named as a sum such as Total, its last row is the sum of all others, a required
+            column cannot be read, or the formulation does not fit.
         StudyError: The file is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
 
@@ -464,7 +464,7 @@ def _table(
     labels.add(label)
     if label == TEST:
         labels.add(RUN)
-    require_designs(cells, [column for name, column in columns.items() if name not in labels])
+    require_designs(columns, labels, cells)
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
