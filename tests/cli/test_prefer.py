@@ -31,7 +31,7 @@ def cars(in_folder):
 def test_answers_without_a_dialogue_are_those_of_python(said):
     answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "A>B?Town"]
     printed = said("prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json")
-    assert "you give up 9 k€ of price and 300 kg of mass for 210 of range." in printed
+    assert "you give up 9.0 k€ of price and 300 kg of mass for 210 of range." in printed
     decision = Decision.read_json("d.json")
     table = read_table("cars.csv", decision)
     person = Preferences(table)
