@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -14,7 +15,9 @@ from pymoo.core.mixed import (
     MixedVariableSampling,
 )
 from pymoo.core.population import Population
+from pymoo.core.repair import NoRepair
 from pymoo.core.result import Result
+from pymoo.core.sampling import Sampling
 from pymoo.operators.crossover.ox import OrderCrossover
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.crossover.ux import UX
@@ -39,8 +42,11 @@ from pymoo_psi.problems import (
     require_no_permutation,
     require_problem,
     seed_ties,
+    untolerant,
     with_requirements,
 )
+
+_Convert = Callable[[Any], Any]
 
 
 def nsga3(
@@ -56,8 +62,9 @@ def nsga3(
 
     The run uses exactly ``n_evaluations`` designs. Designs that violate the problem's
     ``requirements`` are not evaluated. Variables in its ``log`` are searched on a logarithmic
-    scale. The population has about 1.5 sqrt(n_evaluations) designs, so that a larger budget gives
-    both more designs and more generations; the last generation is cut to the budget. Integer,
+    scale: crossover, mutation and samplings of pymoo work on their logarithms, everything else on
+    their values. The population has about 1.5 sqrt(n_evaluations) designs, so that a larger budget
+    gives both more designs and more generations; the last generation is cut to the budget. Integer,
     binary and mixed variables use the operators that pymoo recommends; permutations, of a problem
     with ``permutation = True`` or by ``sampling=PermutationRandomSampling()``, stay permutations.
 
@@ -96,10 +103,6 @@ def nsga3(
     if "sampling" not in kwargs and not getattr(problem, "permutation", False):
         require_no_permutation(problem)
     problem = with_requirements(problem)
-    kinds = [variable.kind for variable in design_space(problem).variables]
-    scaled = Kind.LOG in kinds
-    if scaled:
-        problem = LogScaled(problem)
     budget = integer("n_evaluations", n_evaluations, minimum=1)
     require_known_keywords("nsga3", NSGA3, kwargs)
     if problem.n_obj < 2:
@@ -114,20 +117,58 @@ def nsga3(
     # pymoo's default termination could end the run before the budget is used up
     kwargs.setdefault("termination", ("n_eval", budget))
     algorithm = NSGA3(seed=seed, **kwargs)
-    result = run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
-    if scaled:
-        _undo_logarithms(result, problem)
-    return result
+    if Kind.LOG in [variable.kind for variable in design_space(problem).variables]:
+        _vary_logarithms(algorithm, problem)
+    return run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
 
 
-def _undo_logarithms(result: Result, scaled: LogScaled) -> None:
-    """Replace the logarithms in a result by the values of the variables."""
-    optimum = scaled.original(result.opt.get("X"))
-    result.pop.set("X", scaled.original(result.pop.get("X")))
-    result.opt.set("X", optimum)  # the population has these individuals, too
-    result.problem = scaled.wrapped
-    if result.X is not None:
-        result.X = result.opt.get("X")
+class _Converted:
+    """An operator of pymoo for another problem, whose designs are converted.
+
+    Args:
+        operator: The operator, which takes a problem and a population, or a number of designs.
+        problem: The problem that it is for.
+        before: Converts designs for it.
+        after: Converts designs that it returns.
+    """
+
+    def __init__(self, operator: Any, problem: Any, before: _Convert, after: _Convert) -> None:
+        self._operator = operator
+        self._problem = problem
+        self._before = before
+        self._after = after
+
+    def __call__(self, _: Any, given: Any, *args: Any, **kwargs: Any) -> Population:
+        """Return the population that the operator returns, converted."""
+        if isinstance(given, Population):
+            copies = [individual.copy(deep=False) for individual in given]
+            given = _converted(Population.create(*copies), self._before)
+        returned = self._operator(self._problem, given, *args, **kwargs)
+        return _converted(returned, self._after)
+
+    do = __call__
+
+
+def _converted(population: Population, convert: _Convert) -> Population:
+    if len(population) > 0:
+        population.set("X", convert(population.get("X")))
+    return population
+
+
+def _vary_logarithms(algorithm: Any, problem: Any) -> None:
+    """Make an algorithm vary the logarithms of variables, and pymoo's samplings fill them.
+
+    Everything else has the values themselves: populations, repairs, starts and samplings of users.
+    """
+    scaled = LogScaled(untolerant(problem))  # only its variables are used
+    mating = algorithm.mating
+    if not isinstance(mating.repair, NoRepair):
+        mating.repair = _Converted(mating.repair, problem, scaled.original, scaled.scaled)
+    algorithm.mating = _Converted(mating, scaled, scaled.scaled, scaled.original)
+    first = algorithm.initialization
+    is_pymoos = type(first.sampling).__module__.startswith("pymoo.")
+    if is_pymoos and isinstance(first.sampling, Sampling):
+        first.sampling = _Converted(first.sampling, scaled, scaled.scaled, scaled.original)
 
 
 def operators(problem: Any, sampling: Any = None) -> Values:

@@ -50,12 +50,15 @@ class Transformed(WrappedProblem):
 
     def original(self, X: Any) -> Any:
         """Return designs, or one, as the wrapped problem takes them."""
-        if isinstance(X, Mapping) or (not self.space.named and np.ndim(X) == 1):
+        if self._is_single(X):
             return self.original([X])[0]
         matrix = self._values_within(self.space.to_matrix(X))
         return self._space_within.designs(matrix)
 
     designs_within = original
+
+    def _is_single(self, X: Any) -> bool:
+        return isinstance(X, Mapping) or (not self.space.named and np.ndim(X) == 1)
 
     def _values_within(self, matrix: AnyArray) -> AnyArray:
         """Return the wrapped problem's values of variables for a matrix of values here."""
@@ -84,8 +87,8 @@ class LogScaled(Transformed):
         >>> import numpy as np
         >>> wide = FunctionalProblem(1, [lambda x: x[0], lambda x: 1 / x[0]], xl=1e-5, xu=1e5)
         >>> problem = LogScaled(wide, ["x1"])
-        >>> problem.bounds(), problem.original(np.array([[2.0]]))
-        ((array([-5.]), array([5.])), array([[100.]]))
+        >>> problem.bounds(), problem.original(np.array([[2.0]])), problem.scaled(np.array([10.0]))
+        ((array([-5.]), array([5.])), array([[100.]]), array([1.]))
     """
 
     def __init__(self, problem: Any, log: Collection[str] | None = None) -> None:
@@ -103,6 +106,21 @@ class LogScaled(Transformed):
         self.logarithms: list[str] = [variable.title for variable in self._log.values()]
         self.log: Collection[str] = ()  # for other wrappers, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
+
+    def scaled(self, X: Any) -> Any:
+        """Return designs of the wrapped problem, or one, as they are here.
+
+        It is the inverse of :meth:`original` within the bounds; a value outside becomes the nearest
+        bound.
+        """
+        if self._is_single(X):
+            return self.scaled([X])[0]
+        matrix = self._space_within.to_matrix(X)
+        matrix = matrix.astype(np.result_type(matrix, np.float64))
+        for j, variable in self._log.items():
+            values = matrix[:, j].astype(np.float64)
+            matrix[:, j] = np.log10(np.clip(values, variable.lower, variable.upper))
+        return self.space.designs(matrix)
 
     def _values_within(self, matrix: AnyArray) -> AnyArray:
         matrix = matrix.astype(np.result_type(matrix, np.float64))
