@@ -1,5 +1,8 @@
 """``pymoo-psi reproduce`` and ``compare``: what they write is the library's."""
 
+import shlex
+import sys
+
 import pandas as pd
 import pytest
 from pymoo.problems import get_problem
@@ -38,6 +41,35 @@ def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, words, ou
     assert (code, printed) == (130, "")
     kept = f"finished runs are kept in {out}; the same command continues"
     assert err.splitlines()[-1] == f"pymoo-psi: interrupted; {kept}"
+
+
+def test_a_program_with_a_logarithmic_variable_is_compared(said, tmp_path):
+    program = """
+from pathlib import Path
+x = float(Path("in.txt").read_text())
+print(x + 0.5 / x)
+"""
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (folder / "model.py").write_text(program)
+    (folder / "in.txt").write_text("{x}")
+    settings = rf"""
+[variables]
+x = {{bounds = [0.1, 10], scale = "log"}}
+[program]
+command = "{shlex.quote(sys.executable)} model.py"
+template = "model"
+files = ["in.txt"]
+[outputs]
+cost = {{file = "stdout.txt", pattern = '(\S+)'}}
+weight = {{expression = "x"}}
+[objectives]
+minimize = ["cost", "weight"]
+"""
+    (tmp_path / "bar.toml").write_text(settings)
+    said("compare", "bar.toml", "--evaluations", 8, "--seeds", 1, "--out", "out")
+    algorithms = pd.read_csv(tmp_path / "out" / "runs.csv")["algorithm"]
+    assert "psi+nsga3" in set(algorithms)
 
 
 def test_small_probabilities_of_tests_are_not_zero(said, tmp_path):

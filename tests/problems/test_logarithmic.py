@@ -3,17 +3,23 @@
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.callback import Callback
+from pymoo.core.population import Population
 from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.repair import Repair
+from pymoo.core.sampling import Sampling
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
     PSI,
+    FailureTolerant,
     LogScaled,
     QMCSampling,
     Restricted,
     SurrogatePSI,
     TestTable,
+    compare,
     investigate,
     nsga3,
 )
@@ -67,6 +73,77 @@ def test_every_search_is_that_of_the_logarithms(search):
     found, plain = search(Wide()), search(Plain())
     np.testing.assert_allclose(exponents(found.X), plain.X.astype(float), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found.F, plain.F, rtol=1e-9, atol=1e-9)
+
+
+START = np.array([[10.0, 0.5], [100.0, 0.7], [5e-4, 0.1], [500.0, 1.5]])
+
+
+class Given(Sampling):
+    def _do(self, problem, n_samples, **kwargs):
+        return START
+
+
+class Observed(FailureTolerant):
+    """A problem that keeps its designs, here within a wrapper that the user has made."""
+
+    def __init__(self):
+        super().__init__(Wide())
+        self.designs = []
+
+    def do(self, X, *args, **kwargs):
+        self.designs += [x.tolist() for x in X]
+        return super().do(X, *args, **kwargs)
+
+
+@pytest.mark.parametrize("sampling", [START, Population.new(X=START), Given()])
+def test_a_start_has_values(sampling):
+    problem = Observed()
+    nsga3(problem, 60, seed=1, sampling=sampling)
+    assert problem.designs[:4] == START.tolist()
+    assert len(problem.designs) == 60
+    assert not np.isnan(problem.designs).any()
+
+
+def test_an_evaluated_start_is_that_of_the_logarithms():
+    fronts = []
+    for problem in (Wide(), Plain()):
+        start = minimize(problem, PSI(64)).opt
+        fronts.append(nsga3(problem, 200, seed=1, sampling=start).F)
+    assert len(fronts[0]) > 10
+    np.testing.assert_allclose(*fronts, rtol=1e-9, atol=1e-9)
+
+
+def test_history_callbacks_and_repairs_have_values():
+    class AtMost(Repair):
+        def _do(self, problem, X, **kwargs):
+            return np.column_stack([np.minimum(X[:, 0], 50.0), X[:, 1]])
+
+    class Kept(Callback):
+        def notify(self, algorithm):
+            self.data.setdefault("X", []).append(algorithm.pop.get("X").copy())
+
+    kept = Kept()
+    found = nsga3(Wide(), 100, seed=1, repair=AtMost(), callback=kept, save_history=True)
+    for algorithm, X in zip(found.history, kept.data["X"], strict=True):
+        np.testing.assert_array_equal(algorithm.pop.get("X"), X)
+    np.testing.assert_array_equal(kept.data["X"][-1], found.pop.get("X"))
+    areas = np.vstack(kept.data["X"])[:, 0]
+    assert areas.min() >= 1e-4
+    assert areas.max() == 50.0
+
+
+def test_scaled_is_the_inverse_of_original():
+    problem = LogScaled(Wide())
+    np.testing.assert_allclose(problem.scaled(START[0]), [1.0, 0.5])
+    np.testing.assert_allclose(problem.original(problem.scaled(START)), START)
+    np.testing.assert_array_equal(problem.scaled(np.array([[0.0, 0.5]])), [[-4.0, 0.5]])
+
+
+def test_logarithmic_problems_are_compared():
+    result = compare(Wide(), n_evaluations=32, seeds=2, progress=False)
+    plain = compare(Plain(), n_evaluations=32, seeds=2, progress=False)
+    for run, expected in zip(result.runs, plain.runs, strict=True):
+        np.testing.assert_allclose(run.F, expected.F, rtol=1e-6, atol=1e-6)
 
 
 def test_requirements_hold_for_the_values_of_logarithmic_variables():
