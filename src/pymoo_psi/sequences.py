@@ -54,7 +54,8 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
     Args:
         n_points: Number of points, 0 or more; it need not be a power of two.
         n_dim: Their dimension, 1 to 51.
-        first: Number of the first point, from 1 (the origin).
+        first: Number of the first point, from 1 (the origin); the last point of the sequence has
+            the number 2^52.
 
     Returns:
         ``(n_points, n_dim)`` array in [0, 1).
@@ -82,6 +83,9 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
         )
     start = first - 1
     stop = start + n_points
+    if stop > 1 << _BITS:
+        rule = f"at most 2^{_BITS}, the length of LPτ"
+        raise invalid("the number of the last point", rule, stop)
     directions = _directions()[:n_dim]
     # Within an aligned block of 2^low_bits indices the bits above low_bits do not change: about as
     # many blocks as each has indices are two small tables, whose combinations are the points.
