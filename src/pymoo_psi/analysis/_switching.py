@@ -276,18 +276,23 @@ def switching_sentences(table: TestTable) -> list[str]:
 
 def change_text(table: TestTable, row: Mapping[Any, Any]) -> str:
     """Return a change of the :func:`switching_values` of a table as a part of a sentence."""
+    template = f"{row['end']} {row['direction']}"
+    limit = changed_limit(table, row)
+    other = sentence("none")
+    if row["design"]:
+        other = sentence("other", design=row["design"])
+    return sentence(template, column=row["column"], limit=limit, other=other)
+
+
+def changed_limit(table: TestTable, row: Mapping[Any, Any]) -> str:
+    """Return the value of a change of the :func:`switching_values` of a table with its unit."""
     ranking = table.feasible_ranking()
     column = row["column"]
     decimals = decimals_as_given(table.column(column)[ranking.rows[ranking.pareto]])
     # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
-    template = f"{row['end']} {row['direction']}"
-    is_up = template in ("upper looser", "lower tighter")
+    is_up = (row["end"], row["direction"]) in (("upper", "looser"), ("lower", "tighter"))
     value = number(_rounded(row["value"], is_up), 6, decimals)
-    limit = f"{value} {table.schema.units.get(column, '')}".strip()
-    other = sentence("none")
-    if row["design"]:
-        other = sentence("other", design=row["design"])
-    return sentence(template, column=column, limit=limit, other=other)
+    return f"{value} {table.schema.units.get(column, '')}".strip()
 
 
 def _rounded(value: float, is_up: bool) -> float:

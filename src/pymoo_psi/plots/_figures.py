@@ -64,7 +64,7 @@ _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
 _NAMED = 8  # designs whose lines all have names
 _PAIRS = 4  # pairs of objectives
-_ROW = 12.0  # height of a row in mm
+_ROW = 11.7  # height of a row in mm
 _LOW_ROW = 8.0  # and of one among many
 _FEW = 12  # rows of full height
 _NAME = 26  # letters of the name of a row
@@ -163,6 +163,7 @@ def plot_table(
         if {*tops} & {*schema.variables}:
             names = {f"all {len(table)}": _ALL, **names}
         name_above(figure, names)
+        figure.is_divisible = not rows
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
             sentences.append("Below, objectives against variables.")

@@ -26,6 +26,7 @@ from pymoo_psi.analysis import (
     alike,
     beyond_limits,
     change_text,
+    changed_limit,
     constraint_costs,
     convergence,
     convergence_sentence,
@@ -54,6 +55,13 @@ _REPRESENTATIVES = 5  # side by side on paper
 _DESIGNS = 30  # a sheet has room for so many
 _CHANGES = 4  # a sentence has the largest ones
 _WEIGHTED = 5  # bars
+# How a table names limits on a column.
+_LIMIT_WORDS = {
+    ("upper", "tighter"): "below",
+    ("lower", "tighter"): "above",
+    ("upper", "looser"): "up to",
+    ("lower", "looser"): "down to",
+}
 _MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not worth their time
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
 _TICKS = 1000  # places on an axis that can be told apart
@@ -255,18 +263,21 @@ class Choice:
             texts.append(f"{text[0].upper()}{text[1:]}.")
         return frame.assign(text=texts)
 
-    def new_limits(self) -> list[str]:
-        """Return what limits on objectives that have none change, in sentences."""
-        changes = self.changes[self.changes["present"].isna()]
-        is_end = changes["design"].isna()
-        texts = changes["text"][~is_end].tolist()
-        best = changes["column"][is_end].tolist()
+    def new_limits(self) -> pd.DataFrame:
+        """Return at which limits another design is proposed, and which one."""
+        rows = []
+        best = []  # objectives in which no design is better
+        for change in self.changes.to_dict("records"):
+            name = change["column"]
+            if np.isnan(change["present"]) and change["design"] is None:
+                best.append(name)
+                continue
+            word = _LIMIT_WORDS[change["end"], change["direction"]]
+            limit = changed_limit(self.table, change)
+            rows.append((f"{name} {word}", limit, change["design"] or "no design is left"))
         if best:
-            name = self.ranking.name_of(self.optimum)
-            texts.append(
-                f"{name} has the best {listed(best)} already: any stricter limit leaves no design."
-            )
-        return texts
+            rows.append((f"better {listed(best, 'or')}", "", "no design is left"))
+        return pd.DataFrame(rows, columns=["limit", "value", "new proposal"])
 
     def designs(self) -> tuple[pd.DataFrame, str]:
         """Return the designs by place, then those beyond limits, and a title."""
