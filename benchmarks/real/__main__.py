@@ -55,6 +55,14 @@ def load(name: str) -> Any:
     return FastCharging()
 
 
+def require_values(name: str, table: TestTable) -> None:
+    """Require tests with finite values, and units: what an example promises wherever it runs."""
+    evaluated = table.status != "failed"
+    assert evaluated.any(), f"{name}: every design failed: {table.reasons}"
+    assert np.isfinite(table.F[evaluated]).all(), f"{name}: an objective is not finite"
+    assert table.schema.units, f"{name}: no column has a unit"
+
+
 def front(table: TestTable, limits: dict[str, Any]) -> Any:
     """Return the objectives of the Pareto-optimal feasible designs, all minimised."""
     return table.F[table.under(limits=limits).pareto()]
@@ -85,6 +93,7 @@ def main() -> None:
         spent = time.perf_counter() - began
         each = spent / max(problem.n_evaluated - before, 1)
         print(f"  {type(algorithm).__name__}: {spent:.0f} s, {each:.2f} s a test")
+        require_values(given.example, table)
         return table
 
     first = tests(PSI(given.points))

@@ -46,11 +46,14 @@ def beam(run):
 
 
 def test_the_example_is_a_file_to_edit(said):
-    said("solve", "--new", "bracket.toml")
+    printed = " ".join(said("solve", "--new", "bracket.toml").split())
+    assert "a folder 'model' beside it: make it" in printed
     before = Path("bracket.toml").read_text("utf-8")
     said("solve", "bracket.toml", "--new", code=2)
     assert Path("bracket.toml").read_text("utf-8") == before
-    assert "model" in said("solve", "bracket.toml", "--try", code=2)  # the template is the user's
+    # The template is the user's.
+    refusal = said("solve", "bracket.toml", "--try", code=2)
+    assert "got 'model'; make it, with the files that the program needs" in refusal
     Path("model").mkdir()
     Path("model", "beam.inp").write_text("{width} {height}")
     Path("bracket.toml").write_text(before.replace("ccx -i beam", f"{sys.executable} -V"))

@@ -31,6 +31,10 @@ _NOBODY = "me"  # the name of a person who gives none
 
 def run_prefer(options: Options) -> int:
     """Ask which of two designs a person would rather have, and propose one."""
+    if options.person is not None and not options.person.strip():
+        raise invalid(
+            "--as", "the name of a person", options.person, "leave it out if there is one"
+        )
     _require_own_file(options.out, options.decision, options.file)
     if not options.answers and not sys.stdin.isatty():
         rule = "given where no terminal can be asked"

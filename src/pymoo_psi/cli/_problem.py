@@ -331,7 +331,10 @@ def write_example(name: str) -> int:
         raise invalid("--new", rule, name, "an existing file is not overwritten")
     text = files("pymoo_psi.problems").joinpath("program.toml").read_text(encoding="utf-8")
     path.write_text(text.replace("bracket", path.stem), encoding="utf-8")
-    say(f"{path} written. Edit it; then: pymoo-psi solve {shlex.quote(name)} --try")
+    say(
+        f"{path} written. Its template is a folder 'model' beside it: make it, with the files that "
+        f"your program needs. Edit {path.name}; then: pymoo-psi solve {shlex.quote(name)} --try"
+    )
     return 0
 
 

@@ -269,7 +269,8 @@ class ProgramProblem(ElementwiseProblem):
         template = self._template
         if program.template:
             if not template.is_dir():
-                raise invalid("template", f"a folder in {self.base}", program.template)
+                remedy = "make it, with the files that the program needs; or leave template out"
+                raise invalid("template", f"a folder in {self.base}", program.template, remedy)
             if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
                 raise invalid("folder", "outside of the template, which is copied", program.folder)
         word = shlex.split(program.command)[0]
@@ -280,7 +281,8 @@ class ProgramProblem(ElementwiseProblem):
         read = {os.path.normpath(output.file) for output in self._read_files}
         for file in program.files:
             if not program.template or not (template / file).is_file():
-                raise invalid("files", "files in the folder of the template", file)
+                remedy = "put it there, or leave it out of files"
+                raise invalid("files", "files in the folder of the template", file, remedy)
             if os.path.normpath(file) in read:
                 remedy = "let the command copy the input, so that no value of it is an output"
                 raise invalid("files", "inputs, and none of them an output", file, remedy)
