@@ -965,6 +965,13 @@ OVERLAPS = """(charts) => charts.map(({names}) => names.filter((a, k) => names.s
     a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)).length)"""
 
 
+# Names without a line to their point that are nearer to another one.
+STRAY = """(charts) => charts.map(({names, spot}) => names.filter(({row, x, y, width, height, tie}) => {
+    const away = (other) => { const [u, v] = spot(other)
+        return Math.hypot(Math.max(x - u, 0, u - x - width), Math.max(y - v, 0, v - y - height)) }
+    return !tie.length && [...decisionPage.ranking.front].some((other) => away(other) < away(row)) }).length)"""
+
+
 @pytest.mark.parametrize("n", [480, *rarely(12, 6000)])
 def test_every_design_is_drawn(show, n):
     """What lies beyond an axis, or has no value in it, is counted on the chart."""
@@ -995,9 +1002,15 @@ def test_names_never_cover_one_another(show, width):
         assert width != 1440 or box["y"] + box["height"] <= WINDOW["height"], part
     reader.set(chosen="design number 3", pins=["design number 5"])
     assert reader.page.evaluate(f"({OVERLAPS})(decisionPage.plots)") == [0] * 2
-    marks = {3, 5, reader.ask("D.ranking.best[0]")}
+    marks = {
+        3,
+        5,
+        reader.ask("D.ranking.best[0]"),
+        *reader.ask("D.verdict.steps.map((s) => s.row)"),
+    }
     for rows in reader.ask("D.plots.map((chart) => chart.names.map((name) => name.row))"):
         assert marks <= set(rows)
+    assert reader.page.evaluate(f"({STRAY})(decisionPage.plots)") == [0] * 2
 
 
 def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):

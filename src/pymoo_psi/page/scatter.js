@@ -3,7 +3,7 @@
 
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
-const MOST_OBSTACLES = 100 // points that names without a mark keep away from
+const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.5, -0.5, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
 const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
 // The columns of both plots, across and up.
@@ -231,6 +231,7 @@ function scatter(section, place, name) {
       const obstacles = wanted.includes(row) ? [[...taken, ...lines], taken, names] : [[...taken, ...lines]]
       let name
       for (const boxes of obstacles) name ??= places.get(row).find((one) => isFree(one, boxes) && fits(one))
+      if (wanted.includes(row)) name ??= places.get(row).find((one) => one.tie.length && isFree(one, names))
       if (!name) continue
       names.push(name)
       ties.push(...name.tie)
