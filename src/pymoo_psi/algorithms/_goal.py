@@ -218,7 +218,7 @@ class Observations:
             those nearest to tests outside the bounds.
         Z: ``(n, e)`` the tests as surrogates see them.
         Y: ``(n, q)`` the outputs that a goal needs.
-        is_eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite
+        is_eligible: ``(n,)`` whether a test keeps all constraints, limits and bounds, with finite
             objectives.
         has_failed: ``(n,)`` whether the model ran but returned no outputs.
         is_known: ``(n,)`` whether there are outputs: the model ran, and the test has not failed.
@@ -261,7 +261,7 @@ class Observations:
             space.points(tested.X),
             encoded(space, space.places(tested.X)),
             np.column_stack(columns),
-            table.feasible(),
+            table.feasible() & space.are_near(tested.X),
             has_failed,
             is_known,
             n_uniform,
