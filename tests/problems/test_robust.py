@@ -173,6 +173,7 @@ CHUTE = SphereChute()
         (Linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:1"}, ValueError, "statistics must be"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:0.0"}, ValueError, "statistics must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": ["mean"]}, ValueError, "statistics must be one for all or each of 4 objectives"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
         (CHUTE, {"uncertainty": {"mu": stats.norm(0.4, 0.01)}}, TypeError, "problem must be a function of mu that returns a pymoo problem"),

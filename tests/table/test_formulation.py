@@ -537,3 +537,10 @@ def test_limits_as_they_are_written_can_be_typed():
 def test_a_wrong_expression_is_refused_also_without_objectives():
     table = TestTable.of([1, 2], [[0.1], [0.5]], np.zeros((2, 0)), outputs={"heat": [1, 2]})
     refused("must be one of 'heat', 'x1', got 'head'", table.under, computed={"loss": "head + 1"})
+
+
+def test_a_reason_without_a_choice_is_kept():
+    other = Decision(chosen="A", reason="cheap")
+    assert Decision(reason="x").combine_first(Decision()).reason == "x"
+    assert Decision(reason="x").combine_first(other).to_dict() == {"chosen": "A", "reason": "x"}
+    assert Decision().combine_first(other) == other

@@ -276,7 +276,7 @@ def _share(statistic: str) -> float:
         return 1.0
     if statistic == "worst":
         return 0.0
-    if not re.fullmatch(r"cvar:0?\.\d+", statistic):
+    if not re.fullmatch(r"cvar:0?\.\d*[1-9]\d*", statistic):
         raise invalid("statistics", "'mean', 'worst' or 'cvar:q' with 0 < q < 1", statistic)
     return 1 - float(statistic.removeprefix("cvar:"))
 

@@ -93,8 +93,8 @@ class Decision:
     def combine_first(self, other: Decision) -> Decision:
         """Return it with what it leaves open as another one has it.
 
-        Without a chosen design it takes the other choice and its reason, without positions or a
-        decision of a group those of the other; its formulation as in
+        Without a chosen design it takes the other choice and, unless it has a reason, the other
+        reason; without positions or a decision of a group those of the other; its formulation as in
         :meth:`Formulation.combine_first`.
 
         Example:
@@ -107,7 +107,7 @@ class Decision:
             "decided": self.decided or other.decided,
         }
         if self.chosen is None:
-            changes |= {"chosen": other.chosen, "reason": other.reason}
+            changes |= {"chosen": other.chosen, "reason": self.reason or other.reason}
         return replace(self, **changes)
 
     def to_dict(self) -> Values:

@@ -489,6 +489,9 @@ class TestTable(View, Shown):
             (array([3, 1]), array([2, 3]))
         """
         rows = np.asarray(selection)
+        if rows.dtype == np.bool_ and rows.size != len(self):  # numpy takes an empty mask
+            received = Received(f"a mask of {rows.size} for {counted(len(self), 'row')}")
+            raise invalid("selection", "a mask or indices of rows", received)
         if rows.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
             rows = rows.astype(np.intp)
         try:
