@@ -146,6 +146,8 @@ FILES = {
     "a sum left out": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {"skip_rows": [5]}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
     "a sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,9\n", {}, "line 5. is the sum of all others;"),
     "a sum of deviations": ("mass,cost,dev\n1,2,.3\n2,1,-.1\n3,1,-.2\n6,4,0\n", {}, r"row 4 \(line 5\) is the sum of all others"),
+    "a sum of two without a name": ("m,a,b\nA,1,4\nB,2,3\n,3,7\n", {}, "line 4. is the sum of all others"),
+    "a sum of two without a number": ("nr,a,b\n1,1,4\n2,2,3\n,3,7\n", {}, "line 4. is the sum of all others"),
     "no sum of two": ("a,b\n1,4\n2,3\n3,7\n", {}, {"a": [1, 2, 3], "b": [4, 3, 7]}),
     "no sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,8\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 8]}),
     # Titles, units, comments, headers

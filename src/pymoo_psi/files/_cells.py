@@ -488,7 +488,9 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
 def require_designs(
     columns: Mapping[str, TextColumn], labels: Collection[str | None], cells: Cells
 ) -> None:
-    """Refuse a row that is named as a sum, and a last one that is the sum of three or more.
+    """Refuse a row that is named as a sum, and a last one that is the sum of all others.
+
+    The sum of two may be a design that has a name.
 
     Args:
         columns: The columns.
@@ -500,6 +502,7 @@ def require_designs(
     """
     numbers = []
     texts = []
+    fewest = 3
     for name, column in columns.items():
         if column.numbers is None:
             texts.append(name)
@@ -507,8 +510,10 @@ def require_designs(
             numbers.append(column.numbers)
         if name in labels or texts == [name]:
             _require_no_sum(column.cells, cells)
+            if is_blank(column.cells[-1]):
+                fewest = 2
     last = len(cells.rows) - 1
-    if len(numbers) > 1 and last > 2 and all(map(_ends_with_sum, numbers)):
+    if len(numbers) > 1 and last >= fewest and all(map(_ends_with_sum, numbers)):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"leave it out by skip_rows=[{cells.line_of(last)}], or put it above another row if it "
