@@ -275,12 +275,15 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
     rows = list(marked)
+    word = "marked"
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
         best = ranking.by_place[: ranking.pareto.sum()]
         start = best[0]
         if marked and marked[0] in ranking.rows:
             start = np.flatnonzero(ranking.rows == marked[0])[0]
+        if not marked or start in ranking.salukvadze:
+            word = "proposed"
         steps = explain(ranking, row=int(start)).steps.rows
         rows += ranking.rows[[*steps, *best]].tolist()
     columns = {name: _column(table, name, marked) for name in names}
@@ -295,7 +298,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
     named = {row: table.names[row] for row in list(dict.fromkeys(rows))[:_NAMED]}
-    return Points(columns, groups, named, "marked" if marked else "proposed")
+    return Points(columns, groups, named, word)
 
 
 def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:

@@ -47,7 +47,7 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
 _WIDEST = 0.6  # share of the width of axes that the longest name in them may take
-_REACHES = (5.0, 12.0, 20.0)  # points from a point to its name
+_REACHES = (6.0, 12.0, 20.0)  # points from a point to its name
 _AWAY = 4.5  # points from the end of a line to its name
 _LEVELS = 3  # lines of names above and below lines
 _SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
@@ -250,7 +250,7 @@ def pair_panels(
 ) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
     """Yield a figure and a panel for each pair of columns, with their names across and upwards.
 
-    On leaving, what is labelled in the first panel has a key above all.
+    On leaving, what is labelled in the first panel has a key above all, or in a free place.
     """
     n = len(pairs)
     n_columns = 1
@@ -265,7 +265,10 @@ def pair_panels(
         figure.is_divisible = True
         yield figure, [(ax, *pair) for ax, pair in zip(axes, pairs, strict=True)]
         key = axes[0].get_legend_handles_labels()
-        figure.legend(*key, loc="outside upper left", ncols=3)
+        if n_columns == 2 and n % 2:  # in the free place
+            figure.legend(*key, loc="center", bbox_to_anchor=(0.76, 0.25))
+        else:
+            figure.legend(*key, loc="outside upper left", ncols=3)
 
 
 def name_axis(

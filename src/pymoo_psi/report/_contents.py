@@ -520,10 +520,16 @@ def grid(frame: pd.DataFrame) -> list[list[tuple[str, str]]]:
     return [list(zip(row, classes, strict=True)) for row in rows]
 
 
-def image(figure: plots.Drawing) -> str:
+def image(figure: plots.Drawing, width: float | None = None) -> str:
     """Return a figure as the address of an image that holds it.
 
     Nothing drawn in an image can reach the rest of the document.
+
+    Args:
+        figure: The figure.
+        width: Its width from now on in mm; by default that which it has.
     """
+    if width is not None:
+        figure.resize(width)
     data = b64encode(plots.svg_of(figure, _DPI).encode("utf-8")).decode("ascii")
     return f"data:image/svg+xml;base64,{data}"
