@@ -150,10 +150,11 @@ const axes = (() => {
     const [a, b] = ends.map((end) => valueText(column, end))
     const [first, second] = [a, b].map((text) => g.measureText(text).width)
     const [from, to] = ends.map(x)
-    const both = first + 8 + second
-    const start = min(max(0, min(from, to - both)), size.width - both)
+    const isPair = a !== b && !(hasBest && isObjective(column))
+    const both = isPair ? first + 8 + second : first
+    const start = min(max(0, isPair ? min(from, to - both) : from), size.width - both)
     const parts = [[a, start, first]]
-    if (a !== b && !(hasBest && isObjective(column))) parts.push([b, max(start + both - second, min(to, size.width) - second), second])
+    if (isPair) parts.push([b, max(start + both - second, min(to, size.width) - second), second])
     for (const [text, place, width] of parts) {
       const isAbove = isCrossed(lane, 0, place, place + width) && !isCrossed(lane, 1, place, place + width)
       const height = isAbove ? y - 17 : y + 18

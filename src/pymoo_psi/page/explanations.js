@@ -148,7 +148,8 @@ function behindText(data, ranking, row) {
   const {frame} = ranking
   const behind = data.F.map((column, j) => column[row] - frame.low[j])
   const shares = behind.map((value, j) => shareOf(value, frame.lengths[j]))
-  const [j] = bySize(shares)
+  const j = bySize(shares).find((k) => behind[k] > 0)
+  if (j === undefined) return "–"
   const column = data.objectives[j]
   return `${isWithin(shares[j]) ? percent(shares[j]) : amount(column, behind[j], ranking)} in ${column.name}`
 }

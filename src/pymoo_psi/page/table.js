@@ -16,7 +16,7 @@ const table = (() => {
   const ended = (name) => name.match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", part))
   const columnOf = (column, text, kind) => ({text, kind, width: length(column), order: {by: "column", name: column.name}, cell: (row) => cellText(column, row)})
   const columns = [
-    {text: "place", width: 9, order: {by: "distance"}, cell: (row) => placed(row).replace("place ", ""), kind: ".place"},
+    {text: "place", width: 9, order: {by: "distance"}, cell: (row) => placed(row).replace(/^place | the limits$/, ""), kind: ".place"},
     {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ".label"},
     ...limitable.map((column) => columnOf(column, column.label, column.texts ? "" : ".number")),
     {text: "most behind the best", width: 7 + longest(data.objectives.map(({name}) => name)), cell: (row) => behindText(data, ranking, row), kind: ".number.hint"},
