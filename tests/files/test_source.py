@@ -345,6 +345,14 @@ def test_designs_are_called_by_their_labels_or_rows(read):
         assert table.names == ["design 1", "design 2"]
 
 
+def test_a_repeated_name_is_no_name_and_a_remark_says_so(read):
+    table = read("car,price,range\nA,1,9\nB,2,7\nC,3,5\nB,4,3\n")
+    assert table.names[:2] == ["row 1", "row 2"]
+    assert any("'B' occurs 2 times in car" in remark for remark in table.remarks)
+    of_materials = read("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,4,3\n")
+    assert not any("occurs" in remark for remark in of_materials.remarks)
+
+
 def test_only_columns_that_are_needed_must_be_readable(read):
     text = "a;b;c;steel\n1;2;1.250;1.4301a\n2;1;980;1.4301b\n"
     asked = Formulation(["a", "ratio"], computed={"ratio": "a / b"}, limits={"b": 1.5})

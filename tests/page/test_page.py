@@ -202,3 +202,8 @@ def test_short_numbers_are_written_as_in_the_file():
     frame = pd.DataFrame({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, third, 100]})
     sent = payload_of(decision_page(read_table(frame, Formulation(["a", "b"]), variables=["c"])))
     assert [one["notation"]["decimals"] for one in sent["columns"][:3]] == [1, 2, 1]
+
+
+def test_a_path_is_no_formulation_of_a_page():
+    frame = pd.DataFrame({"a": [1.0, 2.0], "b": [2.0, 1.0]})
+    refused("formulation .* got 'r.html'; .*save", decision_page, frame, "r.html")

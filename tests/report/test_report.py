@@ -512,3 +512,13 @@ def test_a_weight_on_what_is_no_objective_does_not_count():
     )
     assert "The weights of Ann for seats do not count" in text
     assert text.startswith(other)
+
+
+def test_a_report_opens_what_a_page_opens(tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text("car,price,range\nA,1,9\nB,2,5\nB,4,\n")
+    report = decision_report(path)
+    assert str(report) == str(decision_report(read_table(path, drop_incomplete=True)))
+    assert "'B' occurs 2 times in car" in Reader(report).text
+    with pytest.raises(OSError, match="No such file"):
+        decision_report(tmp_path / "k.db")

@@ -371,14 +371,34 @@ def _label(columns: Mapping[str, TextColumn]) -> str | None:
     """
     labels = {name.strip().lower(): name for name in columns}
     best = min(labels.keys() & {*_LABELS}, key=_LABELS.index, default="")
-    others = [column for name, column in columns.items() if name.strip().lower() not in _LABELS]
-    if best not in _NAMING and others:
-        column = others[0]
-        if column.numbers is None and not column.problem:
-            texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
-            if len(texts) == len(column.cells):
-                return column.name
+    name, texts = _first_texts(columns)
+    if best not in _NAMING and texts and len(texts) == texts.total():
+        return name
     return labels.get(best)
+
+
+def _first_texts(columns: Mapping[str, TextColumn]) -> tuple[str, Counter[str]]:
+    """Return the first column that does not number rows, and how often it has each text.
+
+    There are none if it has other cells, too.
+    """
+    for name, column in columns.items():
+        if name.strip().lower() in _LABELS:
+            continue
+        is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
+        if column.numbers is None and not column.problem and all(is_text):
+            return name, Counter(column.cells)
+        break
+    return "", Counter()
+
+
+def _repeated_names(columns: Mapping[str, TextColumn]) -> list[str]:
+    """Say why designs are called by their rows, if most have a name of their own."""
+    name, texts = _first_texts(columns)
+    if 2 * len(texts) <= texts.total():
+        return []
+    text, count = texts.most_common(1)[0]
+    return [f"Designs are called by their rows, as {text!r} occurs {count} times in {name}."]
 
 
 def _is_numbering(column: TextColumn, is_only: bool) -> bool:
@@ -461,6 +481,8 @@ def _table(
             label = label or name
         elif name != label:
             labels.remove(name)
+    if label is None:
+        remarks += _repeated_names(columns)
     labels.add(label)
     if label == TEST:
         labels.add(RUN)

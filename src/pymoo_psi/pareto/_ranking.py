@@ -341,7 +341,8 @@ def _numbers(frame: Any) -> Array:
         # Nothing is converted: text, dates and objects are no numbers until the user says so.
         if getattr(dtype, "kind", "O") not in "fiub":
             received = Received(f"dtype {dtype}")
-            remedy = f"give F[[...]], the objectives; F.set_index({name!r}) names the designs"
+            named = f"F.set_index({name!r}), or read_table(F), names the designs"
+            remedy = f"give F[[...]], the objectives; {named}"
             raise wrong_type(f"column {name!r} of F", "of real numbers", received, remedy)
     return np.asarray(frame.to_numpy(dtype=np.float64, na_value=np.nan))
 

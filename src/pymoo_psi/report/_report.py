@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import plots
 from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._output import Document
-from pymoo_psi._validation import Names, Received, counted, instance, invalid
+from pymoo_psi._validation import Names, Received, counted, invalid
 from pymoo_psi.analysis import (
     confidence_sentences,
     counts_sentence,
@@ -21,6 +21,7 @@ from pymoo_psi.analysis import (
     separation_sentences,
     within_limits,
 )
+from pymoo_psi.files import read_table
 from pymoo_psi.page import existing_designs
 from pymoo_psi.pareto import EfficiencyRanking, measured_in, weights_sentence
 from pymoo_psi.report import _contents
@@ -118,7 +119,7 @@ class DecisionReport(Document):
 
 
 def decision_report(
-    table: TestTable,
+    table: Any,
     *,
     design: int | str | None = None,
     title: str = "Report on a choice",
@@ -131,8 +132,9 @@ def decision_report(
     The first page is for the decision; the others show the evidence.
 
     Args:
-        table: The tests, with names, directions and units; :func:`~pymoo_psi.read_table`
-            opens any file. The report says what each limit of its formulation costs.
+        table: The tests, with names, directions and units, or anything that
+            :func:`~pymoo_psi.read_table` opens, as for :func:`~pymoo_psi.decision_page`. The report
+            says what each limit of its formulation costs.
         design: Number or label of the chosen design, a feasible one. By default that of the table's
             decision, which also has the reason for it; if none is chosen, or it is not feasible,
             the Salukvadze optimum is proposed.
@@ -142,8 +144,9 @@ def decision_report(
         prototype: Existing designs, from any source, to compare the design with.
 
     Raises:
-        ArgumentValueError: The table has no test or no objective, or the design is not feasible.
-        ArgumentTypeError: ``table`` is not a test table.
+        ArgumentValueError: The source cannot be read, the table has no test or no objective, or the
+            design is not feasible.
+        OSError: A file cannot be opened.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
@@ -153,8 +156,9 @@ def decision_report(
         >>> "f1 at most 2</h3>" in report.html()
         True
     """
-    remedy = "PSI and investigate return one, read_table opens any file"
-    instance("table", table, TestTable, remedy)
+    if not isinstance(table, TestTable):
+        table = read_table(table, drop_incomplete=True)
+        about = (*about, *table.remarks)
     if len(table) == 0 or not table.schema.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
     eligible = table.feasible()

@@ -236,7 +236,7 @@ def decision_of(formulation: Formulation | Decision | None) -> Decision:
         return Decision()
     if isinstance(formulation, Decision):
         return formulation
-    remedy = "such as Formulation(['mass', 'cost'])"
+    remedy = "such as Formulation(['mass', 'cost']); limits have a name, as limits={'mass': 30}"
     return Decision(instance("formulation", formulation, Formulation, remedy))
 
 

@@ -43,7 +43,7 @@ _LIMIT = re.compile(
     re.DOTALL,
 )
 _TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>=]*)")
-_NOT_LISTED = re.compile(r"^$|(?:^|\s)in(?:\s|$)")  # a text that is none in column in text, text
+_IN = re.compile(r"(?:^|\s)in(?:\s|$)")  # a text with it is none of "column in text, text"
 _STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does not continue a list
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
@@ -188,13 +188,13 @@ class Limit(NamedTuple):
             ('mass<=30', '0.25<=width<=1.1250')
             >>> Limit(texts=("tin", "oak")).written("material"), Limit(upper=5.0).written("time, s")
             ('material in tin, oak', '"time, s<=5"')
-            >>> Limit(upper=0.0).written("5"), Limit(texts=("set in oak", "")).written("panel")
-            ('0>=5', 'panel=set in oak, =')
+            >>> Limit(upper=0.0).written("5"), Limit(texts=("set in oak", "tin")).written("panel")
+            ('0>=5', 'panel=set in oak, =tin')
         """
         if self.texts is not None:
             first, *others = self.texts or ("nothing",)
             entries = [f"{name} in {first}", *others]
-            if len(self.texts) == 1 or any(map(_NOT_LISTED.search, self.texts)):
+            if len(self.texts) == 1 or not first or any(map(_IN.search, self.texts)):
                 entries = [f"{name}={first}", *(f"={text}" for text in others)]
             return ", ".join(map(_entry, entries))
         is_number = re.fullmatch(NUMBER, name)  # of two numbers the first one is the limit
