@@ -45,10 +45,13 @@ function decimalsOf(column, ranking) {
   const {values} = column
   const known = ranking.decimals ??= new Map() // by name
   if (known.has(column.name)) return known.get(column.name)
-  const areAsGiven = (count) => front.every((row) => {
-    const value = values[row]
-    return !isNumber(value) || abs(value - round(value * 10 ** count) / 10 ** count) <= 1e-12 * abs(value)
-  })
+  const areAsGiven = (count) => {
+    const factor = 10 ** count
+    return front.every((row) => {
+      const value = values[row]
+      return !isNumber(value) || abs(value - round(value * factor) / factor) <= 1e-12 * abs(value)
+    })
+  }
   known.set(column.name, [0, 1, 2, 3].find(areAsGiven) ?? 0)
   return known.get(column.name)
 }

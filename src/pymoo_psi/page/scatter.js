@@ -241,8 +241,14 @@ function scatter(section, place, name) {
   const squareAround = (row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12})
   const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
   const nearestIn = ({x, y, width, height}, row) => [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
-  const away = (box, row) => hypot(nearestIn(box, row)[0] - u(row), nearestIn(box, row)[1] - v(row))
-  const isNearest = (box, points) => points.every(({row}) => row === box.row || away(box, row) > away(box, box.row) + 3)
+  const away = ({x, y, width, height}, row) => {
+    const [across, down] = [max(x - u(row), 0, u(row) - x - width), max(y - v(row), 0, v(row) - y - height)]
+    return sqrt(across * across + down * down)
+  }
+  const isNearest = (box, points) => {
+    const most = away(box, box.row) + 3
+    return points.every(({row}) => row === box.row || away(box, row) > most)
+  }
 
   // Where a name of a size may be, beside its point first, then at a distance with a line, its `tie`.
   function placesOf(row, words, width) {

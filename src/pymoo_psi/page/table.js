@@ -1,9 +1,8 @@
 // The table of designs: only the rows in view are in the document.
 
 const table = (() => {
-  const SEEN = 620 // pixels of rows, as in page.css
   const narrow = matchMedia("(max-width: 600px)") // there values are below the name
-  const rowHeight = () => (narrow.matches ? 50 : 29) // as in page.css
+  const sizes = () => (narrow.matches ? [50, 620] : [29, 470]) // pixels of a row, and of rows, as in page.css
   const box = $("table")
   const [head, body] = box.children
   let cursor = 0
@@ -56,17 +55,17 @@ const table = (() => {
     const row = order[k]
     const marks = {row: true, first: ranking.place[row] === 1, hovered: row === hoveredRow, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
     const attributes = {id: `row-${k}`, className: Object.keys(marks).filter((mark) => marks[mark]).join(" "), role: "row",
-      ariaRowIndex: k + 2, ariaSelected: marks.chosen, style: `top: ${k * rowHeight()}px`}
+      ariaRowIndex: k + 2, ariaSelected: marks.chosen, style: `top: ${k * sizes()[0]}px`}
     return make("div", attributes, columns.map(({cell, kind}, j) =>
       make(`div.cell${kind}`, {role: "gridcell"}, j === 0 && icon(LOOKS[look(row)]), j === 1 ? ended(cell(row)) : cell(row))))
   }
 
   function draw() {
     cursor = max(0, min(cursor, order.length - 1))
-    const height = rowHeight()
+    const [height, seen] = sizes()
     body.style.height = `${order.length * height}px`
     const first = max(0, min(order.length, floor(top / height)) - 2)
-    const last = min(order.length, ceil((top + SEEN) / height))
+    const last = min(order.length, ceil((top + seen) / height))
     renew(body, [...upTo(max(0, last - first))].map((k) => line(first + k)))
     box.ariaRowCount = order.length + 1
     box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
@@ -79,7 +78,7 @@ const table = (() => {
   // The cursor is kept in view.
   function go(k) {
     cursor = max(0, min(order.length - 1, k))
-    const height = rowHeight()
+    const [height] = sizes()
     const place = cursor * height
     box.scrollTop = min(place, max(top, place - box.clientHeight + head.offsetHeight + height))
     scrolled()
