@@ -560,6 +560,14 @@ def test_a_position_by_hand_keeps_its_limits(cases):
     assert found["state"]["decided"] == held.decided
 
 
+def test_a_weight_of_a_position_on_what_is_no_objective_does_not_count(cases):
+    case = cases[0]
+    position = {"name": "Ann", "weights": {case.names[0]: 2.0, "gone": 1.0}}
+    found = opened(case, positions=Decision(positions=[position]).positions)
+    assert found["remarks"] == ["Not applied, as it does not fit these designs: positions."]
+    assert found["state"]["positions"][0]["weights"] == {case.names[0]: 2.0}
+
+
 def test_positions_have_the_order_of_python(cases):
     case = cases[0]
     first, second = case.payload["names"][:2]
