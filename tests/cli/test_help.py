@@ -61,7 +61,10 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ("solve no_such_module:thing", "No module named 'no_such_module'"),
         ("solve chute --timeout 1", "evaluates one design at a time if --timeout is given"),
         ("solve chute --study pyproject.toml", "pyproject.toml"),
-        ("solve chute --limits f1<=2,5", "got 5; use <= or >=, plain numbers with a decimal point"),
+        (
+            "solve chute --limits f1<=2,5",
+            "got 5; join limits by commas; use <= or >=, plain numbers",
+        ),
         ("solve chute --objectives f1 --algorithm nsga3", "then pymoo-psi rank FILE.db"),
         ("solve chute --share 3/2 --study r", "--share must be (k, n) with k from 1 to n"),
         ("solve chute --share a/2 --study r", "'--share': 'a' is not a valid integer range."),

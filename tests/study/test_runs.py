@@ -78,9 +78,9 @@ def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
     refused("more must be used with a study", PSI, 8, more=True)
 
 
-def test_surrogates_learn_from_tests_beyond_the_bounds(study_file):
+def test_surrogates_learn_from_tests_of_wider_bounds(study_file):
     problem = get_problem("bnh")
-    minimize(problem, PSI(40, study=study_file))
+    minimize(problem, PSI(96, study=study_file))  # a quarter of them lies within the part
     part = Restricted(problem, {"x1": (0, 2.5), "x2": (0, 1.5)})
     table = minimize(part, SurrogatePSI(8, study=study_file), seed=1).algorithm.table
     assert (table["proposal_round"] > 0).all()  # no point of a sequence is needed
