@@ -142,16 +142,19 @@ function scatter(section, place, name) {
     lines = []
     columns.forEach((column, k) => drawLimits(g, column, k))
     const rejected = data.n > MOST_SHAPES ? [] : picked(data.designs, (row) => !left.mask[row] && isInside(row))
-    for (const row of rejected) drawShape(g, {shape: "dot", size: 1.8, colour: INK.field}, u(row), v(row))
+    const outside = data.n - left.count - rejected.length
+    for (const row of rejected) drawShape(g, {shape: "dot", size: 2.5, colour: INK.field}, u(row), v(row))
     const front = frontOfTwo()
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
-    renew(hint, better.length && `Better: ${better.join(" and ")}. `, front.length > 1 && "The line is their front. ", rejected.length && "Grey dots are rejected.")
+    renew(hint, better.length && `Better: ${better.join(" and ")}. `, front.length > 1 && "The line is their front. ", rejected.length && `Grey dots are rejected${outside ? `; ${exact(outside)} more are beyond the axes` : ""}.`)
+    // Between two designs there is none: the front goes by the worse values of both.
+    const corners = front.flatMap((row, k) => [[u(row), v(front[k - 1] ?? row)], [u(row), v(row)]])
     g.beginPath()
-    front.forEach((row, k) => {
-      g.lineTo(u(row), v(row))
-      const last = front[k - 1]
+    corners.forEach(([x, y], k) => {
+      g.lineTo(x, y)
+      const [lastX, lastY] = corners[k - 1] ?? [x, y]
       for (let share = 0; isFew && k && share < 1; share += 0.02) {
-        lines.push({x: u(last) + share * (u(row) - u(last)), y: v(last) + share * (v(row) - v(last)), width: 0, height: 0})
+        lines.push({x: lastX + share * (x - lastX), y: lastY + share * (y - lastY), width: 0, height: 0})
       }
     })
     Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
