@@ -147,6 +147,9 @@ FILES = {
     "a sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,9\n", {}, "line 5. is the sum of all others;"),
     "a sum of deviations": ("mass,cost,dev\n1,2,.3\n2,1,-.1\n3,1,-.2\n6,4,0\n", {}, r"row 4 \(line 5\) is the sum of all others"),
     "a sum of two without a name": ("m,a,b\nA,1,4\nB,2,3\n,3,7\n", {}, "line 4. is the sum of all others"),
+    "texts beside a number name nothing": ("id,supplier,a,b\n1,Shell,3,4\n2,Total,2,5\n3,BP,4,1\n", {}, {"a": [3, 2, 4], "b": [4, 5, 1]}),
+    "texts that recur name nothing": ("a,b,view\n1,4,total\n2,3,partial\n3,2,total\n", {}, {"a": [1, 2, 3], "b": [4, 3, 2]}),
+    "a remark that is missing": ("a,b,remark\n1,2,ok\n2,3,ok\n3,5,\n", {}, {"a": [1, 2, 3], "b": [2, 3, 5]}),
     "a sum of two without a number": ("nr,a,b\n1,1,4\n2,2,3\n,3,7\n", {}, "line 4. is the sum of all others"),
     "no sum of two": ("a,b\n1,4\n2,3\n3,7\n", {}, {"a": [1, 2, 3], "b": [4, 3, 7]}),
     "no sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,8\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 8]}),
@@ -242,7 +245,11 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("No.,Masse,NO\n7,1,4\n8,2,1\n", ("Masse", "NO"), "No."),
         ("number,name,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "name"),
         ("number,Typ,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "Typ"),
-        ("number;name;a\n50;X;4\n20;Y;9\n10;Z;12\n", ("number", "a"), "name"),  # of pieces
+        (
+            "number;name;a;b\n50;X;4;1\n20;Y;9;0\n20;Z;12;2\n",
+            ("number", "a", "b"),
+            "name",
+        ),  # of pieces
         ("number,a\n50,4\n20,9\n20,12\n", ("number", "a"), "row"),
         ("number,a,b\n50,4,1\n20,9,2\n10,12,0\n", ("a", "b"), "number"),
     ],
@@ -251,6 +258,17 @@ def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
     table = read(text)
     assert (table.schema.objectives, table.schema.label) == (expected, label)
     assert table.numbers.tolist() == list(range(1, len(table) + 1))
+
+
+def test_numbers_beside_names_are_no_objective_and_a_remark_says_so(read):
+    text = "name,number,mass,cost\nA,812,2,2\nB,105,5,5\nC,310,2.5,1.5\n"
+    table = read(text)
+    assert (table.schema.objectives, table.schema.label) == (("mass", "cost"), "name")
+    assert table.remarks == (
+        "number numbers the designs; name the objectives if it is one of them.",
+    )
+    named = read(text, Formulation(["number", "mass"]))
+    assert (named.schema.objectives, named.remarks) == (("number", "mass"), ())
 
 
 def test_names_tell_objectives_from_variables(read):

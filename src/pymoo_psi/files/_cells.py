@@ -117,9 +117,11 @@ class Cells:
             return f"row {self.rows[i]} (line {self.lines[i]})"
         return f"row {self.rows[i]}"
 
-    def line_of(self, i: int) -> int:
-        """Return the number by which ``skip_rows`` leaves the i-th row out."""
-        return (self.lines or self.rows)[i]
+    def without(self, i: int) -> str:
+        """Say how to leave the i-th row out."""
+        if self.lines:
+            return f"leave it out by skip_rows=[{self.lines[i]}]"
+        return "leave it out of the source"
 
     def place(self, name: str, i: int) -> str:
         """Return what the i-th row holds in a column, for messages."""
@@ -476,8 +478,8 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
                 f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
-                "decimal mark by decimal=, leave its line out by "
-                f"skip_rows=[{cells.line_of(row)}], or name the objectives by objectives="
+                f"decimal mark by decimal=, {cells.without(row)}, or name the objectives by "
+                "objectives="
             )
     return ""
 
@@ -486,7 +488,10 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
 
 
 def require_designs(
-    columns: Mapping[str, TextColumn], labels: Collection[str | None], cells: Cells
+    columns: Mapping[str, TextColumn],
+    labels: Collection[str | None],
+    label: str | None,
+    cells: Cells,
 ) -> None:
     """Refuse a row that is named as a sum, and a last one that is the sum of all others.
 
@@ -494,41 +499,48 @@ def require_designs(
 
     Args:
         columns: The columns.
-        labels: Those that name designs; the first one of texts may name them as well.
+        labels: Those that name or number designs.
+        label: The one that names them; if there is none, the first column may have names, too.
         cells: The cells.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
+    naming = {label}
+    if label is None:
+        naming = {*labels, next(iter(columns))}
     numbers = []
     texts = []
-    fewest = 3
     for name, column in columns.items():
         if column.numbers is None:
             texts.append(name)
         elif name not in labels:
             numbers.append(column.numbers)
-        if name in labels or texts == [name]:
-            _require_no_sum(column.cells, cells)
-            if is_blank(column.cells[-1]):
-                fewest = 2
+    fewest = 3
+    for place in (*labels, *texts[:1]):
+        if place is None or place not in columns:
+            continue
+        names = columns[place].cells
+        for row, text in enumerate(names):
+            is_named = isinstance(text, str) and _SUM.fullmatch(text[:_LONGEST])
+            if is_named and (place in naming or _are_sums(numbers, row)):
+                raise UnfitError(
+                    f"{cells.where(row)} is named {text.strip()!r}, as a sum of others",
+                    f"{cells.without(row)}, or rename it if it is a design",
+                )
+        if place in naming and is_blank(names[-1]):
+            fewest = 2
     last = len(cells.rows) - 1
-    if len(numbers) > 1 and last >= fewest and all(map(_ends_with_sum, numbers)):
+    if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
-            f"leave it out by skip_rows=[{cells.line_of(last)}], or put it above another row if it "
-            "is a design",
+            f"{cells.without(last)}, or put it above another row if it is a design",
         )
 
 
-def _require_no_sum(names: Sequence[Any], cells: Cells) -> None:
-    """Refuse a name such as Total."""
-    for row, name in enumerate(names):
-        if isinstance(name, str) and _SUM.fullmatch(name[:_LONGEST]):
-            raise UnfitError(
-                f"{cells.where(row)} is named {name.strip()!r}, as a sum of others",
-                f"leave it out by skip_rows=[{cells.line_of(row)}], or rename it if it is a design",
-            )
+def _are_sums(columns: Sequence[Array], row: int) -> bool:
+    """Say whether a row has the sums of all rows above it."""
+    return all(_ends_with_sum(numbers[: row + 1]) for numbers in columns)
 
 
 def _ends_with_sum(numbers: Array) -> bool:

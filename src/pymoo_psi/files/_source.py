@@ -401,16 +401,11 @@ def _repeated_names(columns: Mapping[str, TextColumn]) -> list[str]:
     return [f"Designs are called by their rows, as {text!r} occurs {count} times in {name}."]
 
 
-def _is_numbering(column: TextColumn, is_only: bool) -> bool:
-    """Whether a column called "number" numbers the designs, and is not how many pieces they have.
-
-    Args:
-        column: The column.
-        is_only: Whether no other column names the designs.
-    """
-    if column.numbers is not None and (np.diff(column.numbers) == 1).all():
-        return True
-    return is_only and len({*map(str, column.cells)}) == len(column.cells)
+def _remark_on_numbers(column: TextColumn) -> list[str]:
+    """Say that different values number the designs beside their names, if they do not count up."""
+    if column.numbers is None or (np.diff(column.numbers) == 1).all():
+        return []
+    return [f"{column.name} numbers the designs; name the objectives if it is one of them."]
 
 
 def _names_of_roles(
@@ -477,16 +472,18 @@ def _table(
     if label not in columns:  # also where it follows from others
         label = _label({name: columns[name] for name in columns if name not in number_columns})
     for name in number_columns:
-        if _is_numbering(columns[name], label is None):
-            label = label or name
-        elif name != label:
-            labels.remove(name)
+        if len({*map(str, columns[name].cells)}) < len(cells.rows):  # of pieces
+            labels.discard(name)
+        elif label is None:
+            label = name
+        elif label != name and not formulation.objectives:
+            remarks += _remark_on_numbers(columns[name])
     if label is None:
         remarks += _repeated_names(columns)
     labels.add(label)
     if label == TEST:
         labels.add(RUN)
-    require_designs(columns, labels, cells)
+    require_designs(columns, labels, label, cells)
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
