@@ -15,6 +15,7 @@ import pytest
 from pymoo_psi import Preferences, compare_designs, explain, rank_of_efficiency
 from pymoo_psi._numbers import NumberFormat
 from pymoo_psi.analysis import separation_sentences, switching_sentences, switching_values
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
@@ -583,9 +584,43 @@ def test_positions_have_the_order_of_python(cases):
     ordered = Decision(positions=held).positions
     found = opened(case, positions=random.Random(1).sample(held, len(held)))
     assert found["state"]["positions"] == ordered
-    found = opened(case, positions=[{"name": "Ann", "date": "yesterday", "chosen": first}])
-    assert found["state"]["positions"][0]["date"] == ""
-    assert "date" in found["remarks"][0]
+
+
+def is_date(date):
+    try:
+        return bool(Decision(positions=[{"name": "Ann", "date": date}]))
+    except ArgumentValueError:
+        return False
+
+
+def test_dates_of_positions_are_those_of_python(cases):
+    valid = [
+        "", "2026-05-01", "2028-02-29", "2026-05-01 10:30", "2026-05-01T10:30Z", "2026-05-01T23:59:59",
+        "2026-05-01T10:30:00.5", "2026-05-01T08:30:00.4999999Z", "2026-05-01 12:30:00.50+02:00",
+        "2026-05-01T10:30:00.123456789-23:59", "0001-01-01T00:00+23:59", "0099-12-31",
+        "9999-12-31T23:59:59.9-00:01", "2026-05-01T10:30-00:00",
+    ]  # fmt: skip
+    refused = [
+        "yesterday", "20260501", "2026-W18-5", "2026-121", "2026-05-01T10", "2026-05-01T1030",
+        "2026-05-01T10:30+0200", "2026-05-01T10:30+02", "2026-05-01Z", "2026-05-01T10:30z",
+        "2026-05-01t10:30", "2026-05-01T24:00", "2026-05-01T10:60", "2026-05-01T23:59:60",
+        "2026-05-01T10:30:00,5", "2026-05-01T10:30:00.", "2026-05-01T10:30.5", "2026-02-30",
+        "2026-02-29", "2026-04-31T10:30", "2026-00-01", "2026-01-00", "2026-13-01", "0000-01-01",
+        "10000-01-01", "+002026-05-01", "2026-05-01T10:30+24:00", "2026-05-01T10:30+02:60",
+        "2026-05-01T10:30+02:00:00", "2026-05-01\n", " 2026-05-01", "2026-05-01  10:30",
+        "\u0662\u0660\u0662\u0666-05-01", "2026-05-01T10:30\u221202:00", " ",
+    ]  # fmt: skip
+    assert all(is_date(date) for date in valid)
+    assert not any(is_date(date) for date in refused)
+    dates = {*valid, *refused}
+    for date in valid:
+        for k in range(len(date)):
+            dates |= {f"{date[:k]}{mark}{date[k + 1 :]}" for mark in ("", *"0239-+:T Z.")}
+    held = [{"name": f"on {date}", "date": date} for date in sorted(dates)]
+    found = opened(cases[0], positions=held)
+    assert any("date" in remark for remark in found["remarks"])
+    known = [one if is_date(one["date"]) else one | {"date": ""} for one in held]
+    assert found["state"]["positions"] == Decision(positions=known).positions
 
 
 def test_numbers_are_written_as_python_writes_them(cases):

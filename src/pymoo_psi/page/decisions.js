@@ -2,15 +2,19 @@
 
 const MOST_PINS = 5
 
-// The time in UTC that a date stands for, as table's Decision has it: without a time 0:00, without an
-// offset UTC; "" of what is no date.
-const DATE = /^\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?<offset>Z|[+-]\d\d:\d\d)?)?$/
+// Minutes in UTC, the second and its fraction, a text in the order of time as table's Decision has it:
+// without a time 0:00, without an offset UTC; "" of what is no date. DATE is the text of _DATE there.
+const DATE = /^(\d{4}-\d\d-\d\d)(?:[T ]([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d)(?:\.(\d+))?)?(?:Z|([+-])([01]\d|2[0-3]):([0-5]\d))?)?$/
 function timeOf(date) {
   const parts = DATE.exec(date)
   if (!parts) return ""
-  const isWhole = date.length === 10 || parts.groups.offset
-  const time = Date.parse(date.replace(" ", "T") + (isWhole ? "" : "Z"))
-  return isNumber(time) ? new Date(time).toISOString() : ""
+  const [, day, hour = 0, minute = 0, second = "00", fraction = "", sign, hours = 0, minutes = 0] = parts
+  const start = new Date(`${day}T00:00Z`)
+  // A 30 February is 2 March, or none; years of Python begin at 1.
+  if (!isNumber(+start) || start.toISOString().slice(0, 10) !== day || day < "0001") return ""
+  const offset = (sign === "-" ? -1 : 1) * (hours * 60 + +minutes)
+  const time = start / 60000 + hour * 60 + +minute - offset
+  return `${5e9 + time}:${second}.${fraction.replace(/0+$/, "")}` // ten digits in all years
 }
 
 // A state from untrusted input, a file; a remark names what does not fit.

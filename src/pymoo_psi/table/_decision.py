@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from datetime import datetime, timezone
+from datetime import date as date_of
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -39,10 +40,12 @@ class Decision:
         formulation: What is asked: objectives, directions, limits, normalisation.
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
-        positions: Positions of people, one mapping for each person and date: ``name``; ``date`` in
-            ISO 8601, such as ``2026-05-01`` or ``2026-05-01T10:30+02:00``, or empty, which is
-            before all others; ``chosen``, the name of a design or None; ``limits``, ``weights``
-            and ``aspiration`` of objectives by name; ``reason``; ``answers`` to questions, those of
+        positions: Positions of people, one mapping for each person and date: ``name``; ``date``,
+            ``YYYY-MM-DD``, optionally with T or a blank and ``hh:mm``, this optionally with ``:ss``
+            and a fraction, and with Z, ``+hh:mm`` or ``-hh:mm``, such as
+            ``2026-05-01T10:30+02:00``; or empty, which is before all others; ``chosen``, the name
+            of a design or None; ``limits``, ``weights`` and ``aspiration`` of objectives by name;
+            ``reason``; ``answers`` to questions, those of
             :attr:`pymoo_psi.Preferences.answers`. Positions with the same name are a
             history. They are kept in the order of their times, each once, so that positions of
             several files can be joined in any order; a date without a time is 0:00, one without an
@@ -272,18 +275,31 @@ def _checked(where: str, entries: Any, kind: Any) -> Values:
     return values
 
 
-def _time_of(date: str) -> datetime:
-    """Return the time that a date stands for; an empty one is before all others."""
+# Day, hour, minute, second, fraction, and sign, hour and minute of the offset: the text of DATE in
+# page/decisions.js, as what Python and browsers read as dates differs.
+_DATE = re.compile(
+    r"^(\d{4}-\d\d-\d\d)(?:[T ]([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d)(?:\.(\d+))?)?"
+    r"(?:Z|([+-])([01]\d|2[0-3]):([0-5]\d))?)?$",
+    re.ASCII,
+)
+
+
+def _time_of(date: str) -> tuple[int, str, str]:
+    """Return minutes in UTC, the second and its fraction; an empty date is before all others."""
     if not date:
-        return datetime.min.replace(tzinfo=timezone.utc)
+        return (0, "", "")
+    parts = _DATE.fullmatch(date)
     try:
-        time = datetime.fromisoformat(date.replace("Z", "+00:00"))
+        if not parts:
+            raise ValueError
+        day = date_of.fromisoformat(parts[1]).toordinal()  # there is no 30 February
     except ValueError:
-        rule = "a date in ISO 8601, such as 2026-05-01 or 2026-05-01T10:30+02:00, or empty"
+        rule = "a date such as 2026-05-01 or 2026-05-01T10:30+02:00, or empty"
         raise invalid("date of a position", rule, date) from None
-    if time.tzinfo is None:
-        time = time.replace(tzinfo=timezone.utc)
-    return time
+    hour, minute, second, fraction, sign, hours, minutes = parts.groups("0")[1:]
+    offset = (-1 if sign == "-" else 1) * (int(hours) * 60 + int(minutes))
+    time = (day * 24 + int(hour)) * 60 + int(minute) - offset
+    return (time, second.zfill(2), fraction.rstrip("0"))
 
 
 def _number(text: str) -> float:

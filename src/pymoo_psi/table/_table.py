@@ -480,8 +480,8 @@ class TestTable(View, Shown):
             selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order.
 
         Raises:
-            ArgumentValueError: The selection is neither mask nor indices; a mask has another length
-                than the table, an index is out of range or occurs twice.
+            ArgumentValueError: The selection is neither mask nor indices; a mask is not of
+                shape (n,), an index is out of range or occurs twice.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
@@ -489,8 +489,8 @@ class TestTable(View, Shown):
             (array([3, 1]), array([2, 3]))
         """
         rows = np.asarray(selection)
-        if rows.dtype == np.bool_ and rows.size != len(self):  # numpy takes an empty mask
-            received = Received(f"a mask of {rows.size} for {counted(len(self), 'row')}")
+        if rows.dtype == np.bool_ and rows.shape != (len(self),):  # numpy takes an empty one
+            received = Received(f"a mask of shape {rows.shape} for {counted(len(self), 'row')}")
             raise invalid("selection", "a mask or indices of rows", received)
         if rows.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
             rows = rows.astype(np.intp)
