@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import inspect
+import pathlib
 import pkgutil
 import warnings
 
@@ -83,10 +84,8 @@ class Heir(Model):
 def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     """What counts evaluations, or is a path, is not."""
     study, given = tmp_path / "model.db", {"k": 2, "data": range(1000)}
-    for name in ("one", "other"):
-        folder = tmp_path / name
-        folder.mkdir()
-        investigate(FailureTolerant(Heir(title=str(folder), **given)), 4, study=study)
+    for title in ("runs/one.csv", "runs/other.csv", str(tmp_path), tmp_path):
+        investigate(FailureTolerant(Heir(title=title, **given)), 4, study=study)
     assert study.stat().st_size < 100_000
     refused(
         "belongs to another model",
@@ -96,6 +95,62 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
         error=StudyMismatchError,
         study=study,
     )
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *("res/log.csv", "meshes/b.msh", "a b/c.h5", "a/b.tar.gz", "a\\b.inp"),
+        *("/data", "/data/mesh", "./mesh", "../mesh", "~/mesh", "~me/mesh", "C:/mesh", "c:\\mesh"),
+        *(".\\mesh", "\\\\host\\mesh", "meshes/", "meshes\\"),
+    ],
+)
+def test_paths_are_not_compared(tmp_path, path):
+    study = tmp_path / "model.db"
+    table = investigate(Model(), 4, study=study)
+    for title in (path, [path, 1]):
+        assert investigate(Model(title=title), 4, study=study).equals(table)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *(
+            "N/mm2",
+            "kN/mm2",
+            "m/s",
+            "1/min",
+            "1/2.5",
+            "W/m.K",
+            "W/(m.K)",
+            "kg/m.s2",
+            "N/2.5mm",
+            "J/kg.K",
+        ),
+        *("and/or", "steel", "b.msh", "~5", "C:", r"\frac{N}{mm}", "3.5 kN/mm2", "a/.b"),
+    ],
+)
+def test_other_texts_are_compared_whatever_is_on_the_disk(tmp_path, monkeypatch, text):
+    monkeypatch.chdir(tmp_path)
+    table = investigate(Model(title=text), 4, study="study.db")
+    path = pathlib.Path(text)
+    path.parent.mkdir(exist_ok=True)
+    path.touch()
+    assert investigate(Model(title=text), 4, study="study.db").equals(table)
+    refused("belongs to another model", investigate, Model(), 4, study="study.db")
+
+
+def test_a_model_may_write_the_file_of_an_argument(tmp_path, monkeypatch):
+    class Writer(Model):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out)
+            pathlib.Path(self.title).parent.mkdir(exist_ok=True)
+            pathlib.Path(self.title).touch()
+
+    monkeypatch.chdir(tmp_path)
+    table = investigate(Writer(title="res/log.csv"), 4, study="model.db")
+    assert pathlib.Path("res/log.csv").exists()
+    assert investigate(Writer(title="res/log.csv"), 4, study="model.db").equals(table)
 
 
 def test_arrays_belong_to_a_study(tmp_path):

@@ -1,5 +1,9 @@
 """Logarithmic variables: as the same problem with its logarithms as variables."""
 
+import logging
+import pathlib
+import re
+
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -208,19 +212,47 @@ def test_wrong_scales_are_refused(log, match):
     refused(match, investigate, Wide(log=()), 4, log=log)
 
 
-def test_the_attribute_is_any_collection_of_names():
+def test_the_attribute_is_a_collection_of_names():
     model = Wide()
     table = investigate(model, 16)
-    for log in ({"area"}, ("x1",), np.array(["x1"]), {"x1": True}.keys()):
+    for log in ({"area"}, frozenset({"x1"}), ("x1",), ["area", "x1"]):
         model.log = log
         assert investigate(model, 16).equals(table)
-    for log in ("area", "run.log"):
+    for log in (["are"], ("area", "run"), {"area", "run"}):
         model.log = log
-        refused(
-            f"log of the problem must be a list of variables, got '{log}'", investigate, model, 4
-        )
-    model.log = print  # of another purpose
-    assert investigate(model, 16).schema["area"].kind is Kind.REAL
+        refused("log must be one of 'area', 'height', 'x1', 'x2', got", investigate, model, 4)
+    for log in ("area", "x1"):
+        model.log = log
+        rule = f"log of the problem must be a list of variables, got '{log}'"
+        refused(re.escape(f'{rule}; write log = ["{log}"]'), investigate, model, 4)
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        *(None, True, print, logging.getLogger("wide"), "run.log", "", pathlib.Path("run.log")),
+        *(
+            {"x1": 1.0},
+            {},
+            {1, 2},
+            {"run"},
+            {"f1", "cost"},
+            "cost",
+            frozenset(),
+            [],
+            np.ones((2, 2)),
+            np.array(["a"]),
+        ),
+    ],
+    ids=str,
+)
+def test_an_attribute_of_another_purpose_is_ignored(log):
+    model, plain = Wide(), Wide(log=())
+    model.log = log
+    model.names["f1"] = plain.names["f1"] = "cost"
+    table = investigate(model, 16)
+    assert table.equals(investigate(plain, 16))
+    assert table.schema["area"].kind is Kind.REAL
 
 
 @pytest.mark.parametrize("bins", [1, 3, 4, 10])

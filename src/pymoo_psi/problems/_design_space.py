@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import compress
 from typing import Any
@@ -36,6 +36,15 @@ _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever
 _LEAST = np.finfo(np.float64).tiny  # stands for 0 and negative values on a logarithmic scale
 _FEWEST_PLACES = 5  # fewer integers between 0 and their number are no sign of permutations
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
+# A text that looks like a path, whatever is on the disk: /data, ./a, ~/a, C:\a, meshes/ or a/b.msh.
+# Units are none: a suffix of one letter, or of such a letter with a power, may be a factor, as in
+# W/m.K and kg/m.s2.
+_PATH = re.compile(
+    r"""(?:/ | \\\\ | \.{1,2}[/\\] | ~[^/\\]*[/\\] | [a-z]:[/\\]) .*  # its beginning,
+    | .*[/\\]  # its end,
+    | .*[/\\][^/\\]+\.(?![mska]\d\Z)[a-z]\w+  # or its suffix""",
+    re.ASCII | re.DOTALL | re.IGNORECASE | re.VERBOSE,
+)
 
 
 @dataclass(frozen=True)
@@ -293,25 +302,22 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     Args:
         problem: The problem.
         log: Names of the variables whose scale is logarithmic; those of the problem's attribute
-            ``log`` unless given.
+            ``log`` unless given. An attribute that is no list, tuple or set has another purpose,
+            as has a set without a variable.
 
     Raises:
         ArgumentTypeError: A variable is of a type that has no uniform points.
         ArgumentValueError: A bound is missing, infinite or above the other one, or a logarithmic
-            scale does not begin above 0.
+            scale does not begin above 0; or the problem's ``log`` is a variable without a list.
     """
     space = getattr(problem, "space", None)  # a wrapper with other variables has its own
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
-    if log is None:
-        log = getattr(problem, "log", None)
-        if isinstance(log, str):
-            remedy = "write log = ['x1'], or give an attribute of another purpose another name"
-            raise invalid("log of the problem", "a list of variables", log, remedy)
-        if not isinstance(log, Collection):  # a logger or a file
-            log = ()
-    log = tuple(log)
     titles = column_titles(problem, space)
+    if log is None:
+        names = space.variable_names
+        log = _own_log(problem, {*names, *(titles.get(name, name) for name in names)})
+    log = tuple(log)
     variables = []
     for variable in space.variables:
         title = titles.get(variable.name, variable.name)
@@ -334,6 +340,21 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
     return space
+
+
+def _own_log(problem: Any, known: Set[str]) -> Collection[str]:
+    """Return the names in a problem's attribute ``log``; none if it has another purpose.
+
+    Args:
+        problem: The problem.
+        known: The names of its variables.
+    """
+    log = getattr(problem, "log", None)
+    if isinstance(log, str) and log in known:
+        raise invalid("log of the problem", "a list of variables", log, f'write log = ["{log}"]')
+    if isinstance(log, (list, tuple)) or (isinstance(log, Set) and not known.isdisjoint(log)):
+        return log
+    return ()  # a logger, a file or its name, a mapping
 
 
 def is_permutation(problem: Any) -> bool:
@@ -490,8 +511,8 @@ def own_parameters(problem: Any) -> Values:
     """Return what a problem's ``fingerprint()`` returns, or numbers and texts it was made with.
 
     These are the arguments of its classes that it keeps as attributes of the same name, or with an
-    underscore before it, except default values and what pymoo's ``Problem`` takes. The path of an
-    existing file or folder is left out: it says where something is, not what.
+    underscore before it, except default values and what pymoo's ``Problem`` takes. A text that
+    looks like a path is left out: it says where something is, not what.
     """
     fingerprint = getattr(problem, "fingerprint", None)
     if callable(fingerprint):
@@ -538,8 +559,7 @@ def _is_constant(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
         return all(map(_is_constant, value))
     if isinstance(value, str):
-        is_path = ("/" in value or "\\" in value) and os.path.exists(value)
-        return not is_path
+        return _PATH.fullmatch(value) is None
     return isinstance(value, (bool, int, float))
 
 
