@@ -127,10 +127,12 @@ def decision_sentences(decided: Entries | None) -> list[str]:
 
 
 def ranking_without_limits(table: TestTable) -> EfficiencyRanking:
-    """Return the ranking of all designs, in the ranges of those within the limits, if any are."""
+    """Return the ranking of all designs, as those within the limits are measured, if any are."""
     free = table.under(limits={}, ranges={}).feasible_ranking()
     if table.feasible().any():
-        free = replace(free, frame=table.feasible_ranking().frame)
+        ranking = table.feasible_ranking()
+        free = replace(free, frame=ranking.frame)
+        vars(free)["decimals"] = ranking.decimals
     return free
 
 

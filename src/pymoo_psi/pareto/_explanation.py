@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, decimals_as_given, number, percent
+from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -174,8 +174,7 @@ def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
     unit = ranking.objectives.units.get(ranking.objectives.names[j], "")
     if unit == "%":  # "9 %" of a share would be another amount
         unit = "points"
-    decimals = decimals_as_given(ranking.objectives.values[ranking.pareto, j])
-    return f"{number(abs(change), 3, decimals)} {unit}".strip()
+    return f"{number(abs(change), 3, ranking.decimals[j])} {unit}".strip()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

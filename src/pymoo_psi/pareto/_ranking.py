@@ -30,12 +30,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi._numbers import decimals_as_given
 from pymoo_psi._output import Shown, with_unit
 from pymoo_psi._validation import (
     Array,
@@ -398,6 +399,11 @@ class EfficiencyRanking(Shown):
             array([4., 4.])
         """
         return self.frame.lengths
+
+    @cached_property
+    def decimals(self) -> list[int]:
+        """For each objective the decimals, at most three, of its Pareto-optimal values; else 0."""
+        return [decimals_as_given(values) for values in self.objectives.values[self.pareto].T]
 
     def __repr__(self) -> str:
         """Return the numbers of designs and objectives, and the best design."""
