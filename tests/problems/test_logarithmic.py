@@ -244,7 +244,6 @@ def test_the_attribute_is_a_collection_of_names():
             np.array(["a"]),
         ),
     ],
-    ids=str,
 )
 def test_an_attribute_of_another_purpose_is_ignored(log):
     model, plain = Wide(), Wide(log=())
