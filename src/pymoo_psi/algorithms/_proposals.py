@@ -115,7 +115,7 @@ def propose(
 
     surrogates = _Surrogates(tests, goal, learned)
     candidates = _searched(surrogates, round_number, random)
-    count = (len(seen) + batch) // 2 - len(seen) // 2
+    count = (len(seen) + batch) // 2 - len(seen) // 2  # every second one, also of odd batches
     proposals = _unsure_points(surrogates, count, random)
     seen = np.vstack([seen, goal.encode(proposals)])
     selected = _selected(candidates, surrogates, seen, batch - len(proposals))

@@ -132,7 +132,7 @@ def ranking_without_limits(table: TestTable) -> EfficiencyRanking:
     if table.feasible().any():
         ranking = table.feasible_ranking()
         free = replace(free, frame=ranking.frame)
-        vars(free)["decimals"] = ranking.decimals
+        vars(free)["decimals"] = ranking.decimals  # cached in each ranking: replace copies none
     return free
 
 

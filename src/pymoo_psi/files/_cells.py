@@ -506,9 +506,6 @@ def require_designs(
     Raises:
         ArgumentValueError: There is such a row.
     """
-    naming = {label}
-    if label is None:
-        naming = {*labels, next(iter(columns))}
     numbers = []
     texts = []
     for name, column in columns.items():
@@ -516,26 +513,36 @@ def require_designs(
             texts.append(name)
         elif name not in labels:
             numbers.append(column.numbers)
+    naming = {label}
+    if label is None:
+        naming = {*labels}
+        if texts[:1] == [*columns][:1]:
+            naming.add(texts[0])
     fewest = 3
-    for place in (*labels, *texts[:1]):
-        if place is None or place not in columns:
-            continue
-        names = columns[place].cells
-        for row, text in enumerate(names):
-            is_named = isinstance(text, str) and _SUM.fullmatch(text[:_LONGEST])
-            if is_named and (place in naming or _are_sums(numbers, row)):
-                raise UnfitError(
-                    f"{cells.where(row)} is named {text.strip()!r}, as a sum of others",
-                    f"{cells.without(row)}, or rename it if it is a design",
-                )
-        if place in naming and is_blank(names[-1]):
-            fewest = 2
+    for name, column in columns.items():
+        if name in naming:
+            _require_no_total(column.cells, cells)
+            if is_blank(column.cells[-1]):
+                fewest = 2
+        elif name in texts[:1]:  # perhaps it names nothing, and Total is a supplier
+            _require_no_total(column.cells, cells, numbers)
     last = len(cells.rows) - 1
     if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
         )
+
+
+def _require_no_total(names: Sequence[Any], cells: Cells, numbers: Sequence[Array] = ()) -> None:
+    """Refuse a row that is named as a sum, and has the sums of the rows above it in all numbers."""
+    for row, name in enumerate(names):
+        is_named = isinstance(name, str) and _SUM.fullmatch(name[:_LONGEST])
+        if is_named and _are_sums(numbers, row):
+            raise UnfitError(
+                f"{cells.where(row)} is named {name.strip()!r}, as a sum of others",
+                f"{cells.without(row)}, or rename it if it is a design",
+            )
 
 
 def _are_sums(columns: Sequence[Array], row: int) -> bool:

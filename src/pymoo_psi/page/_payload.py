@@ -8,15 +8,14 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pymoo_psi._numbers import NumberFormat
-from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
-from pymoo_psi.pareto import SENTENCES, nondominated, weight_shares
+from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Names, Values
+from pymoo_psi.pareto import SENTENCES, conflicting_pairs, nondominated, weight_shares
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable, has_errors
 
@@ -36,7 +35,6 @@ _COMPUTED_BY_PAGE = {
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
 # none of a normal one.
 _FENCE = 2.5
-_COMPARED = 1000  # designs by which it is judged which objectives conflict
 _DECADES = 2.0  # a logarithmic scale spans at least these
 # The looks of categories, which no other mark has. Neighbours differ in lightness, too.
 _HUES = {
@@ -109,7 +107,6 @@ def payload(
     if live is None:  # all designs are there
         shades = _shades(table.under(limits=decision.formulation.limits))
     columns = _columns(tables, optimal)
-    some = pd.DataFrame(table.F[optimal], columns=list(schema.objectives))
     return {
         "title": title,
         "file": file,
@@ -128,7 +125,7 @@ def payload(
         "names": names,
         "n": len(table),
         "columns": columns,
-        "plot": _plotted(columns, some.head(_COMPARED)),
+        "plot": _plotted(columns, schema.objectives, table.F[optimal]),
         "optimal": _base64(optimal.view(np.uint8)),
         "shades": shades,
         "head": {
@@ -261,26 +258,25 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     return columns
 
 
-def _plotted(columns: Sequence[Values], optimal: pd.DataFrame) -> list[str]:
+def _plotted(columns: Sequence[Values], objectives: Names, optimal: Array) -> list[str]:
     """Return the names of the columns of both scatter plots, across and up.
 
     The second plot has the two objectives that conflict most, other than the first two.
 
     Args:
         columns: The columns of the page.
-        optimal: The minimised objectives of some of the Pareto-optimal designs.
+        objectives: The names of the m objectives.
+        optimal: ``(n, m)`` minimised objectives of the Pareto-optimal designs.
     """
     variables = []
     for column in columns:
         if column["role"] == "variable" and column["texts"] is None:
             variables.append(column["name"])
-    objectives = [str(name) for name in optimal]
     first = [*objectives, _GEOMETRIC["mu1"]][:2]
     second = [_GEOMETRIC["mu3"], _GEOMETRIC["mu2"]]
     if len(objectives) > 2:
-        likeness = optimal.corr(method="spearman").fillna(1.0).to_numpy()
-        pairs = list(combinations(range(len(objectives)), 2))[1:]
-        second = [objectives[j] for j in min(pairs, key=lambda pair: likeness[pair])]
+        others = [pair for pair in conflicting_pairs(optimal) if pair != (0, 1)]
+        second = [objectives[j] for j in others[0]]
     elif variables:
         second = [*variables, objectives[0]][:2]
     return [*first, *second]

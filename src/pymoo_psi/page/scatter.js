@@ -258,11 +258,11 @@ function scatter(section, place, name) {
     const [w, h] = frame()
     const height = 14 * words.length
     const places = []
-    for (const away of AWAY) for (const [across, down] of SIDES) {
-      const r = away * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
+    for (const reach of AWAY) for (const [across, down] of SIDES) {
+      const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
       const box = {row, words, width, height, tie: [], x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= LEFT + w + RIGHT || box.y < TOP - 8 || box.y + height >= TOP + h) continue
-      if (away > AWAY[0]) {
+      if (reach > AWAY[0]) {
         const [x, y] = nearestIn(box, row)
         const from = 6 / hypot(x - u(row), y - v(row))
         for (let share = from; share < 1; share += 0.1) box.tie.push({row, x: u(row) + share * (x - u(row)), y: v(row) + share * (y - v(row)), width: 0, height: 0})

@@ -27,6 +27,7 @@ from ._confidence import standard_errors as standard_errors
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES
 from ._dominance import competes as competes
+from ._dominance import conflicting_pairs as conflicting_pairs
 from ._dominance import constraint_violation as constraint_violation
 from ._dominance import levels as levels
 from ._dominance import meets_constraints as meets_constraints

@@ -10,6 +10,7 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ _WORTH_SLABS = 100_000
 _SLABS = 20
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
 _LARGE = 5_000  # rows from which on threads, and a sort in two steps, are worth it
+_COMPARED = 1000  # designs by which it is judged which objectives conflict
 _BUCKETS = 65_535  # the largest number of two bytes, for which NumPy has a radix sort
 
 _WORST = np.iinfo(np.intp).max
@@ -325,3 +327,17 @@ def _starts(ordered: Array, tolerance: Array | float) -> Mask:
             starts[i] = True
             i = following[i]  # it lies beyond i, as no reach is below its value
     return starts
+
+
+def conflicting_pairs(F: Array) -> list[tuple[int, int]]:
+    """Return all pairs of objectives, those whose ranks are the most opposed first.
+
+    Args:
+        F: ``(n, m)`` minimised objectives of Pareto-optimal designs; the first 1000 are compared.
+    """
+    import pandas as pd
+
+    likeness = pd.DataFrame(F[:_COMPARED]).corr(method="spearman")
+    values = likeness.fillna(1.0).to_numpy()  # an objective that is constant conflicts with none
+    pairs = combinations(range(F.shape[1]), 2)
+    return sorted(pairs, key=lambda pair: float(values[pair]))

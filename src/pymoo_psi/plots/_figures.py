@@ -29,7 +29,12 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.analysis import Histogram, histogram
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency, with_units
+from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    conflicting_pairs,
+    rank_of_efficiency,
+    with_units,
+)
 from pymoo_psi.plots._points import PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
     ACCENT,
@@ -270,13 +275,10 @@ def plot_objectives(
 
 
 def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
-    """Return the pairs of objectives whose ranks in the Pareto set are the most opposed."""
+    """Return the pairs of objectives that conflict most in the Pareto set."""
     names = table.schema.objectives
-    optimal = pd.DataFrame(table.F[table.pareto()], columns=[*names])
-    likeness = optimal.corr(method="spearman").fillna(1.0).to_numpy()  # 1 of a constant objective
-    pairs = list(combinations(range(len(names)), 2))
-    opposed = sorted(pairs, key=lambda pair: float(likeness[pair]))[:_PAIRS]
-    return [(names[j], names[k]) for j, k in sorted(opposed)]
+    pairs = conflicting_pairs(table.F[table.pareto()])[:_PAIRS]
+    return [(names[j], names[k]) for j, k in sorted(pairs)]
 
 
 # Parallel coordinates

@@ -160,8 +160,7 @@ class Drawing(Figure):
         In a narrow figure panels that can be divided stand in half as many columns, and names such
         as "f1, time" continue on another line.
         """
-        if not 10 <= finite_number("width", width) <= 1000:
-            raise invalid("width", "10 to 1000 mm", width)
+        _require_width(width)
         size = self.get_size_inches()
         is_narrow = width < _NARROW <= size[0] * 25.4
         if is_narrow and self.is_divisible:
@@ -196,6 +195,12 @@ class Drawing(Figure):
         width, height = self.get_size_inches()
         size = {"width": round(_SCREEN * width), "height": round(_SCREEN * height)}
         return picture.getvalue(), size
+
+
+def _require_width(width: float) -> None:
+    """Refuse a width that is none of a figure in mm."""
+    if not 10 <= finite_number("width", width) <= 1000:
+        raise invalid("width", "10 to 1000 mm", width)
 
 
 @contextmanager
@@ -654,8 +659,8 @@ def save_figures(
     """
     # Before the figures, whose computation may take long.
     known_name("suffix", suffix, [f".{name}" for name in Figure().canvas.get_supported_filetypes()])
-    if width is not None and not 10 <= finite_number("width", width) <= 1000:
-        raise invalid("width", "10 to 1000 mm", width)
+    if width is not None:
+        _require_width(width)
     Path(folder).mkdir(parents=True, exist_ok=True)
     paths = []
     contents = {}

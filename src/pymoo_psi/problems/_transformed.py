@@ -155,7 +155,6 @@ class Restricted(Transformed):
 
     Attributes:
         wrapped: The problem.
-        bounds: The bounds, value or options of each restricted variable.
 
     Raises:
         ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
