@@ -424,6 +424,10 @@ def _free_places(
         leader = Line([dot, box.p0 + size / 2])
         is_free = axes.bbox.count_contains(box.corners()) == 4
         is_free = is_free and box.padded(_MARK * axes.figure.dpi / 72).count_contains(dots) == 0
+        if reach == _REACHES[0]:  # without a leader it would name the nearest point
+            gaps = np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
+            own = np.hypot(*(np.clip(dot, box.p0, box.p1) - dot))
+            is_free = is_free and not (gaps < own).any()
         for other in taken:
             is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
         n_crossed = 0
