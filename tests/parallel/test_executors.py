@@ -97,6 +97,24 @@ def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path,
     assert len(search.algorithm.table) == len(read_table(study_file)) == 32
 
 
+class Endless(Sum):
+    """All designs but the first one take ten minutes."""
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        time.sleep(600 * x[0])
+        super()._evaluate(x, out)
+
+
+@posix
+def test_processes_of_python_end_what_is_given_up_and_stay(processes):
+    """Otherwise an interpreter would wait for these designs at its end."""
+    problem = Endless(elementwise_runner=ExecutorRunner(processes))
+    minimize(problem, PSI(64, block_size=1), termination=("n_eval", 1))
+    for future in [processes.submit(abs, -1) for _ in range(4)]:
+        assert future.result() == 1
+    investigate(Sum(elementwise_runner=ExecutorRunner(processes)), 8)
+
+
 def test_a_vectorised_problem_on_an_executor(processes):
     problem, runner = VectorizedSphereChute(0.4), ExecutorRunner(processes)
     options = {"keep": "pareto", "limits": {"f1": 2.5}}

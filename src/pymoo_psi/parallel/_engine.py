@@ -17,9 +17,11 @@ import secrets
 import sys
 import time
 from collections.abc import Callable, Collection, Generator
-from concurrent.futures import Executor, Future, wait
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from functools import partial
-from threading import Semaphore, Thread
+from pathlib import Path
+from tempfile import gettempdir
+from threading import Event, Semaphore, Thread
 from typing import Any
 
 import cloudpickle
@@ -34,13 +36,15 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import Answer, Function, Result, answer_by, sendable
-from pymoo_psi.parallel._pool import Job, environment_now, evaluate, keep_idle
+from pymoo_psi.parallel._pool import Job, environment_now, evaluate, give_up, keep_idle
 from pymoo_psi.parallel._runner import Queue, Runner, gone
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
 _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
 
 _ASKING = 0.2  # seconds between two looks at the number of workers
+_LOOKING = 0.2  # seconds between two looks whether a run is given up
+_PATIENCE = 30.0  # seconds in which workers end what is given up; a tenth is usual
 
 
 class ProcessRunner(Runner):
@@ -260,6 +264,16 @@ class ExecutorRunner(Runner):
         answer: Answer = cloudpickle.loads(packed)
         return answer
 
+    def give_up(self, run: str, futures: Collection[Any]) -> None:
+        """Give up the jobs of a run; see :class:`Runner`."""
+        super().give_up(run, futures)
+        # Python cancels nothing that it has sent to these workers, and waits for it at its end.
+        if isinstance(self.executor, ProcessPoolExecutor):
+            mark = _mark_of_end(run)
+            mark.touch()
+            wait([future for future in futures if not future.cancelled()], _PATIENCE)
+            mark.unlink()
+
     def __copy__(self) -> ExecutorRunner:
         """Return the runner itself: executors are not copied."""
         return self
@@ -304,13 +318,32 @@ def evaluate_packed(
         return _VERSIONS, b""
     job: Job = cloudpickle.loads(packed)
     if sys.platform != "win32":
-        results, failure, accepted = evaluate(job)
+        is_done = Event()
+        Thread(target=_follow_end, args=(job.run, is_done), daemon=True).start()
+        try:
+            results, failure, accepted = evaluate(job)
+        finally:
+            is_done.set()
         if failure is not None:
             failure = sendable(failure)
         answer = results, failure, accepted
     else:
         answer = answer_by(job.function, job.designs)
     return _VERSIONS, cloudpickle.dumps(answer)
+
+
+def _mark_of_end(run: str) -> Path:
+    """Return the file that is there while workers of the same machine give up a run."""
+    return Path(gettempdir(), f"pymoo-psi-{run}")
+
+
+def _follow_end(run: str, is_done: Event) -> None:
+    """Give up a run in this worker where its mark says so, until its job is done."""
+    mark = _mark_of_end(run)
+    while not mark.exists():
+        if is_done.wait(_LOOKING):
+            return
+    give_up(run)
 
 
 # Engines
