@@ -104,6 +104,18 @@ def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
     assert f"{text} kg" in change_text(table, row)
 
 
+@pytest.mark.parametrize("offset", [1_000_000, 1_234_567.5, 123_456_789_012])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_limit_keeps_the_digits_that_tell_designs_apart(offset, sign):
+    frame = pd.DataFrame({"f": np.arange(1.0, 5) * sign + offset, "g": [9, 5, 1, 0.9]})
+    maximize = ["f"][: sign < 0]
+    table = read_table(frame, Formulation(["f", "g"], maximize=maximize))
+    text = switching_sentences(table)[0].replace("\u00a0", "")
+    (limit, design) = re.findall(r"if f must be (?:below|above) (\S+), (row \d) is", text)[0]
+    pair = {1: (None, float(limit) - 0.25), -1: (float(limit) + 0.25, None)}[sign]
+    assert design in table.under(limits={"f": pair}).best().names
+
+
 def test_a_limit_on_texts_has_no_bounds():
     frame = pd.DataFrame({"rail": ["yes", "no"], "cost": [1.0, 2.0], "mass": [2.0, 1.0]})
     table = read_table(frame, Formulation(["cost", "mass"], limits={"rail": ["yes"], "cost": 1.5}))

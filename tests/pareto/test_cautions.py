@@ -74,6 +74,23 @@ def test_on_a_concave_set_the_advice_is_an_extreme(m):
     assert "tie" in kinds(F)  # the corners are all at distance 1
 
 
+def test_fixed_ranges_do_not_make_the_best_the_worst():
+    """Neither is a value the worst, nor the best, as all are within 1 % of a wide range."""
+    ends = {"ideal": [0, 0, 0, 0], "nadir": [1000, 10, 10, 10]}
+    ranking = rank_of_efficiency([[1, 5, 5, 7], [2, 0, 9, 7], [3, 9, 0, 7]], **ends)
+    assert "extreme" not in [caution.kind for caution in cautions(ranking)]
+    assert explain(ranking).best_in == ["f1"]
+
+
+def test_a_single_peak_is_no_repetition_of_a_constant():
+    """Though they differ by less than 4 % in the root mean square."""
+    x = np.linspace(0, 1, 701)
+    F = np.column_stack([np.full(701, 3.0), x, (1 - x) ** 2, np.zeros(701)])
+    F[rank_of_efficiency(F).salukvadze, 3] = 1
+    assert "redundant" not in kinds(F)
+    assert "f2 and f5 are nearly the same" in said(np.column_stack([F, x]), "redundant")
+
+
 def test_another_piece_of_the_set_is_as_good():
     """ZDT3: the next piece across the gap is as near within half a percent."""
     f2 = 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)

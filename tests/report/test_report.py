@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Decision, Formulation, TestTable, cautions, lp_tau, representatives
+from pymoo_psi.analysis import separation_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
@@ -512,6 +513,20 @@ def test_a_weight_on_what_is_no_objective_does_not_count():
     )
     assert "The weights of Ann for seats do not count" in text
     assert text.startswith(other)
+
+
+@pytest.mark.parametrize(
+    ("limits", "regret"),
+    [
+        ({"h": (4, 8)}, "At worst A costs Ann 100 % in h."),  # all designs left are equal in it
+        ({"f": (1, 1)}, "At worst A costs Ann 100 % in h."),  # one design is left
+    ],
+)
+def test_designs_left_that_are_equal_may_cost_somebody_something(limits, regret):
+    frame = pd.DataFrame({"f": [1, 3, 2], "g": [5, 6, 2], "h": [5, 1, 9]}, ["A", "Z", "X"])
+    held = [{"name": "Ann", "chosen": "Z"}, {"name": "Ben", "chosen": "A"}]
+    table = read_table(frame, Decision(Formulation([*frame], limits=limits), positions=held))
+    assert separation_sentences(table)[-1] == regret
 
 
 def test_a_report_opens_what_a_page_opens(tmp_path):

@@ -17,6 +17,7 @@ from pymoo_psi.pareto import (
     compare_designs,
     listed,
     sentence,
+    unit_lengths,
     without_rounding,
 )
 from pymoo_psi.table import TestTable
@@ -175,6 +176,7 @@ def _least_regret(
 
     What a design costs a position is its greatest loss against the choice of the position, in
     shares of the ranges, each multiplied by the weight of the objective over the greatest one.
+    Where all designs left are equal, the range is that of these and the choices.
 
     Args:
         table: The tests.
@@ -185,6 +187,8 @@ def _least_regret(
     ranking = table.feasible_ranking()
     front = np.flatnonzero(ranking.pareto)
     values = without_rounding(np.vstack([choices, ranking.objectives.minimized[front]]))
+    of_all = unit_lengths(values.min(axis=0), values.max(axis=0))
+    lengths = np.where(np.isfinite(lengths), lengths, of_all)
     weights = np.ones(choices.shape)
     for i, position in enumerate(positions):
         for j, name in enumerate(table.schema.objectives):

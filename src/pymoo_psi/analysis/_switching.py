@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._numbers import decimal_mark, decimals_as_given, number
-from pymoo_psi._validation import Array, Mask, Rows
+from pymoo_psi._validation import AnyArray, Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _CELLS = 2**18  # values that are compared at once: they fit into a cache
+_ALL_DIGITS = 17  # of a float64
 _MOST_DESIGNS = 500  # of more Pareto-optimal ones, a sentence is not worth its time
 
 
@@ -92,18 +93,14 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
     schema = table.schema
     for name in dict.fromkeys([*schema.objectives, *schema.values]):
         limit = table.limits.get(name, Limit())  # infinite at both ends if it is one on texts
-        sides = (
-            ("lower", -1.0, limit.lower, limit._replace(lower=-np.inf)),
-            ("upper", 1.0, limit.upper, limit._replace(upper=np.inf)),
-        )
-        for end, sign, present, free in sides:
+        for end, sign, present in (("lower", -1.0, limit.lower), ("upper", 1.0, limit.upper)):
             is_set = bool(np.isfinite(present))
             is_worse = name in schema.objectives and schema[name].maximize == (end == "lower")
             directions = {}
             if is_set or is_worse:
                 directions["tighter"] = table
             if is_set:
-                directions["looser"] = table.under(limits={**table.limits, name: free})
+                directions["looser"] = _without_end(table, name, end)
             for direction, tests in directions.items():
                 candidates = tests.feasible()
                 if is_worse:  # it rejects no design without those that it dominates
@@ -112,6 +109,15 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
                 change, design = _change(table, tests, values, direction, sign * present)
                 shown = present if is_set else np.nan
                 yield (name, end, direction, shown, sign * change, design)
+
+
+def _without_end(table: TestTable, name: str, end: str) -> TestTable:
+    """Return the tests without the lower or the upper end of the limit on a column."""
+    limit = table.limits.get(name, Limit())
+    free = limit._replace(upper=np.inf)
+    if end == "lower":
+        free = limit._replace(lower=-np.inf)
+    return table.under(limits={**table.limits, name: free})
 
 
 def _change(
@@ -291,11 +297,27 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any]) -> str:
     decimals = decimals_as_given(table.column(column)[ranking.rows[ranking.pareto]])
     # The recommendation stays at the value of a tighter limit, and changes at that of a looser.
     is_up = (row["end"], row["direction"]) in (("upper", "looser"), ("lower", "tighter"))
-    value = number(_rounded(row["value"], is_up), 6, decimals)
-    return f"{value} {table.schema.units.get(column, '')}".strip()
+    tests = table
+    if row["direction"] == "looser":
+        tests = _without_end(table, column, row["end"])
+    cells = tests.column(column)[tests.feasible()].astype(np.float64)
+    digits, value = _rounded(row["value"], cells, is_up)
+    return f"{number(value, digits, decimals)} {table.schema.units.get(column, '')}".strip()
 
 
-def _rounded(value: float, is_up: bool) -> float:
-    """Return a value with six digits, rounded up or down."""
-    rounding = ROUND_CEILING if is_up else ROUND_FLOOR
-    return float(Context(prec=6, rounding=rounding).create_decimal(repr(value)))
+def _rounded(value: float, cells: AnyArray, is_up: bool) -> tuple[int, float]:
+    """Return six digits, or more where designs lie between, and a value rounded to them.
+
+    Args:
+        value: The value.
+        cells: ``(n,)`` the values of the designs.
+        is_up: Whether it is rounded up or down.
+    """
+    others = cells[cells != value]
+    rounded = value
+    for digits in range(6, _ALL_DIGITS + 1):
+        context = Context(prec=digits, rounding=ROUND_CEILING if is_up else ROUND_FLOOR)
+        rounded = float(context.create_decimal(repr(value)))
+        if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():
+            break
+    return digits, rounded

@@ -171,10 +171,13 @@ function separation(data, ranking, positions) {
   const sentences = held.flatMap((one, k) => held.slice(0, k).filter(({row}) => row !== one.row).map((other) =>
     against(data, measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
   if (!sentences.length || !ranking.count) return sentences
+  // Where all designs left are equal, the range is that of these and the choices.
+  const {lengths: ofAll} = new Frame(data.F, joined(ranking.front, held.map(({row}) => row)), true)
+  const lengths = measure.frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
   const lossesOf = (i, {weights, row}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
     const most = max(...given) || 1
-    return data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / measure.frame.lengths[j])
+    return data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / lengths[j])
   }
   const costs = [...ranking.front].map((row) => {
     const losses = held.map((one) => lossesOf(row, one))

@@ -174,7 +174,7 @@ function standingOf(data, ranking, row, dominatedBy) {
   if (!mask[row]) return `${capital(design)} is beyond the limits.`
   if (dominatedBy >= 0) return sentence("dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
   if (front.length === 1) return sentence("single", {design})
-  const names = data.objectives.filter((_, j) => frame.lengths[j] < Infinity && data.F[j][row] === frame.low[j]).map(({name}) => name)
+  const names = data.objectives.filter((_, j) => frame.low[j] < frame.high[j] && data.F[j][row] === frame.low[j]).map(({name}) => name)
   const parts = {design, best: names.length ? sentence("best", {objectives: listed(names)}) : "", place: place[row], front: front.length}
   const ties = best.length > 1 ? ` ${sentence("ties", {count: best.length})}` : ""
   return place[row] > 1 ? sentence("ranked", parts) : sentence("optimum", parts) + ties

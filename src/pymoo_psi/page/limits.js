@@ -29,9 +29,10 @@ const limitText = ({name, unit}, end, value) =>
 
 // At which limits another design is proposed (selection's switching_values): as each that is set, or
 // that no objective has on its worse side, is tightened or loosened over the values that designs have.
-// A generator, which pauses after each ranking. Returns {name, end, looser, value, row, next, exact}s:
+// A generator, which pauses after each ranking. Returns {name, end, looser, value, row, next, exact, written}s:
 // value is the limit up to which the proposal stays, or from which, looser, it does not; null if it
-// stays at any; row the design proposed then, -1 for none; next the limit there.
+// stays at any; row the design proposed then, -1 for none; next the limit there; written the value
+// with the digits of its sentence.
 const MOST_STEPS = 200
 function* switches(data, state, now) {
   const found = []
@@ -83,12 +84,14 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
   }
   if (row === null) return {name, end, looser, value: null, row: -1, next: null, exact}
   const next = looser ? steps[at] : steps[at + 1]
-  return {name, end, looser, value: sign * steps[at] + 0, row, next: next === undefined ? null : sign * next + 0, exact}
+  const value = sign * steps[at] + 0
+  const written = inDigits(value, gathered(values, picked(data.designs, (i) => free.mask[i])), looser === (end === 1))
+  return {name, end, looser, value, row, next: next === undefined ? null : sign * next + 0, exact, written}
 }
 
 // One of them in words.
-function switchText(data, ranking, {name, end, looser, value, row}) {
+function switchText(data, ranking, {name, end, looser, written: [value, digits], row}) {
   return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
     other: row < 0 ? sentence("none") : sentence("other", {design: data.names[row]}),
-    limit: withUnit(data.by.get(name), short(inSixDigits(value, looser === (end === 1)), 6, decimalsOf(data.by.get(name), ranking)))})
+    limit: withUnit(data.by.get(name), short(value, digits, decimalsOf(data.by.get(name), ranking)))})
 }

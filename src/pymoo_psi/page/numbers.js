@@ -32,8 +32,8 @@ function short(value, digits = 4, least = 0) {
   const isLong = size >= 1e7 - 0.5
   if (!isLong && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) return rounded(value, decimals(least))
   const significant = {maximumSignificantDigits: digits}
-  const isTiny = Number(size.toPrecision(digits)) < 1e-4
-  if (isLong || isTiny) return rounded(value, powerOfTen(significant))
+  const near = Number(size.toPrecision(digits))
+  if (near >= 10 ** digits || near < 1e-4) return rounded(value, powerOfTen(significant))
   const text = rounded(value, significant)
   const count = text.split(decimalMark)[1]?.length ?? 0
   return count < least ? rounded(value, decimals(least)) : text
@@ -82,9 +82,15 @@ function written({texts, notation}, value) {
 const amount = (column, value, ranking) => withUnit({unit: column.unit === "%" ? "points" : column.unit}, short(value, 3, decimalsOf(column, ranking)))
 const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
-// A value with six digits, rounded up or down.
-const inSixDigits = (value, isUp) => isNumber(value)
-  ? Number(new Intl.NumberFormat("en", {maximumSignificantDigits: 6, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}).format(value)) : value
+// A value rounded up or down to six digits, or more where one of others lies between; and the digits.
+function inDigits(value, others, isUp) {
+  for (let digits = 6; digits < 17; digits++) {
+    const options = {maximumSignificantDigits: digits, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}
+    const near = Number(new Intl.NumberFormat("en", options).format(value))
+    if (!others.some((other) => other !== value && other >= min(value, near) && other <= max(value, near))) return [near, digits]
+  }
+  return [value, 17]
+}
 
 // A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
 // Points and commas are decimal marks, but where they, or spaces, separate thousands.

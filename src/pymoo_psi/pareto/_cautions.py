@@ -114,8 +114,9 @@ def cautions(
                     least distance to the ideal point, as on a sphere around it.
     ``tie``         A design that differs by more than a tenth of a range is also an optimum.
     ``near tie``    Such a design is at most 1 % farther.
-    ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
-                    compromise. If normalised, the set bulges away from the ideal point.
+    ``extreme``     The optimum is worst in an objective, within 1 % of the range of the
+                    Pareto-optimal designs: it is no compromise. If normalised, the set bulges away
+                    from the ideal point.
     ``outlier``     Without a single other design that more than doubles a range, or without all
                     that are unlike the others, the optimum would be elsewhere, by more than a
                     tenth of a range.
@@ -298,8 +299,10 @@ class _Checks:
 
     def redundant(self) -> Iterator[Caution]:
         """Yield the caution about objectives that nearly repeat others."""
-        first = originals(self.d)
-        twins = np.flatnonzero(self.varying & (first < np.arange(len(first))))
+        varying = np.flatnonzero(self.varying)
+        first = varying[originals(self.d[:, varying])]
+        is_twin = first < varying
+        twins = varying[is_twin]
         if not len(twins):
             return
         optima = self.again(np.delete(self.values, twins, axis=1)).salukvadze
@@ -307,7 +310,7 @@ class _Checks:
             yield _caution(
                 "redundant",
                 twins=listed([*self.names[twins]]),
-                originals=listed([*self.names[first[twins]]]),
+                originals=listed([*self.names[first[is_twin]]]),
                 other=self.name_of(optima[0]),
             )
 
@@ -367,8 +370,9 @@ class _Checks:
 
     def worst(self) -> Iterator[Caution]:
         """Yield the caution about objectives in which the optimum is the worst."""
-        behind = self.d.max(axis=0) - self.d[self.best]
-        is_worst = self.varying & (behind <= EDGE)
+        ends = self.d.max(axis=0)  # less than 1 if fixed ranges extend further
+        behind = ends - self.d[self.best]
+        is_worst = self.varying & (behind <= EDGE * ends)
         if not is_worst.any():
             return
         worst = "the worst"
@@ -449,7 +453,7 @@ def originals(d: Array) -> Rows:
     for column in d.T:
         differences = np.sqrt(np.mean((d.T - column) ** 2, axis=1))
         first.append((differences <= SAME).argmax())
-    return np.array(first)
+    return np.array(first, dtype=np.intp)
 
 
 def _distinct(ordered: Array) -> Array:

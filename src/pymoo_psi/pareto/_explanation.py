@@ -28,7 +28,13 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.pareto._dominance import without_rounding
-from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
+from pymoo_psi.pareto._ranking import (
+    EfficiencyRanking,
+    front_of,
+    is_table,
+    rank_of_efficiency,
+    with_units,
+)
 from pymoo_psi.pareto._sentences import SENTENCES, capital, listed, sentence, wrapped
 
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
@@ -241,7 +247,8 @@ class Explanation:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).best_in
             ['f1']
         """
-        is_best = np.isfinite(self.ranking.lengths) & (self.behind == 0)
+        _, values = front_of(self.ranking)  # fixed ranges say nothing of them
+        is_best = (np.ptp(values, axis=0) > 0) & (self.behind == 0)
         return [self.ranking.objectives.names[j] for j in np.flatnonzero(is_best)]
 
     @property
