@@ -413,7 +413,9 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
                 continue
             at = int(np.searchsorted(rows, row))
             why = explain(ranking, row=at, units=units)
-            assert [one["standing"], one["costs"]] == list(why.sentences[:2])
+            # The rows of the page have the shares.
+            costs = re.sub(r" \([^()]* %( of its (fixed )?range)?\)", "", why.sentences[1])
+            assert [one["standing"], one["costs"]] == [why.sentences[0], costs]
             for step, text in zip(one["steps"], why.sentences[2:], strict=True):
                 assert text.endswith(f": {step['text']}.")
             away = [objective["away"] for objective in one["objectives"]]

@@ -25,6 +25,7 @@ from pymoo_psi.page._page import DecisionPage, decision_page
 # isort: split
 from pymoo_psi.page._page import designs_of_page as designs_of_page
 from pymoo_psi.page._page import existing_designs as existing_designs
+from pymoo_psi.page._page import fonts as fonts
 from pymoo_psi.page._page import page_of_tests as page_of_tests
 from pymoo_psi.page._payload import number_formats as number_formats
 from pymoo_psi.page._payload import rows_of as rows_of

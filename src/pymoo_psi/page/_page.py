@@ -24,8 +24,8 @@ from pymoo_psi.table import Decision, Formulation, Limit, TestTable
 # the browser refuse every text that a script would turn into markup: the user's names and labels
 # reach the page as text or not at all.
 _POLICY = (
-    "default-src 'none'; connect-src {}; script-src {}; style-src {}; base-uri 'none'; "
-    "form-action 'none'; require-trusted-types-for 'script'"
+    "default-src 'none'; connect-src {}; script-src {}; style-src {}; font-src data:; "
+    "base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'"
 )
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 # The scripts of a page, each of its files a subject: those that need no document, and what is seen.
@@ -99,7 +99,7 @@ class DecisionPage(Document):
         if live is not None:
             scripts["live"] = _asset("live.js")
             source = "'self'"
-        style = _asset("page.css")
+        style = fonts() + _asset("page.css")
         content = payload(
             self.title,
             self.table,
@@ -291,6 +291,15 @@ def designs_of_page(tests: TestTable) -> TestTable:
 
 
 # The document
+
+
+def fonts() -> str:
+    """Return the style that holds the typeface and names those that stand in for it."""
+    style = _asset("fonts.css")
+    for weight in ("inter-400.woff2", "inter-650.woff2"):
+        data = b64encode(Path(__file__).with_name(weight).read_bytes()).decode("ascii")
+        style = style.replace("{{" + weight + "}}", data)
+    return style
 
 
 def _paragraphs(kind: str, texts: Names) -> str:

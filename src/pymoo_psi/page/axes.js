@@ -27,7 +27,7 @@ const axes = (() => {
     $("further").style.setProperty("--columns", getComputedStyle($("objectives")).gridTemplateColumns)
     const area = $("rows-area").getBoundingClientRect()
     const boxes = columnsShown.map((column) => controls.get(column).axis.getBoundingClientRect())
-    heights = boxes.map((box) => (box.top + box.bottom) / 2 - area.top)
+    heights = boxes.map((box) => round((box.top + box.bottom) / 2 - area.top)) // so that lines are equally sharp
     Object.assign(plot.style, {left: `${boxes[0].left - area.left}px`, width: `${boxes[0].width}px`, height: `${area.height}px`})
     fit()
   }

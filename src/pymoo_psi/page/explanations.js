@@ -154,14 +154,13 @@ function behindText(data, ranking, row) {
   return `${isWithin(shares[j]) ? percent(shares[j]) : amount(column, behind[j], ranking)} in ${column.name}`
 }
 
-// How far a design is from the best values, the greatest share of a range first.
+// How far a design is from the best values, the greatest share of a range first; the rows have the shares.
 function costsOf(data, ranking, behind, shares) {
   const places = bySize(shares).filter((j) => behind[j] > 0)
   if (!places.length) return sentence("all best")
   const changes = places.slice(0, MOST_COSTS).map((j, k) => {
     const column = data.objectives[j]
-    return sentence(`${isWithin(shares[j]) ? "" : "bare "}${k ? "change" : "first change"}`, {objective: column.name,
-      amount: amount(column, behind[j], ranking), share: percent(shares[j]), range: ranking.fixed ? "fixed range" : "range"})
+    return sentence(k ? "bare change" : "bare first change", {objective: column.name, amount: amount(column, behind[j], ranking)})
   })
   if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
   return sentence("costs", {changes: listed(changes)})

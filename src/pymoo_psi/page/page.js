@@ -49,12 +49,10 @@ past[++at] = saved
 say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
 document.documentElement.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
 addressed()
-update(true)
-document.body.dataset.ready = "yes"
 inPieces(prepare(data))
 
 const page = {
-  data, ready: performance.now(), update, grow, explain, tickTexts, looks: LOOKS,
+  data, update, grow, explain, tickTexts, looks: LOOKS,
   state: () => state,
   set: (next, done = true) => { change(checked(data, next).state, done); update() },
   get ranking() { return ranking }, get verdict() { return verdict },
@@ -63,3 +61,9 @@ const page = {
   get resting() { return page.settled && !search }, plots, axes, scale: scaleOf,
 }
 window.decisionPage = page
+// Once the typeface is there, in which texts are measured.
+Promise.allSettled([FONT, `650 ${FONT}`].map((font) => document.fonts.load(font))).then(() => {
+  update(true)
+  page.ready = performance.now()
+  document.body.dataset.ready = "yes"
+})

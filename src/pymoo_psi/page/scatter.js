@@ -4,7 +4,7 @@
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
 const MOST_OBSTACLES = 300 // points from which names keep away
-const SIDES = [[1, 0], [-1, 0], ...[0, 0.5, -0.5, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
+const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
 const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
 // The columns of both plots, across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k]) ?? data.by.get(name))
@@ -207,10 +207,12 @@ function scatter(section, place, name) {
       const words = wrapped(g, [called(row), ...(people.get(row) ?? []).map(({name}) => name)].join(" · "), frame()[0] * 0.6)
       return [row, placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))]
     }))
-    let names = namesAt(places, wanted, [...places.keys()])
-    const missing = [...places.keys()].filter((row) => !names.some((name) => name.row === row))
-    if (missing.length) { // perhaps there is room for all where these come first
-      const others = namesAt(places, wanted, [...new Set([...wanted, ...missing, ...places.keys()])])
+    const all = [...places.keys()]
+    let names = namesAt(places, wanted, all)
+    const missing = all.filter((row) => !names.some((name) => name.row === row))
+    for (const first of [wanted, []]) { // perhaps there is room for all where these come first
+      if (names.length === all.length) break
+      const others = namesAt(places, wanted, [...new Set([...first, ...missing, ...all])])
       if (others.length > names.length) names = others
     }
     for (const {row, words, x, y, tie} of names) {
@@ -271,7 +273,7 @@ function scatter(section, place, name) {
     }
     return places
   }
-  const fontOf = (row) => (row === verdict?.row ? `600 ${FONT}` : FONT)
+  const fontOf = (row) => (row === verdict?.row ? `650 ${FONT}` : FONT)
 
   function mark(row) {
     const g = clean(2)

@@ -24,7 +24,7 @@ const table = (() => {
   // As wide as its texts and the longest word of its head.
   const widths = columns.map(({width, text, kind}) => {
     const gap = kind ? 18 : 32
-    const pixels = ceil(max(7.4 * width + gap, min(7.2 * longest(text.split(" ")) + gap + 8, 150), 56))
+    const pixels = ceil(max(8.2 * width + gap, min(7.2 * longest(text.split(" ")) + gap + 8, 150), 56))
     return kind === ".label" ? `min(${pixels}px, 55vw)` : `${pixels}px`
   })
   const tracks = widths.map((width, k) => (k ? `minmax(${width}, 1fr)` : width))

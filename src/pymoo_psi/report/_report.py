@@ -22,7 +22,7 @@ from pymoo_psi.analysis import (
     within_limits,
 )
 from pymoo_psi.files import read_table
-from pymoo_psi.page import existing_designs
+from pymoo_psi.page import existing_designs, fonts
 from pymoo_psi.pareto import EfficiencyRanking, measured_in, weights_sentence
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
@@ -100,6 +100,7 @@ class DecisionReport(Document):
                 measured = f"{measured_in(choice.ranking)}."
             return environment.get_template("report.html").render(
                 report=self,
+                fonts=fonts(),
                 data=table,
                 contents=_contents,
                 choice=choice,
