@@ -162,3 +162,10 @@ def test_a_tie_is_said_once(said):
     printed = said("rank", "set.csv")
     assert "Caution: B is as near to the best values as A" in printed
     assert "equally near" not in printed
+
+
+def test_small_distances_are_no_zeros(said):
+    Path("set.csv").write_text("name,cost,mass\nA,1e-6,3e-6\nB,2e-6,2e-6\nC,4e-6,1e-6\n")
+    printed = said("rank", "set.csv", "--long", "--no-normalize")
+    distances = re.findall(r"^\w +\d +\S+e-6 +\S+e-6 +(\S+)", printed, re.MULTILINE)
+    assert distances == ["1.4142e-6", "2e-6", "3e-6"]

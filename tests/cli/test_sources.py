@@ -301,3 +301,9 @@ def test_a_report_says_what_excludes_all_designs(said, tmp_path):
         "rank", *words, code=2
     )
     said("report", *words, code=1)
+
+
+def test_no_design_that_lacks_an_objective_would_be_left(said, tmp_path):
+    (tmp_path / "set.csv").write_text("car,price,power\nA,10,\nB,20,3\nC,30,5\n")
+    words = ["set.csv", "--limits", "price<=5", "--drop-incomplete"]
+    assert "Without the limit on price 2 are left." in joined(said("rank", *words, code=2))

@@ -160,13 +160,14 @@ def none_left_sentence(table: TestTable) -> str:
     if not limits:
         return f"No design is left: {counted(len(table), words['row'])}, none with all objectives."
     text = f"No design is left: none of {n_tests} meets the limits ({', '.join(limits)})."
-    costs = constraint_costs(table)
+    mask, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
-    alone = costs["alone"].to_numpy()
+    would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)
+    alone = mask[would_be_left].sum(axis=0)
     if alone.any():
         n = alone.max()
         return f"{text} Without the limit on {names[alone.argmax()]} {n} {_are(n)} left."
-    rejects = costs["rejects"].to_numpy()
+    rejects = mask.sum(axis=0)
     return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
 
 

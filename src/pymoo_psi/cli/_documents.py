@@ -150,7 +150,8 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
     from pymoo_psi.page import number_formats
 
     frame = ranked_frame(table, None)
-    rounded = frame.head(_N_IN_DETAIL).drop(columns=["mu2", "mu3", "pareto"]).round({"mu1": 4})
+    rounded = frame.head(_N_IN_DETAIL).drop(columns=["mu2", "mu3", "pareto"])
+    rounded["mu1"] = [number(distance, 5) for distance in rounded["mu1"]]
     for name, number_format in number_formats(table).items():
         column = _beside_ranking(name)
         if column in rounded:
