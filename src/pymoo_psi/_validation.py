@@ -74,6 +74,39 @@ def _shown(value: object) -> str:
     return text
 
 
+def source_type(source: Any) -> str:
+    """Return what was given where designs or their objectives are expected.
+
+    Types are recognized by what they have: importing pandas for a test takes half a second.
+
+    Returns:
+        "file"; "table", "preferences", of this package; "frame", of pandas; "result", also an
+        algorithm, or "population", of pymoo; "array" for anything else.
+    """
+    if isinstance(source, (str, PathLike)):
+        return "file"
+    # The class is asked, as columns of a frame, and parts of a result, may have any name.
+    if hasattr(type(source), "feasible_ranking"):
+        return "table"
+    if hasattr(type(source), "trades"):
+        return "preferences"
+    if hasattr(type(source), "itertuples"):
+        return "frame"
+    if hasattr(source, "opt"):
+        return "result"
+    if isinstance(source, np.ndarray) and hasattr(source, "get"):
+        return "population"
+    return "array"
+
+
+def population_of(source: Any) -> Any:
+    """Return the population of a result, an algorithm or a population of pymoo; None if empty."""
+    population = getattr(source, "opt", source)
+    if population is None or len(population) == 0:
+        return None
+    return population
+
+
 class Received(str):
     """A description of what was received, shown without quotation marks."""
 

@@ -145,6 +145,13 @@ EXAMPLE = TestTable.of(
 )
 
 
+def test_a_workbook_keeps_names_that_look_like_its_characters(tmp_path):
+    schema = Schema.of(["_x0000_"], ["a_x0041_"])
+    table = TestTable.of([1], [[0.5]], [[2.0]], schema=schema)
+    write_table(table, tmp_path / "t.xlsx")
+    assert read_table(tmp_path / "t.xlsx").equals(table)
+
+
 def test_options_that_look_alike_keep_their_types(tmp_path):
     cells = ["12", 12, 12.0, True, "true", '"oak"', "oak", "NaN", "[1]", "{", "", " 7 ", "1e5", "null", "a\r\nb\rc", "_x000D_ _x005F_"]  # fmt: skip
     table = TestTable.of(np.arange(1, 17), [[cell] for cell in cells], np.ones((16, 1)))

@@ -99,17 +99,35 @@ class Cells:
         columns: The cells by name, as many in each column.
         rows: The numbers of the rows, from 1 unless rows before them were left out.
         lines: The numbers of the lines on which the rows end; empty if the source has no lines.
+        remarks: Sentences on rows that are left out.
     """
 
     columns: dict[str, list[Any]]
     rows: Sequence[int]
     lines: Sequence[int] = ()
+    remarks: Names = ()
 
-    def kept(self, is_kept: Collection[Any]) -> Cells:
-        """Return the rows that a mask selects."""
-        columns = {name: list(compress(cells, is_kept)) for name, cells in self.columns.items()}
-        rows = list(compress(self.rows, is_kept))
-        return Cells(columns, rows, list(compress(self.lines, is_kept)))
+    def kept(self, is_kept: list[bool], why: str) -> Cells:
+        """Return the rows that a mask selects.
+
+        Args:
+            is_kept: The mask.
+            why: Why the others are left out.
+
+        Raises:
+            UnfitError: None is selected.
+        """
+        n_out = is_kept.count(False)
+        if n_out == 0:
+            return self
+        if n_out == len(is_kept):
+            raise UnfitError(f"none of its {counted(n_out, 'row')} counts: {why}")
+        return Cells(
+            {name: list(compress(cells, is_kept)) for name, cells in self.columns.items()},
+            list(compress(self.rows, is_kept)),
+            list(compress(self.lines, is_kept)),
+            [*self.remarks, f"{counted(n_out, 'row')} left out: {why}."],
+        )
 
     def where(self, i: int) -> str:
         """Return the place of the i-th row, for messages."""

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pymoo_psi._kinds import kind_of_cells
+from pymoo_psi._kinds import Kind, kind_of_cells
 from pymoo_psi._names import name_of, named_as
 from pymoo_psi._validation import (
     AnyArray,
@@ -26,13 +26,15 @@ from pymoo_psi._validation import (
     Entries,
     FilePath,
     Head,
-    Mask,
+    Integers,
     Names,
     Received,
     counted,
     invalid,
     known_name,
+    population_of,
     real_array,
+    source_type,
 )
 from pymoo_psi.analysis import average_repeats, has_repeats, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
@@ -50,6 +52,7 @@ from pymoo_psi.files._formats import recognized
 from pymoo_psi.files._tests import stated_by_designs, tests_of_cells, tests_of_folder
 from pymoo_psi.pareto import RANKING_COLUMNS, listed
 from pymoo_psi.table import (
+    LABEL,
     MARK,
     NOTE,
     OBJECTIVE,
@@ -75,7 +78,7 @@ from pymoo_psi.table import (
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = (TEST, "test_point", "label", "name", "id", "design")
 _NUMBER = "number"  # of a row, or of pieces
-_LABELS = (*_NAMING, _NUMBER, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
+_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", _NUMBER)
 # Columns that follow from others in what we wrote. Other people's mean something else.
 _OF_RANKINGS = (*RANKING_COLUMNS, "mark")
 # By these a ranking is recognized.
@@ -157,37 +160,37 @@ def read_table(
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
     path = None
-    if isinstance(source, (str, PathLike)):
+    if source_type(source) == "file":
         path = Path(source)
     asked = decision_of(formulation)
     try:
         content: Any = _content(source, encoding, frozenset(skip_rows), sheet)
-        is_study = path is not None and isinstance(content, TestTable)
-        if not isinstance(content, TestTable) and MARK in content[1]:
-            content = tests_of_cells(path, content[1], content[0].columns)
-        has_cells = not isinstance(content, TestTable)
-        if skip_rows and not (has_cells and content[0].lines):
+        is_of_tests = isinstance(content, TestTable) or MARK in content[1]
+        if skip_rows and (is_of_tests or not content[0].lines):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
-        if variables and not has_cells:
+        if variables and is_of_tests:
             rule = "left out for a table of tests, which has its own"
             raise invalid("variables", rule, variables)
-        table: TestTable = content
-        if has_cells:
+        if isinstance(content, TestTable):
+            table = content
+        elif is_of_tests:
+            table = tests_of_cells(path, content[1], content[0].columns)
+        else:
             cells, head = content
             cells = _named(cells, head, asked.formulation.units)
+            head = dict(head)
             if average_by in cells.columns:
-                head = {**head, "label": average_by}
+                head["label"] = average_by
             if decimal:
-                head = {**head, "decimal": decimal}
+                head["decimal"] = decimal
             # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
             is_file = path is not None and not average_by
-            cells, remarks = _designs(cells, head, asked.formulation, is_file=is_file)
-            table = _table(cells, head, asked.formulation, variables, remarks, drop_incomplete)
-            if average_by == "variables" and variables and not table.schema.variables:
-                raise UnfitError(table.facts[-1].rstrip("."))
+            cells = _designs(cells, head, asked.formulation, is_file=is_file)
+            table = _table(cells, head, asked.formulation, variables, drop_incomplete)
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
+    is_study = path is not None and table is content
     if average_by or (average_by is None and is_study and has_repeats(table)):
         with named_as({"by": name_of("average_by")}):
             table = average_repeats(table, average_by)
@@ -216,14 +219,16 @@ def _content(
     sheet: str | None = None,
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head."""
-    if isinstance(source, TestTable):
-        return source
-    if isinstance(source, (str, PathLike)):
+    kind = source_type(source)
+    if kind == "table":
+        table: TestTable = source
+        return table
+    if kind == "file":
         return _content_of_file(Path(source), encoding, skip_rows, sheet)
-    if hasattr(source, "itertuples"):  # a frame of pandas
+    if kind == "frame":
         return cells_of_frame(source)
-    if hasattr(source, "opt") or (isinstance(source, np.ndarray) and hasattr(source, "get")):
-        return _table_of_population(getattr(source, "opt", source))
+    if kind in ("result", "population"):
+        return _table_of_population(population_of(source))
     F = real_array("source", source, "or give the path of a file")
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
@@ -311,10 +316,8 @@ def source_columns(
 # The rows that are designs
 
 
-def _designs(
-    cells: Cells, head: Head, formulation: Formulation, *, is_file: bool
-) -> tuple[Cells, list[str]]:
-    """Return the cells of feasible designs, and remarks on others; of equal rows, the first.
+def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: bool) -> Cells:
+    """Return the cells of feasible designs; of equal rows of a file, the first.
 
     Raises:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
@@ -332,49 +335,72 @@ def _designs(
             "put it beside the file or give the table itself, or say --objectives and --maximize "
             "(Formulation(objectives=..., maximize=...))",
         )
-    remarks: list[str] = []
     # A failed design may hold anything, so it is left out before numbers are read.
     if derived == RESULTS:
         is_ok = [status == "ok" for status in columns["status"]]
-        cells = _kept(cells, is_ok, "not feasible", remarks)
+        cells = cells.kept(is_ok, "not feasible")
     elif derived and "mark" in columns:  # exported by the page
         is_design = [mark != "prototype" for mark in columns["mark"]]
-        cells = _kept(cells, is_design, "prototypes of a page", remarks)
+        cells = cells.kept(is_design, "prototypes of a page")
     if is_file:
         texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
         is_new = first_of(zip(*texts, strict=True)) == np.arange(len(cells.rows))
-        cells = _kept(cells, is_new.tolist(), "equal to another one in all cells", remarks)
+        cells = cells.kept(is_new.tolist(), "equal to another one in all cells")
     others = {name: column for name, column in cells.columns.items() if name not in derived}
-    return replace(cells, columns=others), remarks
-
-
-def _kept(cells: Cells, is_kept: list[bool], why: str, remarks: list[str]) -> Cells:
-    """Return the cells of the rows that are kept; a remark says why others are left out."""
-    n_out = is_kept.count(False)
-    if n_out == 0:
-        return cells
-    if n_out == len(is_kept):
-        raise UnfitError(f"none of its {counted(n_out, 'row')} counts: {why}")
-    remarks.append(f"{counted(n_out, 'row')} left out: {why}.")
-    return cells.kept(is_kept)
+    return replace(cells, columns=others)
 
 
 # The columns and their roles
 
 
-def _label(columns: Mapping[str, TextColumn]) -> str | None:
+def _labelled(cells: Cells, head: Head) -> tuple[dict[str, TextColumn], str | None, list[str]]:
+    """Return the columns, the name of the one that names the designs, and of all that number them.
+
+    Raises:
+        ArgumentValueError: A row is the sum of others.
+    """
+    labels = _labels(cells)
+    columns = read_columns(cells, head.get("decimal"), labels, head.get("separator", ""))
+    label = head.get("label")
+    if label not in columns:  # also where it follows from others
+        label = _label(columns, labels)
+    if label is not None:
+        labels.append(label)
+    if label == TEST and RUN in columns:
+        labels.append(RUN)
+    require_designs(columns, labels, label, cells)
+    return columns, label, labels
+
+
+def _labels(cells: Cells) -> list[str]:
+    """Return the columns that name or number the designs, by their names, the best one first."""
+    labels = []
+    for name, column in cells.columns.items():
+        is_of_pieces = _word(name) == _NUMBER and len({*map(str, column)}) < len(column)
+        if _word(name) in _LABELS and not is_of_pieces:
+            labels.append(name)
+    return sorted(labels, key=lambda name: _LABELS.index(_word(name)))
+
+
+def _word(name: str) -> str:
+    return name.strip().lower()
+
+
+def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     """Return the column that names the designs, or None.
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
     "Model". Otherwise a column that numbers the rows does.
     """
-    labels = {name.strip().lower(): name for name in columns}
-    best = min(labels.keys() & {*_LABELS}, key=_LABELS.index, default="")
-    name, texts = _first_texts(columns)
-    if best not in _NAMING and texts and len(texts) == texts.total():
-        return name
-    return labels.get(best)
+    best = None
+    if labels:
+        best = labels[0]
+    if best is None or _word(best) not in _NAMING:
+        name, texts = _first_texts(columns)
+        if texts and len(texts) == texts.total():
+            return name
+    return best
 
 
 def _first_texts(columns: Mapping[str, TextColumn]) -> tuple[str, Counter[str]]:
@@ -383,7 +409,7 @@ def _first_texts(columns: Mapping[str, TextColumn]) -> tuple[str, Counter[str]]:
     There are none if it has other cells, too.
     """
     for name, column in columns.items():
-        if name.strip().lower() in _LABELS:
+        if _word(name) in _LABELS:
             continue
         is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
         if column.numbers is None and not column.problem and all(is_text):
@@ -392,20 +418,31 @@ def _first_texts(columns: Mapping[str, TextColumn]) -> tuple[str, Counter[str]]:
     return "", Counter()
 
 
-def _repeated_names(columns: Mapping[str, TextColumn]) -> list[str]:
-    """Say why designs are called by their rows, if most have a name of their own."""
+def _remarks_on_names(
+    columns: Mapping[str, TextColumn], label: str | None, labels: Names, objectives: Names
+) -> list[str]:
+    """Say why designs are called by their rows, and what numbers them that may be an objective.
+
+    Args:
+        columns: The columns.
+        label: Name of the column that names the designs, or None.
+        labels: Names of the columns that name or number designs.
+        objectives: The objectives that the user names.
+    """
+    remarks = []
+    for name in labels:
+        numbers = columns[name].numbers
+        if _word(name) != _NUMBER or name == label or numbers is None or objectives:
+            continue
+        if not (np.diff(numbers) == 1).all():
+            remarks.append(f"{name} numbers the designs; name the objectives if it is one of them.")
     name, texts = _first_texts(columns)
-    if 2 * len(texts) <= texts.total():
-        return []
-    text, count = texts.most_common(1)[0]
-    return [f"Designs are called by their rows, as {text!r} occurs {count} times in {name}."]
-
-
-def _remark_on_numbers(column: TextColumn) -> list[str]:
-    """Say that different values number the designs beside their names, if they do not count up."""
-    if column.numbers is None or (np.diff(column.numbers) == 1).all():
-        return []
-    return [f"{column.name} numbers the designs; name the objectives if it is one of them."]
+    if label is None and 2 * len(texts) > texts.total():  # most have a name of their own
+        text, count = texts.most_common(1)[0]
+        remarks.append(
+            f"Designs are called by their rows, as {text!r} occurs {count} times in {name}."
+        )
+    return remarks
 
 
 def _names_of_roles(
@@ -458,89 +495,104 @@ def _table(
     head: Head,
     formulation: Formulation,
     variables: Names | None,
-    remarks: list[str],
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
     decision, stated_variables = stated_by_designs(head)
     stated = decision.formulation
-    separator = head.get("separator", "")
-    labels: set[str | None] = {name for name in cells.columns if name.strip().lower() in _LABELS}
-    columns = read_columns(cells, head.get("decimal"), labels, separator)
-    number_columns = [name for name in columns if name.strip().lower() == _NUMBER]
-    label = head.get("label")
-    if label not in columns:  # also where it follows from others
-        label = _label({name: columns[name] for name in columns if name not in number_columns})
-    for name in number_columns:
-        if len({*map(str, columns[name].cells)}) < len(cells.rows):  # of pieces
-            labels.discard(name)
-        elif label is None:
-            label = name
-        elif label != name and not formulation.objectives:
-            remarks += _remark_on_numbers(columns[name])
-    if label is None:
-        remarks += _repeated_names(columns)
-    labels.add(label)
-    if label == TEST:
-        labels.add(RUN)
-    require_designs(columns, labels, label, cells)
+    columns, label, labels = _labelled(cells, head)
+    remarks = [*cells.remarks]
+    remarks += _remarks_on_names(columns, label, labels, formulation.objectives)
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
-    described = []
-    data: Columns = {}
-    notes: Columns = {}
-    no_variables = []
-    for name in dict.fromkeys((*objectives, *columns)):
-        column = columns[name]
-        role = NOTE
-        if name in objectives:
-            role = OBJECTIVE
-        elif name in variables and not column.problem and not column.gaps().any():
-            role = VARIABLE
-        elif name in formulation.columns or (column.numbers is not None and name not in labels):
-            role = OUTPUT
-        values = _values(column, role)
-        if name in variables and role != VARIABLE:
-            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
-            no_variables.append(f"{name} is no variable: {problem}.")
-        if role == NOTE:
-            notes[name] = values
-            continue
-        data[name] = values
-        unit = stated.units.get(name, column.unit)
-        maximize = name in stated.maximize and role != VARIABLE
-        described.append(Column(name, role, kind_of_cells(values), unit, maximize))
-    F = np.column_stack([data[name] for name in objectives])
-    if not (formulation.objectives or stated.objectives):
-        remarks += _counting(objectives[0], F[:, 0])
-    is_asked = np.ones(len(F), dtype=bool)
-    for name, limit in formulation.combine_first(stated).allowed.items():
-        if limit.texts is not None and name in notes:
-            is_asked &= limit.excess(name, notes[name]) == 0
-    remarks += _incomplete(cells, objectives, F, is_asked, drop_incomplete)
-    remarks += no_variables
-    numbers = notes.pop(TEST, cells.rows)
-    if any(type(number) is not int or number < 1 for number in numbers) or len({*numbers}) < len(F):
-        raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
-    if label == TEST:
-        label = None
-    elif label not in notes:  # designs without names are called by their rows
-        label = "design" if "row" in data else "row"
-        notes.setdefault(label, np.array(cells.rows))
+    roles = _roles(columns, objectives, variables, {*formulation.columns}, labels)
+    data = {name: _values(columns[name], role) for name, role in roles.items()}
+    numbers = np.array(cells.rows)
+    if roles.get(TEST) == NOTE:
+        numbers = _test_numbers(data.pop(TEST))
+    if label != TEST:
+        if label is None or roles[label] != NOTE:  # designs without names are called by their rows
+            label = "row"
+            if roles.get(label, NOTE) != NOTE:
+                label = "design"
+            data.setdefault(label, np.fromiter(cells.rows, object))
+        roles[label] = LABEL
     if {*stated.objectives} != {*objectives}:
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
     table = TestTable(
-        Schema(tuple(described)),
+        _schema(data, roles, columns, stated),
         data,
-        np.array(numbers, dtype=np.int64),
+        numbers,
         decision=replace(decision, formulation=stated.without_columns()),
-        facts=tuple(remarks),
         decimal=max(marks, key=".,".index),
-        separator=(separator or ",").replace(" ", ","),
+        separator=head.get("separator", ",").replace(" ", ","),
     )
-    return table.with_notes(notes, label)
+    if not (formulation.objectives or stated.objectives):
+        remarks += _counting(objectives[0], data[objectives[0]])
+    limits = formulation.combine_first(stated).allowed
+    remarks += _incomplete(cells, table, limits, drop_incomplete)
+    for name in variables:
+        if roles[name] != VARIABLE:
+            problem = columns[name].problem or cells.place(name, int(columns[name].gaps().argmax()))
+            remarks.append(f"{name} is no variable: {problem}.")
+    return replace(table, facts=tuple(remarks))
+
+
+def _schema(
+    data: Columns,
+    roles: Mapping[str, str],
+    columns: Mapping[str, TextColumn],
+    stated: Formulation,
+) -> Schema:
+    """Return the columns of a table, with units and directions that the source states."""
+    described = []
+    for name, values in data.items():
+        role = roles[name]
+        column = Column(name, role, Kind.CHOICE)
+        if role not in (LABEL, NOTE):
+            unit = stated.units.get(name, columns[name].unit)
+            maximize = name in stated.maximize and role != VARIABLE
+            column = Column(name, role, kind_of_cells(values), unit, maximize)
+        described.append(column)
+    return Schema(tuple(described))
+
+
+def _test_numbers(cells: AnyArray) -> Integers:
+    """Return the cells of the column with the numbers of tests."""
+    is_number = [type(cell) is int and cell >= 1 for cell in cells]
+    if not all(is_number) or len({*cells}) < len(cells):
+        raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
+    return cells.astype(np.int64)
+
+
+def _roles(
+    columns: Mapping[str, TextColumn],
+    objectives: Names,
+    variables: Names,
+    required: Collection[str],
+    labels: Names,
+) -> dict[str, str]:
+    """Return the role of each column, objectives first.
+
+    Args:
+        columns: The columns.
+        objectives: Names of the objectives.
+        variables: Names of the columns that are variables if they have no gaps.
+        required: Names of the columns that the formulation needs.
+        labels: Names of the columns that name or number designs.
+    """
+    roles = dict.fromkeys(objectives, OBJECTIVE)
+    for name, column in columns.items():
+        if name in objectives:
+            continue
+        roles[name] = NOTE
+        if name in variables and not column.problem and not column.gaps().any():
+            roles[name] = VARIABLE
+        elif name in required or (column.numbers is not None and name not in labels):
+            roles[name] = OUTPUT
+    return roles
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:
@@ -606,14 +658,20 @@ def _failures(table: TestTable) -> list[str]:
     return remarks
 
 
-def _incomplete(cells: Cells, objectives: Names, F: Array, is_asked: Mask, drop: bool) -> list[str]:
+def _incomplete(
+    cells: Cells, table: TestTable, limits: Mapping[str, Limit], drop: bool
+) -> list[str]:
     """Refuse designs that are asked for and lack a finite objective, or return a remark on them."""
-    lacking = ~np.isfinite(F) & is_asked[:, None]
-    rows = np.flatnonzero(lacking.any(axis=1)).tolist()
+    objectives = table.schema.objectives
+    lacking = ~np.isfinite([table.data[name] for name in objectives])
+    for name in {*table.schema.notes} & {*limits}:
+        if limits[name].texts is not None:
+            lacking &= limits[name].excess(name, table.data[name]) == 0
+    rows = np.flatnonzero(lacking.any(axis=0)).tolist()
     if not rows:
         return []
     if not drop:
-        name = objectives[lacking[rows[0]].argmax()]
+        name = objectives[lacking[:, rows[0]].argmax()]
         raise UnfitError(
             cells.place(name, rows[0]), "leave out such designs by drop_incomplete=True"
         )

@@ -90,7 +90,8 @@ class WorkbookFile(FileFormat):
             sheet.append(list(map(typed, row)))
         about = book.create_sheet(_HEAD_SHEET)
         for name, value in head.items():
-            text = json.dumps(value, ensure_ascii=False)
+            # Excel takes a text such as _x0041_ for a character; JSON has escapes of its own.
+            text = json.dumps(value, ensure_ascii=False).replace("_x", r"\u005fx")
             parts = [text[i : i + _LONGEST] for i in range(0, len(text), _LONGEST)]
             about.append([name, *parts])
         book.save(path)

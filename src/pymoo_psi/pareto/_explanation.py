@@ -26,12 +26,12 @@ from pymoo_psi._validation import (
     counted,
     integer,
     invalid,
+    source_type,
 )
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
     front_of,
-    is_table,
     rank_of_efficiency,
     with_units,
 )
@@ -401,10 +401,10 @@ def explain(
     """
     decimal = ""
     trades: tuple[str, ...] = ()
-    if is_table(F):
+    kind = source_type(F)
+    if kind in ("table", "preferences"):
         decimal = F.decimal
-    elif hasattr(type(F), "trades"):  # answers to questions; a frame may have such a column
-        decimal = F.decimal
+    if kind == "preferences":
         trades = F.trades(units)
         if row is None and design is None:
             row = F.row
@@ -552,7 +552,7 @@ def by_size(shares: AnyArray) -> Rows:
 
 def _row_of_design(design: Any, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a design by its label or its number."""
-    if not is_table(F):
+    if source_type(F) != "table":
         return ranking.row_of(design)
     return _ranked_row("design", F.row_of(design), F, ranking)
 
@@ -561,7 +561,7 @@ def _ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a row of F; of a table only feasible designs are ranked."""
     ranked = np.arange(len(ranking.rows))
     last = len(ranked) - 1
-    if is_table(F):
+    if source_type(F) == "table":
         ranked = ranking.rows
         last = len(F) - 1
     if integer(name, row, minimum=0) > last:

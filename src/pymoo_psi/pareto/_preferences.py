@@ -25,7 +25,7 @@ import numpy as np
 
 from pymoo_psi._numbers import decimal_mark, percent
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Rows, counted, invalid
+from pymoo_psi._validation import Array, Rows, counted, invalid, source_type
 from pymoo_psi.pareto._acceptability import (
     first_of_equal,
     nearest_designs,
@@ -36,7 +36,7 @@ from pymoo_psi.pareto._acceptability import (
 )
 from pymoo_psi.pareto._cautions import originals
 from pymoo_psi.pareto._explanation import by_size, compare_designs
-from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
+from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class Preferences(Shown):
         self.ranking: EfficiencyRanking = rank_of_efficiency(
             F, normalize=normalize, maximize=maximize
         )
-        self.decimal: str = F.decimal if is_table(F) else ""
+        self.decimal: str = F.decimal if source_type(F) == "table" else ""
         self._front, terms, weighted = weighted_terms(self.ranking)
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.

@@ -50,7 +50,9 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     objective_matrix,
+    population_of,
     require_shape,
+    source_type,
     wrong_type,
 )
 from pymoo_psi.pareto._dominance import (
@@ -222,8 +224,8 @@ class Objectives:
         """Return the objective values of any source, checked.
 
         Args:
-            F: ``(n, m)`` array or data frame, n, m >= 1; or a result of pymoo, whose ``F`` is
-                minimised.
+            F: ``(n, m)`` array or data frame, n, m >= 1; or a result, an algorithm or a
+                population of pymoo, all minimised.
             maximize: Which are to be maximised, by name or column index from 0.
 
         Raises:
@@ -233,12 +235,11 @@ class Objectives:
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
         names: tuple[Any, ...] = ()
         labels = None
-        # A frame comes first, as its columns may be called F and opt. The import of pandas for a
-        # test of the type takes half a second.
-        if hasattr(F, "set_index"):
+        kind = source_type(F)
+        if kind == "frame":
             names, labels, F = tuple(F.columns), F.index, _numbers(F)
-        elif hasattr(F, "F") and hasattr(F, "opt"):
-            F = _objectives_of_result(F)
+        elif kind in ("result", "population"):
+            F = _objectives_of(population_of(F))
         values = objective_matrix("F", F).copy()
         n, m = values.shape
         names = names or tuple(f"f{j + 1}" for j in range(m))
@@ -319,21 +320,16 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
     raise invalid("design", rule, design, remedy)
 
 
-def is_table(F: Any) -> bool:
-    """Whether F is a test table, which ranks its designs itself."""
-    return hasattr(type(F), "feasible_ranking")  # a frame may have such a column
-
-
-def _objectives_of_result(result: Any) -> Any:
-    """Return the ``(n, m)`` objectives of a result of pymoo, whose designs must be feasible."""
-    violation = getattr(result, "CV", None)
-    if violation is not None and np.any(violation > 0):
+def _objectives_of(population: Any) -> Any:
+    """Return the ``(n, m)`` objectives of designs of pymoo, which must be feasible."""
+    if population is None:
+        return None
+    F, violation = population.get("F", "CV")
+    if np.any(violation > 0):
         rule = "a result of pymoo with feasible designs"
         remedy = "read_table(result) states what they violate"
         raise invalid("F", rule, Received("infeasible ones"), remedy)
-    if result.F is None:
-        return None
-    return np.atleast_2d(result.F)  # (m,) for an algorithm of one objective
+    return F
 
 
 def _numbers(frame: Any) -> Array:
@@ -576,7 +572,7 @@ def rank_of_efficiency(
     """
     if normalize is not None:
         normalize = boolean("normalize", normalize)
-    if is_table(F):
+    if source_type(F) == "table":
         F = F.feasible_ranking()
     if not isinstance(F, EfficiencyRanking):
         objectives = Objectives.of(F, maximize)

@@ -18,6 +18,7 @@ from pymoo_psi._validation import (
     Rows,
     finite_array,
     invalid,
+    source_type,
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentTypeError
@@ -112,7 +113,7 @@ def designs_of(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    if hasattr(value, "itertuples"):  # a frame of pandas
+    if source_type(value) == "frame":
         value = value.to_dict("records")
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
