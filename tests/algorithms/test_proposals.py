@@ -56,6 +56,7 @@ def test_designs_that_would_fail_are_avoided(edge):
     assert beyond.mean() < 0.15  # half of the bounds is beyond, and the best designs are
 
 
+@pytest.mark.slow
 def test_a_scale_of_lengths_is_learned_from_failures():
     """They follow from one variable of six; near them in all others designs do not fail."""
 
@@ -75,6 +76,7 @@ def test_a_scale_of_lengths_is_learned_from_failures():
     assert table.X[~table.failed(), 0].max() > 0.45
 
 
+@pytest.mark.slow
 def test_a_search_leaves_the_small_region_where_the_first_tests_do_not_fail():
     """The best designs lie at the far end of it, and surrogates of the near end promise nothing."""
 

@@ -181,7 +181,7 @@ IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
     ("run", "runner", "how"),
     [  # each with each other once
         (OF_PSI, "", signal.SIGINT),
-        (RECORDED, IN_WORKERS, signal.SIGTERM),
+        pytest.param(RECORDED, IN_WORKERS, signal.SIGTERM, marks=pytest.mark.slow),
         pytest.param(OF_PSI, IN_WORKERS, signal.SIGTERM, marks=pytest.mark.slow),
         pytest.param(RECORDED, "", signal.SIGINT, marks=pytest.mark.slow),
         pytest.param(IN_BLOCKS, "", signal.SIGTERM, marks=pytest.mark.slow),

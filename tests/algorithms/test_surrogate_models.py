@@ -14,6 +14,7 @@ from pymoo_psi.algorithms._surrogate_models import (
     scales,
     without_penalties,
 )
+from tests.helpers.draws import rarely
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
@@ -137,21 +138,24 @@ def second_order(Z):
 
 
 @pytest.mark.parametrize(
-    ("d", "output"),
+    "case",
     [
         (2, inverse_inertia),
         (2, resonance),
-        (2, queue),
-        (2, second_order),
-        (2, lambda Z: 1 / (sides(Z, (1, 60), (4, 160))[0] * (4 + 156 * Z[:, 1]) ** 2)),
-        (2, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.1) + 1e-9)),
-        (3, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.3) + 1e-9) ** 2),
         (3, lambda Z: (1 / (Z + 1e-3)).sum(axis=1)),
-        (2, lambda Z: np.tan(1.56 * Z[:, 0]) * (1 + Z[:, 1])),
-        (4, lambda Z: 1 / (Z[:, 0] + 0.002) ** 3 + Z[:, 1:].sum(axis=1)),
+        *rarely(
+            (2, queue),
+            (2, second_order),
+            (2, lambda Z: 1 / (sides(Z, (1, 60), (4, 160))[0] * (4 + 156 * Z[:, 1]) ** 2)),
+            (2, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.1) + 1e-9)),
+            (3, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.3) + 1e-9) ** 2),
+            (2, lambda Z: np.tan(1.56 * Z[:, 0]) * (1 + Z[:, 1])),
+            (4, lambda Z: 1 / (Z[:, 0] + 0.002) ** 3 + Z[:, 1:].sum(axis=1)),
+        ),
     ],
 )
-def test_beside_a_pole_predictions_are_those_of_a_reciprocal(d, output):
+def test_beside_a_pole_predictions_are_those_of_a_reciprocal(case):
+    d, output = case
     Z = lp_tau(128, d)
     y = output(Z)
     at = np.random.default_rng(0).random((1000, d))

@@ -136,7 +136,7 @@ def test_repeats_that_are_not_declared_are_reported():
     )
 
 
-def test_rank_and_report_count_designs(file, tmp_path, said):
+def test_rank_and_report_count_designs(file, tmp_path, said, undrawn):
     options = ["--objectives", "cost,mass", "--average-by", "variant"]
     printed = said("rank", file, *options)
     chance = "By the repeated tests C is the best with a probability of"

@@ -61,6 +61,7 @@ def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling, small
         np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_processes_change_nothing(small):
     shared = reproduce(128, models=["rolling"], n_jobs=2).table_6_1()
     alone = small.table_6_1().query("model == 'rolling'")

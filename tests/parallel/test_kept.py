@@ -11,6 +11,7 @@ import pytest
 
 from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import EvaluationError
+from tests.helpers.draws import rarely
 from tests.helpers.processes import posix
 from tests.helpers.refusals import refused
 
@@ -118,7 +119,7 @@ def test_a_file_that_changes_between_two_calls_counts(folder):
 CHANGED = "model.py has changed since it was imported; reload it"
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("n_jobs", [1, *rarely(2)])
 def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     """Neither after a call, nor between the import and the first call; in a study too."""
     problem = folder.model.Model()
@@ -130,7 +131,7 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     require(folder.tests(**options), 1)
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("n_jobs", [1, *rarely(2)])
 def test_unchanged_and_unimported_files_do_not_count(folder, n_jobs):
     folder.write("plots.py", "COLOUR = 1")
     importlib.import_module("plots")
@@ -226,6 +227,7 @@ except WorkerError as error:
 """
 
 
+@pytest.mark.slow
 def test_a_worker_with_another_version_is_refused(tmp_path):
     """The class of a script is sent; the module that it uses is imported by the worker."""
     done = ran(tmp_path, MIXED, helper="FACTOR = 1.0")

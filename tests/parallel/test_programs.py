@@ -139,6 +139,7 @@ def test_a_program_with_a_stuck_model_ends(runner):
 
 
 @posix
+@pytest.mark.slow
 def test_a_program_with_an_abandoned_run_ends():
     script = STUCK + ABANDONED.replace("RUNNER", RUNNERS[0])
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=LONG)
@@ -208,7 +209,7 @@ Path("ok").write_text(str((table.status == "ok").sum()))
 
 
 @posix
-@pytest.mark.parametrize("closed", ["<&- >&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", *rarely("<&- >&-")])
 def test_a_program_without_standard_streams_loses_no_design(tmp_path, closed):
     """A socket of a worker then has the number of one, to which a model may print."""
     (tmp_path / "service.py").write_text(SERVICE)

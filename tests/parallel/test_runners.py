@@ -91,7 +91,7 @@ def on_threads(**options):
         lambda: JoblibRunner(1),
         lambda: ProcessRunner(2),
         on_threads,
-        lambda: ExecutorRunner(Polled(ThreadPoolExecutor(2)), workers=2),
+        *rarely(lambda: ExecutorRunner(Polled(ThreadPoolExecutor(2)), workers=2)),
     ],
     ids=["joblib", "here", "processes", "executor", "polled"],
 )
@@ -145,7 +145,7 @@ class TestContract:
 # Workers
 
 
-@pytest.fixture(scope="module", params=["processes", "executor", *rarely("joblib")])
+@pytest.fixture(scope="module", params=["processes", *rarely("executor", "joblib")])
 def workers(request):
     """A runner for the tests after which its workers are as before."""
     if request.param == "executor":
@@ -228,7 +228,7 @@ def test_joblib_has_no_time_limit():
     refused("timeout must be left out .*use ProcessRunner", JoblibRunner, timeout=3)
 
 
-@pytest.mark.parametrize("n_jobs", [1, 3])
+@pytest.mark.parametrize("n_jobs", [1, *rarely(3)])
 def test_the_number_of_jobs_is_that_of_parallel_config(n_jobs, met):
     model, workers = met
     with joblib.parallel_config(n_jobs=n_jobs):
@@ -288,6 +288,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
 
 
 @posix
+@pytest.mark.slow
 def test_a_lost_design_stops_an_intolerant_problem():
     runner = ProcessRunner(1, timeout=1e4)
     refused(
@@ -358,7 +359,7 @@ def speaking(how):
 
 
 @posix
-@pytest.mark.parametrize("how", ["writes", "closes"])
+@pytest.mark.parametrize("how", ["writes", *rarely("closes")])
 def test_writing_into_descriptors_changes_no_value(how):
     """Each design has its own values, and nobody waits forever."""
 

@@ -14,6 +14,7 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, ProcessRunner, ProgramProblem, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import Output
+from tests.helpers.draws import rarely
 from tests.helpers.processes import gone, posix, until
 from tests.helpers.refusals import refused
 
@@ -78,7 +79,7 @@ def runs(tmp_path):
     return sorted((tmp_path / "runs").glob("*"))
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [2, *rarely(1)])
 def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
     table = investigate(beam(elementwise_runner=ProcessRunner(jobs)), 5)
     width, height = table.X[:, :2].astype(float).T
@@ -257,7 +258,7 @@ def test_what_a_program_leaves_running_ends(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("how", [signal.SIGKILL, *rarely(signal.SIGINT)])
 def test_a_program_ends_with_the_process_above_it(tmp_path, how):
     script = "echo $$ > ../../pid; setsid sleep 62 & echo $! > ../../pid2; sleep 63"
     shell(tmp_path, script, {"m": {"file": "out", "pattern": "(.+)"}})

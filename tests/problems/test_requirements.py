@@ -135,7 +135,7 @@ def test_wrong_rules_are_refused(rules, match):
 
 
 @pytest.mark.parametrize(
-    "make", [Plain, Vectorised, lambda: Plain(elementwise_runner=ProcessRunner(2))]
+    "make", [Plain, Vectorised, *rarely(lambda: Plain(elementwise_runner=ProcessRunner(2)))]
 )
 def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     table = investigate(make(), 64)

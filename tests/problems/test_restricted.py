@@ -129,6 +129,7 @@ def test_another_algorithm_stays_in_the_part(make, bounds, is_inside, tolerant):
     assert all(map(is_inside, designs))
 
 
+@pytest.mark.slow
 def test_processes_evaluate_a_part():
     bounds = {"metal": ["wood", "iron"], "width": (1.0, 2.0), "ribs": 3}
     table = investigate(FailureTolerant(Restricted(Beam(), bounds)), 24)
