@@ -99,14 +99,6 @@ def source_type(source: Any) -> str:
     return "array"
 
 
-def population_of(source: Any) -> Any:
-    """Return the population of a result, an algorithm or a population of pymoo; None if empty."""
-    population = getattr(source, "opt", source)
-    if population is None or len(population) == 0:
-        return None
-    return population
-
-
 class Received(str):
     """A description of what was received, shown without quotation marks."""
 

@@ -32,7 +32,6 @@ from pymoo_psi._validation import (
     counted,
     invalid,
     known_name,
-    population_of,
     real_array,
     source_type,
 )
@@ -228,7 +227,7 @@ def _content(
     if kind == "frame":
         return cells_of_frame(source)
     if kind in ("result", "population"):
-        return _table_of_population(population_of(source))
+        return _table_of_population(getattr(source, "opt", source))
     F = real_array("source", source, "or give the path of a file")
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))

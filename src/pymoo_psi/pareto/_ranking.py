@@ -50,7 +50,6 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     objective_matrix,
-    population_of,
     require_shape,
     source_type,
     wrong_type,
@@ -224,8 +223,8 @@ class Objectives:
         """Return the objective values of any source, checked.
 
         Args:
-            F: ``(n, m)`` array or data frame, n, m >= 1; or a result, an algorithm or a
-                population of pymoo, all minimised.
+            F: ``(n, m)`` array or data frame, n, m >= 1; or a result of pymoo, whose ``F`` is
+                minimised.
             maximize: Which are to be maximised, by name or column index from 0.
 
         Raises:
@@ -238,8 +237,8 @@ class Objectives:
         kind = source_type(F)
         if kind == "frame":
             names, labels, F = tuple(F.columns), F.index, _numbers(F)
-        elif kind in ("result", "population"):
-            F = _objectives_of(population_of(F))
+        elif kind == "result" and hasattr(F, "F"):  # an algorithm has none
+            F = _objectives_of_result(F)
         values = objective_matrix("F", F).copy()
         n, m = values.shape
         names = names or tuple(f"f{j + 1}" for j in range(m))
@@ -320,16 +319,16 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
     raise invalid("design", rule, design, remedy)
 
 
-def _objectives_of(population: Any) -> Any:
-    """Return the ``(n, m)`` objectives of designs of pymoo, which must be feasible."""
-    if population is None:
-        return None
-    F, violation = population.get("F", "CV")
-    if np.any(violation > 0):
+def _objectives_of_result(result: Any) -> Any:
+    """Return the ``(n, m)`` objectives of a result of pymoo, whose designs must be feasible."""
+    violation = getattr(result, "CV", None)
+    if violation is not None and np.any(violation > 0):
         rule = "a result of pymoo with feasible designs"
         remedy = "read_table(result) states what they violate"
         raise invalid("F", rule, Received("infeasible ones"), remedy)
-    return F
+    if result.F is None:
+        return None
+    return np.atleast_2d(result.F)  # (m,) for an algorithm of one objective
 
 
 def _numbers(frame: Any) -> Array:
