@@ -15,6 +15,7 @@ from pymoo_psi import (
     Formulation,
     LPTauSampling,
     QMCSampling,
+    Required,
     SphereChute,
     VectorizedSphereChute,
     investigate,
@@ -262,3 +263,11 @@ def test_a_budget_of_evaluations_is_kept_exactly(algorithm):
     result = minimize(get_problem("bnh"), algorithm, ("n_eval", 100))
     assert result.algorithm.evaluator.n_eval == n
     assert result.algorithm.table.equals(investigate(get_problem("bnh"), n))
+
+
+@pytest.mark.parametrize(
+    ("problem", "least"), [(Required(CHUTE, {"r": "x1 <= 1"}), 60), (Teeth(), 6)]
+)
+def test_points_without_an_evaluation_do_not_use_up_a_budget(problem, least):
+    algorithm = minimize(problem, PSI(1000, block_size=8), ("n_eval", least)).algorithm
+    assert least <= algorithm.evaluator.n_eval < least + 8

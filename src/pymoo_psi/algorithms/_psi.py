@@ -39,11 +39,13 @@ from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
 from pymoo_psi.problems import (
     NO_OUTPUTS,
+    design_space,
     evaluate_designs,
     require_known_keywords,
     require_problem,
     untolerant,
     with_requirements,
+    without_requirements,
 )
 from pymoo_psi.table import Formulation, Limits, TestTable
 
@@ -152,7 +154,7 @@ class PointAlgorithm(WithTable, Algorithm):
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
         self._may_end_early = termination is not None
         is_budget = isinstance(termination, MaximumFunctionCallTermination)
-        if is_budget and self.options.study is None:  # points of a study may need no evaluation
+        if is_budget and self._is_each_point_evaluated(problem):
             budget = termination.n_max_evals * self.options.part.of
             self.n_points = min(self.n_points, max(1, budget))
         # instead of pymoo's default, which would stop a run before all points are tested
@@ -162,6 +164,12 @@ class PointAlgorithm(WithTable, Algorithm):
         kwargs["termination"] = TerminateIfAny(*ends)
         super().setup(problem, **kwargs)
         return self
+
+    def _is_each_point_evaluated(self, problem: Any) -> bool:
+        """Whether no point is known to a study, outside requirements, or perhaps a repeat."""
+        if self.options.study is not None or without_requirements(problem) is not problem:
+            return False
+        return not design_space(problem).finite
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         # It says how many points an iteration tests, not how many are evaluated together.
@@ -347,9 +355,10 @@ class PSI(PointAlgorithm):
 
     ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds and real,
     integer, binary or choice variables. It ends when all points are tested, or earlier by a
-    termination: after so many evaluations for ``("n_eval", 100)`` without a study, else at the
-    end of a block. In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible
-    designs, ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
+    termination: after so many evaluations for ``("n_eval", 100)`` if each point needs one, else at
+    the end of a block, as with a study, requirements or discrete variables. In the result,
+    ``res.X`` and ``res.F`` are the Pareto-optimal feasible designs,
+    ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
     ``res.algorithm.table`` the table of all tests.
 
     Ask and tell works as for every pymoo algorithm. ``ask()`` returns the same block until
