@@ -8,12 +8,12 @@ which report.html shows texts, tables and figures.
 from __future__ import annotations
 
 import re
-from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
@@ -63,6 +63,7 @@ _LIMIT_WORDS = {
     ("lower", "looser"): "down to",
 }
 _MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not worth their time
+_KEPT = "/:;,=+()"  # characters of a drawing that an address may have
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
 _TICKS = 1000  # places on an axis that can be told apart
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
@@ -531,5 +532,6 @@ def image(figure: plots.Drawing, width: float | None = None) -> str:
     """
     if width is not None:
         figure.resize(width)
-    data = b64encode(plots.svg_of(figure, _DPI).encode("utf-8")).decode("ascii")
-    return f"data:image/svg+xml;base64,{data}"
+    # Quoted, most characters stay one; between the tags of a drawing nothing is to be kept.
+    drawing = re.sub(r"\s+", " ", plots.svg_of(figure, _DPI)).replace("> <", "><")
+    return f"data:image/svg+xml,{quote(drawing, safe=_KEPT)}"
