@@ -63,7 +63,7 @@ _LIMIT_WORDS = {
     ("lower", "looser"): "down to",
 }
 _MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not worth their time
-_KEPT = "/:;,=+()"  # characters of a drawing that an address may have
+_KEPT = "/:;,=+"  # characters of a drawing that an address may have
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
 _TICKS = 1000  # places on an axis that can be told apart
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
