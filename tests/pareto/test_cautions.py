@@ -91,6 +91,17 @@ def test_a_single_peak_is_no_repetition_of_a_constant():
     assert "f2 and f5 are nearly the same" in said(np.column_stack([F, x]), "redundant")
 
 
+def test_codes_that_others_dominate_are_named_too():
+    """Without the first alone, the second one would take its place."""
+    F = np.array([[0.96, 66], [0.05, 29], [9999, 89], [9999, 83], [0.23, 56], [0.48, 24]])
+    assert said(F, "suspect", maximize=[1]).startswith(
+        "Design 2 and design 3: 9999 in f1, unlike all others, 0.05 to 0.96. "
+    )
+    assert rank_of_efficiency(F[[0, 1, 4, 5]], maximize=[1]).salukvadze == 2
+    outlier = said(F, "outlier", maximize=[1])
+    assert "Without design 2 and design 3, design 4 is proposed" in outlier
+
+
 def test_another_piece_of_the_set_is_as_good():
     """ZDT3: the next piece across the gap is as near within half a percent."""
     f2 = 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)

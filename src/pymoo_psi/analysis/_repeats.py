@@ -86,7 +86,7 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     ]
     if not usable.all():
         n_unusable = counted((~usable).sum(), "test")
-        facts.append(f"{n_unusable} have no values and do not count.")
+        facts.append(f"Left out, as they have no values: {n_unusable}.")
     for name in schema.notes:
         cells = tests.data[name]
         if unequal(cells, cells[first[design]]).any():

@@ -202,11 +202,11 @@ class _Checks:
         """Return the name of a Pareto-optimal design."""
         return self.ranking.name_of(int(self.rows[i]))
 
-    def names_of(self, designs: Rows) -> str:
-        """Return the names of a few Pareto-optimal designs, and how many more there are."""
-        names = list(map(self.name_of, designs[:_NAMED]))
-        if len(designs) > _NAMED:
-            names.append(f"{len(designs) - _NAMED} more")
+    def names_of(self, rows: Rows) -> str:
+        """Return the names of a few designs of the ranking, and how many more there are."""
+        names = [self.ranking.name_of(row) for row in rows[:_NAMED].tolist()]
+        if len(rows) > _NAMED:
+            names.append(f"{len(rows) - _NAMED} more")
         return listed(names)
 
     def of_distances(self) -> Iterator[Caution]:
@@ -239,21 +239,26 @@ class _Checks:
         if len(pool) <= _OTHERS:
             return
         all_values = _distinct(column.take(order))
-        low, high = _usual_ends(pool, all_values)
-        is_unlike = (column < low) | (column > high)
-        designs = np.flatnonzero(is_unlike[self.rows])
-        if not len(designs):
+        low, high = _unlike_ends(pool, all_values)
+        is_unlike = (column <= low) | (column >= high)
+        if not is_unlike[self.rows].any():
             return
         self.unlike[:, j] = is_unlike
-        values = column[self.rows[designs]]
+        values = column[is_unlike]
+        others = column[~is_unlike]
         yield _caution(
             "suspect",
-            designs=capital(self.names_of(designs)),
+            designs=capital(self.names_of(self.optimal_first(is_unlike))),
             objective=self.names[j],
             values=" to ".join(dict.fromkeys([number(values.min()), number(values.max())])),
-            low=number(low),
-            high=number(high),
+            low=number(others.min()),
+            high=number(others.max()),
         )
+
+    def optimal_first(self, mask: Mask) -> Rows:
+        """Return the rows of the ranking that a mask selects, the Pareto-optimal ones first."""
+        rows = np.flatnonzero(mask)
+        return rows[np.argsort(~self.ranking.pareto[rows], kind="stable")]
 
     def near_front(self) -> Rows:
         """Return the Pareto-optimal designs, and those that would be without these."""
@@ -395,26 +400,33 @@ class _Checks:
         near_front = self.near_front()
         moves = []
         for i in sorted(extremes - {*self.optima}):
-            moves.append(self.without(np.array([i]), near_front[near_front != self.rows[i]]))
-        # One of several unlike designs hides what another one does.
+            row = self.rows[i]
+            moves.append(self.without(np.array([row]), near_front[near_front != row]))
+        # One of several unlike designs hides what another one does, also one that it dominates.
         is_unlike = np.asarray(self.unlike.any(axis=1))
         is_unlike[self.rows[self.optima]] = False
-        if is_unlike[self.rows].any():
-            designs = np.flatnonzero(is_unlike[self.rows])
-            moves.append(self.without(designs, np.flatnonzero(~is_unlike)))
+        F = self.ranking.objectives.minimized
+        left_out = np.zeros(len(F), dtype=bool)
+        optimal = self.rows
+        while is_unlike[optimal].any():
+            left_out[optimal[is_unlike[optimal]]] = True
+            optimal = np.flatnonzero(~left_out)
+            optimal = optimal[nondominated(F[optimal])]
+        if left_out.any():
+            moves.append(self.without(self.optimal_first(left_out), optimal))
         distance, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
         if caution and distance > ELSEWHERE:
             yield caution
 
-    def without(self, designs: Rows, rows: Rows) -> tuple[float, Caution]:
-        """Return how far the optimum moves without some designs of the front, and the caution.
+    def without(self, left_out: Rows, rows: Rows) -> tuple[float, Caution]:
+        """Return how far the optimum moves without some designs, and the caution.
 
         Args:
-            designs: The designs.
+            left_out: The rows of these designs in the ranking.
             rows: The other rows that may be Pareto optimal without them.
         """
         if self.ranking.pareto.take(rows).all():
-            others = np.delete(np.arange(len(self.rows)), designs)
+            others = np.searchsorted(self.rows, rows)
             F = self.values.T.take(others, axis=1).T
         else:
             F = self.ranking.objectives.minimized.take(rows, axis=0)
@@ -434,7 +446,7 @@ class _Checks:
             kind = "outlier"
         return moves[k, before], _caution(
             kind,
-            designs=self.names_of(designs),
+            designs=self.names_of(left_out),
             stretched=self.names[times.argmax()],
             times=number(times.max(), 3),
             other=self.ranking.name_of(int(rows[after])),
@@ -461,8 +473,8 @@ def _distinct(ordered: Array) -> Array:
     return np.asarray(ordered[np.append(True, ordered[1:] > ordered[:-1])])
 
 
-def _usual_ends(values: Array, all_values: Array) -> tuple[float, float]:
-    """Return the least and the greatest of the values that are not unlike the others.
+def _unlike_ends(values: Array, all_values: Array) -> tuple[float, float]:
+    """Return up to which and from which value on values are unlike the others; infinite if none is.
 
     Args:
         values: ``(k,)`` values of the front, distinct and increasing.
@@ -471,7 +483,8 @@ def _usual_ends(values: Array, all_values: Array) -> tuple[float, float]:
     n_low = _n_unlike(-values[::-1], -all_values[::-1])
     if values[0] == -1.0 < 0 < values[1]:  # a code among positive values
         n_low = 1
-    return values[n_low], values[-1 - _n_unlike(values, all_values)]
+    ends = np.concatenate([[-np.inf], values, [np.inf]])
+    return ends[n_low], ends[-1 - _n_unlike(values, all_values)]
 
 
 def _n_unlike(values: Array, all_values: Array) -> int:
