@@ -265,7 +265,8 @@ def test_examples_for_contributors_keep_the_layers(examples):
     [
         ["ruff", "check", "--config"],
         ["ruff", "format", "--check", "--config"],
-        pytest.param(["mypy", "--config-file"], marks=pytest.mark.slow),
+        # Without its cache, mypy reads NumPy, pandas and pymoo first.
+        pytest.param(["mypy", "--config-file"], marks=[pytest.mark.slow, pytest.mark.timeout(900)]),
     ],
 )
 def test_examples_for_contributors_pass_as_they_are(examples, command):
