@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
@@ -11,6 +10,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
 from tests.algorithms.test_noisy import Queue
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
@@ -37,6 +37,13 @@ def options(study_file):
 
 
 RESULTS = pd.DataFrame({"a": [0.5, 0.25, 0.75], "f": [1.5, 2.5, 1.0], "g": [2.0, 1.0, 3.0]})
+WHOLE = RESULTS.assign(h=1.0)
+REPEATED = pd.concat([WHOLE, WHOLE.head(1)]).assign(f=[1.0, 2.0, 3.0, 4.0])
+NEEDED = "a column that the problem needs must be one of .* got"
+
+
+def with_a_second(value):
+    return WHOLE.assign(a=pd.Series([0.5, value, 0.75], dtype=object))
 
 
 def test_a_contradiction_is_said_and_the_computed_value_counts(lab, options):
@@ -60,53 +67,45 @@ def test_a_contradiction_is_said_and_the_computed_value_counts(lab, options):
     )
 
 
-def test_operands_of_what_is_needed_are_needed(lab, options):
-    needed = "a column that the problem needs must be one of .* got"
-    refused(f"{needed} 'h'", import_tests, lab, RESULTS, options)
-    given = RESULTS.assign(ratio=1.0, double=1.0)
-    refused(f"{needed} 'h'", import_tests, lab, given, options)
-    refused(f"{needed} 'a'", import_tests, lab, given.drop(columns="a").assign(h=1.0), options)
+@pytest.mark.parametrize(
+    ("frame", "message"),
+    [
+        # Operands of what is needed are needed, also where their results are given.
+        (RESULTS, f"{NEEDED} 'h'"),
+        (RESULTS.assign(ratio=1.0, double=1.0), f"{NEEDED} 'h'"),
+        (WHOLE.drop(columns="a"), f"{NEEDED} 'a'"),
+        (WHOLE.rename(columns={"f": "f [g]"}), r"'f \[g\]'"),
+        (REPEATED, "one of each design if the model is not noisy"),
+        (with_a_second(np.inf), "row 2, a must be one real number"),
+        (with_a_second("1,5x"), "row 2, a must be one real number"),
+        (with_a_second(""), "row 2, a must be one real number"),
+    ],
+)
+def test_what_has_no_tests_of_the_problem_is_refused(lab, options, frame, message):
+    refused(message, import_tests, lab, frame, options)
     assert not options.study.exists()
-
-
-def exported(study, path):
-    read_table(study, average_by=False).to_csv(path)
-    return path
 
 
 @pytest.mark.parametrize("form", ["study", "csv", "table", "frame"])
 def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
-    first, second = tmp_path / "a.db", tmp_path / "b.db"
-    investigate(Queue(), 8, repeat=9, study=first)
+    first, options = tmp_path / "a.db", RunOptions(study=tmp_path / "b.db")
+    investigate(Queue(), 8, repeat=3, study=first)
     tests = read_table(first, average_by=False)
-    source = {
-        "study": first,
-        "csv": exported(first, tmp_path / "a.csv"),
-        "table": tests,
-        "frame": pd.DataFrame({name: tests[name] for name in tests.schema.names}),
-    }[form]
-    options = RunOptions(study=second)
-    assert import_tests(Queue(), source, options).remarks[0].startswith("72 of 72 tests taken")
-    assert import_tests(Queue(), source, options).remarks[0].startswith("0 of 72 tests taken, 72")
-    means = read_table(second)
+    tests.to_csv(tmp_path / "a.csv")
+    frame = pd.DataFrame({name: tests[name] for name in tests.schema.names})
+    source = {"study": first, "csv": tmp_path / "a.csv", "table": tests, "frame": frame}[form]
+    for remark in ("24 of 24 tests taken", "0 of 24 tests taken, 24"):
+        assert import_tests(Queue(), source, options).remarks[0].startswith(remark)
+    # Means are equal, in whatever order, and the study has the tests of these seeds.
+    investigate(Queue(), 8, repeat=2, study=options.study)
+    means = read_table(options.study)
     np.testing.assert_array_equal(np.sort(means.F, axis=0), np.sort(read_table(first).F, axis=0))
-    assert (means["tests"] == 9).all()
-    # The study has three tests of each design already, of the same seeds.
-    investigate(Queue(), 8, repeat=3, study=second)
-    assert len(read_table(second, average_by=False)) == 72
-
-
-def test_repeats_of_a_model_without_noise_are_refused(lab, options):
-    frame = pd.concat([RESULTS, RESULTS.head(1)]).assign(h=1.0)
-    frame["f"] = [1.0, 2.0, 3.0, 4.0]
-    refused("one of each design if the model is not noisy", import_tests, lab, frame, options)
+    assert (means["tests"] == 3).all()
 
 
 def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
-    RESULTS.assign(h=1.0).rename(columns={"f": "f [kg]"}).to_csv("old.csv", index=False)
+    WHOLE.rename(columns={"f": "f [kg]"}).to_csv("old.csv", index=False)
     assert len(import_tests(lab, "old.csv", options)) == 3
-    RESULTS.assign(h=1.0).rename(columns={"f": "f [g]"}).to_csv("old.csv", index=False)
-    refused(r"'f \[g\]'", import_tests, lab, "old.csv", options)
 
 
 def test_means_of_tests_are_no_tests(tmp_path):
@@ -143,33 +142,14 @@ def test_values_outside_the_bounds_are_named(options):
     assert tests["x1"].tolist() == [1, 6, -2]
 
 
-class Material(ElementwiseProblem):
-    def __init__(self):
-        options = ["steel", 12, "12"]
-        super().__init__(vars={"x": Real(bounds=(0, 1)), "m": Choice(options=options)}, n_obj=1)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = x["x"]
-
-
 def test_choices_outside_a_box_are_tests_too(tmp_path):
+    variables = {"x": Real(bounds=(0, 1)), "m": Choice(options=["steel", 12, "12"])}
+    material = Model(lambda x: {"F": x["x"]}, vars=variables, n_obj=1)
     study = tmp_path / "whole.db"
-    whole = investigate(Material(), 12, study=study)
-    part = Restricted(Material(), {"m": ["steel"]})
+    whole = investigate(material, 12, study=study)
+    part = Restricted(material, {"m": ["steel"]})
     tests = import_tests(part, study, RunOptions(study=tmp_path / "part.db"))
     assert tests.X.tolist() == whole.X.tolist()
-
-
-@pytest.mark.parametrize("value", [np.inf, "1,5x", ""])
-def test_a_value_that_no_variable_has_is_refused(value, options):
-    frame = pd.DataFrame({"x": [0.5, value], "m": "steel", "f1": 1.0}).astype({"x": object})
-    refused(
-        "row 2, x must be one real number",
-        import_tests,
-        Material(),
-        frame,
-        options,
-    )
 
 
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):
