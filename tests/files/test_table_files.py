@@ -93,7 +93,8 @@ def decisions(draw, objectives, texts):
         )
     )
     decided = draw(st.none() | st.builds(dict, chosen=texts, agree=st.lists(texts, max_size=2)))
-    formulation = Formulation(limits=limits, normalize=draw(st.booleans()))
+    pairs = st.sampled_from([None, {}, dict.fromkeys(objectives, (-1.5, 2.0))])
+    formulation = Formulation(limits=limits, normalize=draw(st.booleans()), ranges=draw(pairs))
     return Decision(formulation, draw(st.none() | texts), draw(texts), positions, decided)
 
 

@@ -126,23 +126,20 @@ queue = Queue(lambda x: x and stuck(x), RUNNER)
 queue.add(enumerate([0, 1, 2]))
 queue.wait()
 """
-RUNNERS = ["ProcessRunner(2)", "ExecutorRunner(ThreadPoolExecutor(2))"]
-
-
 @posix
-@pytest.mark.parametrize("runner", RUNNERS)
-def test_a_program_with_a_stuck_model_ends(runner):
+@pytest.mark.parametrize(
+    "ending",
+    [
+        pytest.param(ABANDONED.replace("RUNNER", "ProcessRunner(2)"), marks=pytest.mark.slow),
+        ABANDONED.replace("RUNNER", "ProcessRunner(2)") + "queue.close()",
+        ABANDONED.replace("RUNNER", "ExecutorRunner(ThreadPoolExecutor(2))") + "queue.close()",
+    ],
+    ids=["abandoned", "closed", "executor"],
+)
+def test_a_program_with_a_stuck_model_ends(ending):
     """Python waits for the threads of an executor: an abandoned run must have ended theirs."""
-    script = STUCK + ABANDONED.replace("RUNNER", runner) + "queue.close()"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=LONG)
-    assert (done.returncode, done.stderr) == (0, b"")
-
-
-@posix
-@pytest.mark.slow
-def test_a_program_with_an_abandoned_run_ends():
-    script = STUCK + ABANDONED.replace("RUNNER", RUNNERS[0])
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=LONG)
+    command = [sys.executable, "-c", STUCK + ending]
+    done = subprocess.run(command, capture_output=True, timeout=LONG)
     assert (done.returncode, done.stderr) == (0, b"")
 
 

@@ -21,7 +21,6 @@ from pymoo_psi import (
     rank_of_efficiency,
     representatives,
 )
-from pymoo_psi.pareto import Caution
 from tests.helpers.refusals import refused
 from tests.pareto.test_objectives import PUBLISHED, published
 
@@ -226,21 +225,6 @@ def test_a_mark_of_failure_that_wins_leads_all_cautions(mark, dominated):
         assert mark == -1 or first.kind in [caution.kind for caution in turned]
 
 
-@pytest.mark.parametrize("bad", [[2.9, 9999.0], [9999.0, 4.9], [2.9, 1e30], [-50.0, 700.0]])
-def test_a_value_unlike_all_others_is_named(bad):
-    found = cautions(np.vstack([VALLEY, [bad]]))
-    assert found[0].kind == "suspect"
-    assert found[0].sentence.startswith("Design 26")
-    assert "suspect" not in kinds(np.vstack([VALLEY, [12.0, 4.9]]))  # 8 ranges from the others
-
-
-def test_a_maximised_objective_that_is_never_positive():
-    F = pd.DataFrame(VALLEY * [1, -1], columns=["cost", "yield"])
-    assert cautions(F, maximize=["yield"])[0] == Caution(
-        "sign", "yield is maximised but nowhere above 0: its sign may be wrong."
-    )
-
-
 FRONT = np.column_stack([[0, 1, 2, 1e6], [3.0, 2, 1, 0]])
 USUAL = np.column_stack([np.linspace(2e5, 9e5, 8), np.linspace(2.9, 1.1, 8)])
 DECADES = np.array([[1.0, 10], [2, 6], [48, 5], [2500, 0]])
@@ -281,6 +265,15 @@ AT_LIMITS = [
     ("tie", [[0.0, 10], [1, 3], [3, 1], [10, 0]], {}, True),
     ("near tie", [[28.0, 96], [99, 20]], ENDS, True),
     ("near tie", [[28.0, 96], [99.01, 20]], ENDS, False),
+    # Two designs in two objectives are the ends of each range, and so equally far; of three
+    # objectives the one that is worse in two of them is farther.
+    ("tie", [[1.0, 2.0]], {}, False),
+    ("tie", [[1.0, 2.0], [1.0, 2.0]], {}, False),
+    ("tie", [[1.0, 2.0], [2.0, 1.0]], {}, True),
+    ("tie", [[1.0, 2.0, 2.0], [2.0, 1.0, 1.0]], {}, False),
+    # Equal for all designs that no other dominates.
+    ("constant", np.insert(CIRCLE, 1, 3.0, axis=1), {}, True),
+    ("constant", CIRCLE, {}, False),
     # More than half of them.
     ("equidistant", CIRCLE, {}, True),
     ("equidistant", [*CIRCLE, [2, 9.95], [7, 7.9], [8, 7]], {}, False),
@@ -328,26 +321,6 @@ def test_anything_that_holds_objectives_is_taken():
     assert explain(minimize(get_problem("sphere"), PSI(16), seed=1), 0).dominated_by == -1
     refused("^F must be an array of real numbers", cautions, "f.csv")
     refused("maximize must be left out where a table or ranking", cautions, table, maximize=[0])
-
-
-def test_objectives_without_weight():
-    F = pd.DataFrame({"a": X, "b": (1 - X) ** 2, "c": 0 * X + 3})
-    assert said(F, "constant").endswith("because equal for all designs that no other dominates: c.")
-
-
-@pytest.mark.parametrize(
-    ("F", "expected"),
-    [
-        ([[1.0, 2.0]], []),
-        ([[1.0, 2.0], [1.0, 2.0]], []),
-        # Two designs in two objectives are the ends of each range, and so equally far.
-        ([[1.0, 2.0], [2.0, 1.0]], ["tie"]),
-        # In three objectives the one that is worse in two of them is farther.
-        ([[1.0, 2.0, 2.0], [2.0, 1.0, 1.0]], []),
-    ],
-)
-def test_one_design_and_two(F, expected):
-    assert kinds(F) == expected
 
 
 def moved_without(F, i):

@@ -15,40 +15,32 @@ from tests.helpers.exact import best_rows
 from tests.helpers.refusals import refused
 
 
-def test_equally_near_designs_share_a_place():
-    F = [[5.0, 5.0], [0.0, 4.0], [1.0, 1.0], [4.0, 0.0], [3.0, 0.5], [4.0, 4.0]]
-    frame = rank_of_efficiency(F).to_frame()
-    assert frame.index.tolist() == [2, 4, 1, 3, 5, 0]
-    assert frame["place"].fillna(0).tolist() == [1, 2, 3, 3, 0, 0]
-
-
 def test_designs_of_one_place_keep_their_order():
     """Though their distances differ by rounding."""
     F = 7.1 + np.array([*itertools.permutations([0.1, 0.2, 0.3, 0.7, 0.9])])
     assert rank_of_efficiency(F).by_place.tolist() == list(range(120))
 
 
+CURVE = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
+
+
 def test_given_ideal_and_nadir():
-    F = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
-    ranking = rank_of_efficiency(F, ideal=[-1.0, 0.0], nadir=[1.0, 2.0])
-    np.testing.assert_allclose(ranking.criteria[:, 0], np.hypot((F[:, 0] + 1) / 2, F[:, 1] / 2))
-    same = rank_of_efficiency(F, ideal=[0.0, 0.0], nadir=[1.0, 1.0])
-    assert same.rank.tolist() == rank_of_efficiency(F).rank.tolist()
+    ranking = rank_of_efficiency(CURVE, ideal=[-1.0, 0.0], nadir=[1.0, 2.0])
+    expected = np.hypot((CURVE[:, 0] + 1) / 2, CURVE[:, 1] / 2)
+    np.testing.assert_allclose(ranking.criteria[:, 0], expected)
 
 
 @pytest.mark.parametrize("given", ["ideal", "nadir"])
 def test_one_given_point_fixes_the_frame(given):
-    F = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
     both = {"ideal": [0.0, 0.0], "nadir": [1.0, 1.0]}
     both[given] = {"ideal": [-1.0, -3.0], "nadir": [2.0, 4.0]}[given]
-    ranking = rank_of_efficiency(F, **{given: both[given]})
-    np.testing.assert_array_equal(ranking.criteria, rank_of_efficiency(F, **both).criteria)
-    again = rank_of_efficiency(rank_of_efficiency(F), **{given: both[given]})
-    np.testing.assert_array_equal(again.criteria, ranking.criteria)
+    expected = rank_of_efficiency(CURVE, **both)
     # It stays where the other point is given later, and where distances are plain.
-    other = {"ideal": "nadir", "nadir": "ideal"}[given]
-    again = rank_of_efficiency(ranking, **{other: both[other]})
-    np.testing.assert_array_equal(again.criteria, ranking.criteria)
+    one = {given: both.pop(given)}
+    ranking = rank_of_efficiency(CURVE, **one)
+    of_ranking = rank_of_efficiency(rank_of_efficiency(CURVE), **one)
+    for found in (ranking, of_ranking, rank_of_efficiency(ranking, **both)):
+        np.testing.assert_array_equal(found.criteria, expected.criteria)
     assert rank_of_efficiency(ranking, normalize=False).frame.is_fixed
 
 

@@ -140,19 +140,6 @@ def test_other_texts_are_compared_whatever_is_on_the_disk(tmp_path, monkeypatch,
     refused("belongs to another model", investigate, Model(), 4, study="study.db")
 
 
-def test_a_model_may_write_the_file_of_an_argument(tmp_path, monkeypatch):
-    class Writer(Model):
-        def _evaluate(self, x, out, *args, **kwargs):
-            super()._evaluate(x, out)
-            pathlib.Path(self.title).parent.mkdir(exist_ok=True)
-            pathlib.Path(self.title).touch()
-
-    monkeypatch.chdir(tmp_path)
-    table = investigate(Writer(title="res/log.csv"), 4, study="model.db")
-    assert pathlib.Path("res/log.csv").exists()
-    assert investigate(Writer(title="res/log.csv"), 4, study="model.db").equals(table)
-
-
 def test_arrays_belong_to_a_study(tmp_path):
     loads, parts = np.array([1.0, 2.0]), (np.array([1, 2]), np.float64(3))
 

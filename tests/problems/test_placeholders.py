@@ -2,7 +2,6 @@
 
 import random
 import re
-from pathlib import Path
 
 import pytest
 
@@ -10,7 +9,6 @@ from pymoo_psi import ProgramProblem
 from tests.helpers.mutations import toml_file
 from tests.helpers.refusals import refused
 
-BRACKET = Path(__file__).parents[2] / "benchmarks" / "real" / "bracket" / "bracket.toml"
 X, WIDTH = 25.0, 3  # a real and an integer variable
 VARIABLES = {"x": {"bounds": [X, X]}, "width": {"bounds": [WIDTH, WIDTH], "kind": "integer"}}
 
@@ -110,11 +108,6 @@ def test_a_wrong_format_is_named_with_its_placeholder(tmp_path, text, reason):
 )
 def test_other_marks_leave_braces_to_the_text(tmp_path, marks, text, expected):
     assert filled(tmp_path, text, marks=marks) == expected
-
-
-def test_the_bracket_of_the_benchmarks_has_marks_beside_braces():
-    problem = ProgramProblem.from_toml(BRACKET)
-    assert [*problem.variables] == ["width", "arm", "plate", "rib", "depth"]
 
 
 @pytest.mark.parametrize("marks", ["", "name", "@", "@name", "name@", "a name b", "@x@", "@name:"])

@@ -78,22 +78,6 @@ def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
     refused("more must be used with a study", PSI, 8, more=True)
 
 
-def test_surrogates_learn_from_tests_of_wider_bounds(study_file):
-    problem = get_problem("bnh")
-    minimize(problem, PSI(96, study=study_file))  # a quarter of them lies within the part
-    part = Restricted(problem, {"x1": (0, 2.5), "x2": (0, 1.5)})
-    table = minimize(part, SurrogatePSI(8, study=study_file), seed=1).algorithm.table
-    assert (table["proposal_round"] > 0).all()  # no point of a sequence is needed
-    alone = minimize(part, SurrogatePSI(8), seed=1).algorithm.table
-    assert (alone["proposal_round"] == 0).all()
-
-
-def test_more_proposals_after_few_points_are_all_new(model, study_file):
-    investigate(model, 12, study=study_file)
-    minimize(model, SurrogatePSI(16, more=True, study=study_file), seed=1)
-    assert len(model.evaluated) == 12 + 16
-
-
 def test_results_in_another_unit_are_refused(model, study_file):
     options = RunOptions(study=study_file, units={"f1": "kg"}, log=["x2"])
     part = Restricted(model, {"x2": (0.1, 1)})
@@ -161,4 +145,3 @@ def test_added_columns_replace_no_values(name, study_file, model):
     np.testing.assert_array_equal(table[name], [heat(x) for x in table.X])
     stored = read_table(study_file)
     assert name not in stored.schema.names
-    np.testing.assert_array_equal(stored.F, table.F)

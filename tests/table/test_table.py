@@ -238,7 +238,7 @@ def test_bad_arguments(make, kind, message):
 
 def test_designs_are_called_by_their_label():
     assert PLAIN.names == ["test 1", "test 2"]
-    labels = {("A", "A"): ["A #1", "A #2"], ("old", 7): ["old", "id 7"]}
+    labels = {("A", "A"): ["A #1", "A #2"], ("A", ""): ["A", "test 2"], ("old", 7): ["old", "id 7"]}
     for cells, names in labels.items():
         table = PLAIN.with_notes({"id": cells}, "id")
         assert table.names == names
@@ -278,10 +278,3 @@ def test_a_design_with_other_objectives_is_no_repetition():
     assert explain(table, 2).ranking.pareto.sum() == 2
 
 
-def test_a_design_without_a_label_has_the_name_of_its_test():
-    notes = {"name": ["A", "", None, "A"]}
-    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), [[1, 5], [2, 2], [3, 3], [5, 1]])
-    table = table.with_notes(notes, "name")
-    assert table.names == ["A #1", "test 2", "test 3", "A #4"]
-    assert [table.row_of(name) for name in (*table.names, 2)] == [0, 1, 2, 3, 1]
-    assert table.best().names == ["test 2"]

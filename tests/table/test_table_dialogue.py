@@ -124,13 +124,3 @@ def test_refined_bounds_of_mixed_variables():
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
 
 
-def test_a_ranking_names_designs_by_their_tests():
-    """Row 1 of the Pareto set is test 5, which nobody must look for under 1."""
-    table = TestTable.of(
-        [2, 3, 5, 7], [[0.1], [0.2], [0.3], [0.4]], [[0, 4], [5, 5], [1, 1], [4, 0]]
-    )
-    ranking = table.ranking()
-    frame = ranking.to_frame()
-    assert (frame.index.name, frame.index[0]) == ("test", 5)
-    assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
-    assert "the best is test 5)" in repr(ranking)
