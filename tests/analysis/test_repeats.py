@@ -1,5 +1,7 @@
 """Repeated tests are one design: mean, error, number; and how sure a decision on means is."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -49,9 +51,11 @@ def test_rows_with_one_label_are_one_design(file):
 def test_five_tests_give_a_design_its_own_variance():
     counts = [5, 3, 4]
     f = np.random.default_rng(2).normal(size=sum(counts)) * np.repeat([5.0, 1.0, 1.0], counts)
-    F = np.column_stack([f, -f])
+    F = np.column_stack([f, np.repeat([0.1, 9.18559, 0.3], counts)])
     table = TestTable.of(range(1, len(F) + 1), np.repeat([[0], [1], [2]], counts, axis=0), F)
-    errors = average_repeats(table)["f1 standard error"]
+    designs = average_repeats(table)
+    errors = designs["f1 standard error"]
+    assert designs["f2 standard error"].tolist() == [0, 0, 0]  # of equal values
     groups = np.split(f, np.cumsum(counts)[:-1])
     pooled = sum(np.var(group) * len(group) for group in groups) / (len(f) - 3)
     assert errors[0] == pytest.approx(groups[0].std(ddof=1) / np.sqrt(5))
@@ -76,14 +80,6 @@ def test_single_usable_tests_have_means_and_no_confidence():
     refused("standard errors", table.confidence, error=ArgumentValueError)
     shades = payload_of(decision_page(table))["shades"]
     assert "probability of being optimal" not in [shade["label"] for shade in shades]
-
-
-def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
-    path = tmp_path / "tests.csv"
-    path.write_text("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,2,2\n")
-    table = read_table(path, average_by="name")
-    assert table["a"].tolist() == [2.0, 2.0]
-    assert table["tests"].tolist() == [3.0, 1.0]
 
 
 def test_failed_tests_do_not_count_in_means():
@@ -136,22 +132,22 @@ def test_repeats_that_are_not_declared_are_reported():
     )
 
 
-def test_rank_and_report_count_designs(file, tmp_path, said, undrawn):
+@pytest.mark.parametrize(
+    ("command", "texts"),
+    [
+        (["rank"], ["Proposed: C"]),
+        (["report", "--out", "r.html"], ["With other weights (each half to twice equal) "]),
+        (["page", "--out", "r.html"], ["With other weights (each half to twice equal) "]),
+    ],
+)
+def test_the_command_counts_designs(command, texts, file, said, in_folder):
     options = ["--objectives", "cost,mass", "--average-by", "variant"]
-    printed = said("rank", file, *options)
+    printed = said(*command, file, *options)
+    if "--out" in command:
+        printed = Path("r.html").read_text("utf-8")
     chance = "By the repeated tests C is the best with a probability of"
-    for text in ("3 designs, 8 tests", "Proposed: C", chance):
+    for text in ("3 designs, 8 tests", chance, *texts):
         assert text in printed
-    for command in ("report", "page"):
-        out = tmp_path / f"{command}.html"
-        said(command, file, *options, "--out", out)
-        html = out.read_text("utf-8")
-        for text in (
-            "3 designs, 8 tests",
-            chance,
-            "With other weights (each half to twice equal) ",
-        ):
-            assert text in html
 
 
 def test_the_page_shades_designs_by_their_chances():
@@ -194,13 +190,6 @@ def test_without_noise_probabilities_are_0_or_1():
     best = frame.index[frame["best"] == 1].tolist()
     assert best == table.best().names
     assert np.allclose(frame[["f1", "f2"]], F)
-
-
-def test_equal_values_have_no_standard_error():
-    F = np.column_stack([np.repeat([0.1, 9.18559], 3), np.arange(6.0)])
-    designs = average_repeats(TestTable.of(range(1, 7), np.repeat([[0.0], [1.0]], 3, axis=0), F))
-    assert designs.column("f1 standard error").tolist() == [0, 0]
-    assert (designs.column("f2 standard error") > 0).all()
 
 
 def test_two_designs_have_the_probability_of_a_normal_difference():

@@ -167,6 +167,7 @@ FILES = {
     "a title of a workbook": (workbook([["Offers"], [], *TYPED]), {}, "names? (is|are) empty .* skip_rows=.1"),
     "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
     "a result as label": ("rank,a,b\n1,1,2\n1,3,1\n2,2,2\n", {"average_by": "rank"}, {"a": [2, 2], "b": [1.5, 2]}),
+    "equal rows as repeats": ("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,3,2\n", {"average_by": "name"}, {"a": [2, 3], "b": [4, 2]}),
     "names under test": ("test,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by drop_incomplete=True"),

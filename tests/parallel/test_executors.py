@@ -17,6 +17,7 @@ from pymoo_psi import (
     PSI,
     ExecutorRunner,
     FailureTolerant,
+    JoblibRunner,
     Recorded,
     SurrogatePSI,
     VectorizedSphereChute,
@@ -249,12 +250,13 @@ def test_copies_have_the_executor_and_pickles_none(processes):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "options", "message"),
+    ("make", "message"),
     [
-        ((ThreadPoolExecutor,), {}, "executor must be an executor, which has a method submit"),
-        ((Scripted(),), {}, "workers must be a number, or a function .*, got Scripted"),
-        ((Scripted(),), {"workers": 0}, "workers must be an integer >= 1"),
+        (lambda: ExecutorRunner(ThreadPoolExecutor), "executor must be an executor, which has a method submit"),
+        (lambda: ExecutorRunner(Scripted()), "workers must be a number, or a function .*, got Scripted"),
+        (lambda: ExecutorRunner(Scripted(), workers=0), "workers must be an integer >= 1"),
+        (lambda: JoblibRunner(timeout=3), "timeout must be left out .*use ProcessRunner"),
     ],
-)
-def test_what_is_no_executor_is_refused(arguments, options, message):
-    refused(message, ExecutorRunner, *arguments, **options)
+)  # fmt: skip
+def test_what_is_no_runner_is_refused(make, message):
+    refused(message, make)

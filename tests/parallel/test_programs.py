@@ -126,6 +126,8 @@ queue = Queue(lambda x: x and stuck(x), RUNNER)
 queue.add(enumerate([0, 1, 2]))
 queue.wait()
 """
+
+
 @posix
 @pytest.mark.parametrize(
     "ending",

@@ -101,15 +101,11 @@ def runner(request):
 
 class TestContract:
     def test_values_and_order_are_those_of_the_plain_loop(self, runner):
-        X = designs(n=101)
-        F = model(elementwise_runner=runner).evaluate(X)
-        np.testing.assert_array_equal(F, model().evaluate(X))
+        for X in (designs(n=101), designs()[0]):
+            F = model(elementwise_runner=runner).evaluate(X)
+            np.testing.assert_array_equal(F, model().evaluate(X))
 
-    def test_one_design_none_and_designs_by_name(self, runner):
-        X = designs()[0]
-        np.testing.assert_array_equal(
-            model(elementwise_runner=runner).evaluate(X), model().evaluate(X)
-        )
+    def test_no_designs_and_designs_by_name(self, runner):
         assert runner(lambda x: {}, np.zeros((0, 2))) == []
         named = [{"a": 1.5, "c": "s"}, {"a": 2.5, "c": "l"}]
         assert runner(lambda x: {"F": x["a"], "c": x["c"]}, named) == [
@@ -200,17 +196,6 @@ def test_joblib_evaluates_on_the_backend_of_its_configuration(backend, met):
     assert ({pid for pid, _ in workers()} == {os.getpid()}) == (backend == "threading")
 
 
-@pytest.mark.slow
-def test_a_worker_that_joblib_loses_costs_no_innocent_design():
-    problem = FailureTolerant(model(elementwise_runner=JoblibRunner(2)))
-    X = designs(3, 7)
-    F = problem.evaluate(X)[0]
-    assert np.flatnonzero(np.isinf(F).all(axis=1)).tolist() == [4, 10]
-    others = np.delete(np.arange(len(X)), [4, 10])
-    np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
-    assert problem.failures[-1].reason == "its worker process died (exit code 3, 2 times)"
-
-
 def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
     """Its traceback would be an error here, as of any thread."""
     complete = joblib.parallel.BatchCompletionCallBack.__call__
@@ -222,10 +207,6 @@ def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
     monkeypatch.setattr(joblib.parallel.BatchCompletionCallBack, "__call__", complete_slowly)
     with pytest.raises(EvaluationError):
         model(elementwise_runner=JoblibRunner(2)).evaluate(designs(3))
-
-
-def test_joblib_has_no_time_limit():
-    refused("timeout must be left out .*use ProcessRunner", JoblibRunner, timeout=3)
 
 
 @pytest.mark.parametrize("n_jobs", [1, *rarely(3)])
@@ -264,25 +245,35 @@ def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
         assert failure.reason.startswith(reason)
 
 
+REASONS = {
+    3: "ValueError: the mesh is torn",
+    5: "timed out after 1.5 s",
+    7: "its worker process died (exit code 3, 2 times)",
+    11: "its worker process died (SIGKILL, 2 times)",
+    13: "SystemExit: no licence",
+}
+
+
 @posix
-@pytest.mark.parametrize("make", [partial(ProcessRunner, 2), *rarely(on_threads)])
-def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
-    runner = make(timeout=SHORT)
-    problem = FailureTolerant(model(elementwise_runner=runner))
-    X = designs(3, 5, 7, 11, 13)
+@pytest.mark.parametrize(
+    ("make", "lost"),
+    [
+        (lambda: ProcessRunner(2, timeout=SHORT), [*REASONS]),
+        pytest.param(lambda: on_threads(timeout=SHORT), [*REASONS], marks=pytest.mark.slow),
+        pytest.param(lambda: JoblibRunner(2), [3, 7], marks=pytest.mark.slow),
+    ],
+    ids=["processes", "executor", "joblib"],
+)
+def test_time_limits_and_dead_workers_leave_the_others_unharmed(make, lost):
+    problem = FailureTolerant(model(elementwise_runner=make()))
+    X = designs(*lost)
     F, G = problem.evaluate(X)
     failed = np.flatnonzero(np.isinf(F).all(axis=1))
-    assert failed.tolist() == [4, 10, 16, 22, 28]
+    assert X[failed, 0].tolist() == lost
     np.testing.assert_array_equal(failed, np.flatnonzero(G[:, 0]))
     others = np.delete(np.arange(len(X)), failed)
     np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
-    assert [failure.reason for failure in problem.failures] == [
-        "ValueError: the mesh is torn",
-        "timed out after 1.5 s",
-        "its worker process died (exit code 3, 2 times)",
-        "its worker process died (SIGKILL, 2 times)",
-        "SystemExit: no licence",
-    ]
+    assert [failure.reason for failure in problem.failures] == [REASONS[x] for x in lost]
     F = problem.evaluate(designs())[0]  # by the workers that replaced the others
     np.testing.assert_array_equal(F, model().evaluate(designs()))
 

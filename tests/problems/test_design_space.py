@@ -3,7 +3,7 @@
 import numpy as np
 from pymoo.core.problem import Problem
 
-from pymoo_psi import Required, Restricted, lp_tau
+from pymoo_psi import Restricted
 from pymoo_psi.problems import design_space
 
 
@@ -31,14 +31,3 @@ def test_another_value_of_a_fixed_variable_is_not_near():
     space = design_space(Restricted(Problem(n_var=2, n_obj=2, xl=0.0, xu=1.0), {"x1": 0.5}))
     near = space.are_near(np.array([[0.5, 1.5], [0.6, 0.5]]), reach=1.0)
     assert near.tolist() == [True, False]
-
-
-def test_places_of_designs_are_those_at_their_points():
-    """Also where the range of a variable depends on others, as in a mixture."""
-    mixture = Problem(n_var=3, n_obj=2, xl=[0.1, 0.0, 0.2], xu=[0.6, 0.5, 0.9])
-    space = design_space(Required(mixture, {"sum": "x1 + x2 + x3 = 1"}))
-    points = lp_tau(200, 2, first=2)
-    X = space.matrix(points)
-    np.testing.assert_allclose(X.sum(axis=1), 1.0)
-    np.testing.assert_allclose(space.places(X), space.places_at(points), atol=1e-9)
-    assert space.are_near(X).all()

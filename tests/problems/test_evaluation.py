@@ -17,6 +17,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, FailureTolerant, lp_tau
 from pymoo_psi.problems import evaluate_designs
+from tests.helpers.models import Model as OfFunction
 
 CULPRIT = 2
 X = np.column_stack([np.arange(7.0), np.linspace(0.0, 1.0, 7)])
@@ -248,47 +249,41 @@ def test_a_call_that_raises_is_repeated_by_design():
 
 
 def test_designs_by_name_are_copies_too():
-    class Mixed(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(
-                vars={"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}, n_obj=1
-            )
+    def moving(x):
+        x["b"] = x.pop("a")
+        return {"F": x["b"]}
 
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = x["a"]
-            x["b"] = x.pop("a")
-
-    result = minimize(FailureTolerant(Mixed()), MixedVariableGA(pop_size=8), ("n_gen", 3), seed=1)
+    variables = {"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}
+    mixed = OfFunction(moving, vars=variables, n_obj=1)
+    result = minimize(FailureTolerant(mixed), MixedVariableGA(pop_size=8), ("n_gen", 3), seed=1)
     assert all(set(x) == {"a", "b"} for x in result.pop.get("X"))
-    table = minimize(Mixed(), PSI(8)).algorithm.table
+    table = minimize(mixed, PSI(8)).algorithm.table
     np.testing.assert_array_equal(table.X[:, 0].astype(float), table.F[:, 0])
 
 
 def test_problems_that_transform_designs_are_not_bypassed():
     """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 
-    class Holed(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] < 0.1:
-                raise ValueError("hole")
-            out["F"], out["G"] = x[0], x[0] - 0.5
+    def holed(x):
+        if x[0] < 0.1:
+            raise ValueError("hole")
+        return {"F": x[0], "G": x[0] - 0.5}
 
     designs = np.array([[0.0], [0.25], [0.75]])
-    holed = Holed(n_var=1, n_obj=1, n_ieq_constr=1, xl=0, xu=1)
+    holed = OfFunction(holed, n_var=1, n_obj=1, n_ieq_constr=1)
     out = evaluate_designs(ConstraintsAsPenalty(holed, penalty=100.0), designs)
     assert out["F"].tolist() == [[np.inf], [0.25], [25.75]]
     assert out["failure"].tolist() == ["ValueError: hole", "", ""]
 
 
 def test_further_values_stay_with_their_designs():
-    class Talkative(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] in (0, 2):
-                raise ValueError
-            out["F"], out["H"], out["stress"], out["note"] = x[0], 0.5, [x[0], 1.0], {"x": x[0]}
+    def talkative(x):
+        if x[0] in (0, 2):
+            raise ValueError
+        return {"F": x[0], "H": 0.5, "stress": [x[0], 1.0], "note": {"x": x[0]}}
 
-    problem = FailureTolerant(Talkative(n_var=1, n_obj=1, n_eq_constr=1, xl=0, xu=9))
-    out = problem.evaluate(np.arange(4.0)[:, None], return_as_dictionary=True)
+    problem = OfFunction(talkative, n_var=1, n_obj=1, n_eq_constr=1, xu=9)
+    out = FailureTolerant(problem).evaluate(np.arange(4.0)[:, None], return_as_dictionary=True)
     np.testing.assert_array_equal(out["stress"], [[np.nan] * 2, [1, 1], [np.nan] * 2, [3, 1]])
     assert out["note"].tolist() == [None, {"x": 1.0}, None, {"x": 3.0}]
     assert out["H"].tolist() == [[0.0], [0.5], [0.0], [0.5]]

@@ -7,7 +7,6 @@ import re
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.core.callback import Callback
 from pymoo.core.population import Population
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.repair import Repair
@@ -31,6 +30,7 @@ from pymoo_psi.analysis import histogram, sensitivities
 from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_table
 from pymoo_psi.table import Kind, Schema
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
@@ -42,7 +42,7 @@ class Wide(ElementwiseProblem):
     """Area from 1e-4 to 1e3; what counts is its common logarithm."""
 
     def __init__(self, log=("area",)):
-        self.names, self.log = {"x1": "area", "x2": "height"}, list(log)
+        self.names, self.log = {"x1": "area", "x2": "height"}, log
         super().__init__(n_var=2, n_obj=2, xl=[1e-4, 0.0], xu=[1e3, 2.0])
 
     def _evaluate(self, x, out, *args, **kwargs):
@@ -88,25 +88,13 @@ class Given(Sampling):
         return START
 
 
-class Observed(FailureTolerant):
-    """A problem that keeps its designs, here within a wrapper that the user has made."""
-
-    def __init__(self):
-        super().__init__(Wide())
-        self.designs = []
-
-    def do(self, X, *args, **kwargs):
-        self.designs += [x.tolist() for x in X]
-        return super().do(X, *args, **kwargs)
-
-
 @pytest.mark.parametrize("sampling", [START, Population.new(X=START), Given()])
-def test_a_start_has_values(sampling):
-    problem = Observed()
-    nsga3(problem, 60, seed=1, sampling=sampling)
-    assert problem.designs[:4] == START.tolist()
-    assert len(problem.designs) == 60
-    assert not np.isnan(problem.designs).any()
+@pytest.mark.parametrize("wrap", [lambda problem: problem, FailureTolerant])
+def test_a_start_has_values(sampling, wrap):
+    found = nsga3(wrap(Wide()), 60, seed=1, sampling=sampling, save_history=True)
+    assert found.history[0].pop.get("X")[:4].tolist() == START.tolist()
+    assert found.algorithm.evaluator.n_eval == 60
+    assert not np.isnan(found.pop.get("X")).any()
 
 
 def test_an_evaluated_start_is_that_of_the_logarithms():
@@ -123,16 +111,16 @@ def test_history_callbacks_and_repairs_have_values():
         def _do(self, problem, X, **kwargs):
             return np.column_stack([np.minimum(X[:, 0], 50.0), X[:, 1]])
 
-    class Kept(Callback):
-        def notify(self, algorithm):
-            self.data.setdefault("X", []).append(algorithm.pop.get("X").copy())
+    kept = []
 
-    kept = Kept()
-    found = nsga3(Wide(), 100, seed=1, repair=AtMost(), callback=kept, save_history=True)
-    for algorithm, X in zip(found.history, kept.data["X"], strict=True):
+    def keep(algorithm):
+        kept.append(algorithm.pop.get("X").copy())
+
+    found = nsga3(Wide(), 100, seed=1, repair=AtMost(), callback=keep, save_history=True)
+    for algorithm, X in zip(found.history, kept, strict=True):
         np.testing.assert_array_equal(algorithm.pop.get("X"), X)
-    np.testing.assert_array_equal(kept.data["X"][-1], found.pop.get("X"))
-    areas = np.vstack(kept.data["X"])[:, 0]
+    np.testing.assert_array_equal(kept[-1], found.pop.get("X"))
+    areas = np.vstack(kept)[:, 0]
     assert areas.min() >= 1e-4
     assert areas.max() == 50.0
 
@@ -155,18 +143,9 @@ def test_requirements_hold_for_the_values_of_logarithmic_variables():
 
 
 def test_mixed_variables_may_be_logarithmic():
-    class Mixed(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(
-                vars={"area": Real(bounds=(1e-4, 1e3)), "steel": Choice(options=["a", "b"])},
-                n_obj=2,
-            )
-            self.log = ["area"]
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = values(np.log10(x["area"]), 1.0 + (x["steel"] == "b"))
-
-    table = investigate(Mixed(), 128)
+    variables = {"area": Real(bounds=(1e-4, 1e3)), "steel": Choice(options=["a", "b"])}
+    mixed = Model(lambda x: {"F": values(np.log10(x["area"]), 1.0)}, vars=variables)
+    table = investigate(mixed, 128, log=["area"])
     exponent = np.log10(table.X[:, 0].astype(float))
     assert abs(np.quantile(exponent, [0.25, 0.5, 0.75]) - [-2.25, -0.5, 1.25]).max() < 0.1
 
@@ -206,19 +185,28 @@ def test_wrong_scales_are_refused(log, match):
     refused(match, investigate, Wide(log=()), 4, log=log)
 
 
-def test_the_attribute_is_a_collection_of_names():
-    model = Wide()
-    table = investigate(model, 16)
-    for log in ({"area"}, frozenset({"x1"}), ("x1",), ["area", "x1"]):
-        model.log = log
-        assert investigate(model, 16).equals(table)
-    for log in (["are"], ("area", "run"), {"area", "run"}):
-        model.log = log
-        refused("log must be one of 'area', 'height', 'x1', 'x2', got", investigate, model, 4)
-    for log in ("area", "x1"):
-        model.log = log
-        rule = f"log of the problem must be a list of variables, got '{log}'"
-        refused(re.escape(f'{rule}; write log = ["{log}"]'), investigate, model, 4)
+@pytest.mark.parametrize("log", [{"area"}, frozenset({"x1"}), ["area"], ["area", "x1"]], ids=str)
+def test_the_attribute_is_a_collection_of_names(log):
+    assert investigate(Wide(log), 16).equals(investigate(Wide(("area",)), 16))
+
+
+NAMES = "log must be one of 'area', 'height', 'x1', 'x2', got"
+TEXT = "log of the problem must be a list of variables, got '{0}'; write log = [\"{0}\"]"
+
+
+@pytest.mark.parametrize(
+    ("log", "message"),
+    [
+        (["are"], NAMES),
+        (("area", "run"), NAMES),
+        ({"area", "run"}, NAMES),
+        ("area", TEXT.format("area")),
+        ("x1", TEXT.format("x1")),
+    ],
+    ids=["misspelt", "tuple", "set", "text", "number"],
+)
+def test_other_attributes_with_names_are_refused(log, message):
+    refused(re.escape(message), investigate, Wide(log), 4)
 
 
 @pytest.mark.parametrize(
@@ -240,8 +228,7 @@ def test_the_attribute_is_a_collection_of_names():
     ],
 )
 def test_an_attribute_of_another_purpose_is_ignored(log):
-    model, plain = Wide(), Wide(log=())
-    model.log = log
+    model, plain = Wide(log), Wide(log=())
     model.names["f1"] = plain.names["f1"] = "cost"
     table = investigate(model, 16)
     assert table.equals(investigate(plain, 16))

@@ -193,11 +193,20 @@ def test_results_in_the_template_belong_to_no_design(tmp_path):
     )
 
 
-def test_links_to_nothing_are_not_copied(tmp_path):
-    """Editors leave them beside files that they have open."""
+def leave_a_link(template):
+    (template / ".#run.sh").symlink_to("user@host.4711")
+
+
+def leave_a_cache(template):
+    (template / "__pycache__").mkdir()
+    (template / "__pycache__" / "solver.pyc").write_text("compiled")
+
+
+@pytest.mark.parametrize("leave", [leave_a_link, leave_a_cache])
+def test_files_that_editors_leave_do_not_count(tmp_path, leave):
     problem = shell(tmp_path, "echo 5", {"m": {"file": "stdout.txt", "pattern": "(.+)"}})
     identity = problem.fingerprint()
-    (tmp_path / "template" / ".#run.sh").symlink_to("user@host.4711")
+    leave(tmp_path / "template")
     assert problem.run({"x": 0.5}).outputs == {"m": 5.0}
     assert problem.fingerprint() == identity
 
@@ -455,13 +464,3 @@ def test_another_exit_code_may_mean_success(tmp_path):
 def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, match):
     refused(match, beam, *changes, **{} if deck is None else {"deck": deck})
     assert runs(tmp_path) == []
-
-
-def test_a_study_knows_no_files_of_editors(beam, tmp_path):
-    study, hidden = tmp_path / "beam.db", tmp_path / "model" / "__pycache__"
-    first = investigate(beam(), 2, study=study)
-    hidden.mkdir()
-    (hidden / "solver.pyc").write_text("compiled")
-    assert investigate(beam(), 2, study=study).equals(first)
-    other = beam(("mesh 3", "mesh 4"))
-    refused("key", investigate, other, 2, error=StudyMismatchError, study=study)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from scipy import stats
 
@@ -16,6 +16,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import StudyMismatchError
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 A = np.array([[1.0, 2.0], [-3.0, 0.5]])
@@ -96,20 +97,18 @@ def test_elementwise_and_vectorised_models_give_the_same():
     np.testing.assert_allclose(one[1], many[1])
 
 
-class Brittle(ElementwiseProblem):
+def brittle(x):
     """Fails beyond 1, and is infinite below 0."""
+    if x[0] > 1:
+        raise ArithmeticError("no convergence")
+    return {"F": x[0] if x[0] >= 0 else np.inf}
 
-    def __init__(self):
-        super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        if x[0] > 1:
-            raise ArithmeticError("no convergence")
-        out["F"] = x[0] if x[0] >= 0 else np.inf
+BRITTLE = Model(brittle, n_var=1, n_obj=1)
 
 
 def test_scenarios_that_fail_are_violated():
-    robust = Robust(Brittle(), tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
+    robust = Robust(BRITTLE, tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
     F, G = robust.evaluate(np.array([[0.5], [0.25], [1.0], [9.0]]))
     assert G[:, 0] == pytest.approx([-0.1, 15 / 63 - 0.1, 31 / 63 - 0.1, 0.9])
     inside = 0.5 + robust.offsets
@@ -125,7 +124,7 @@ def test_the_share_of_violations_may_equal_the_probability():
     for n in (3, 10, 49):
         for k in range(1, n):
             robust = Robust(
-                Brittle(), tolerances={"x1": 0.5}, n_scenarios=n, failure_probability=k / n
+                BRITTLE, tolerances={"x1": 0.5}, n_scenarios=n, failure_probability=k / n
             )
             at = 1 - np.sort(robust.offsets[:, 0])[-k - 1 : n - k + 1].mean()  # k are beyond 1
             F, G = robust.evaluate(np.array([[at]]))

@@ -9,13 +9,11 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
     Recorded,
     Restricted,
-    SurrogatePSI,
     TestTable,
     investigate,
 )

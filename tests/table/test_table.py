@@ -276,5 +276,3 @@ def test_a_design_with_other_objectives_is_no_repetition():
     assert table.repeats.tolist() == [False, False, False, True, False]
     assert table.pareto().tolist() == [False, True, True, False, False]
     assert explain(table, 2).ranking.pareto.sum() == 2
-
-
