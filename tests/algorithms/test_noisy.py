@@ -13,7 +13,7 @@ from pymoo_psi import (
     investigate,
     read_table,
 )
-from tests.helpers.refusals import interrupted, refused
+from tests.helpers.refusals import interrupted
 
 
 def model(x, seed):
@@ -70,12 +70,6 @@ def test_a_study_makes_only_the_tests_that_are_missing(study_file):
     assert read_table(study_file).remarks == table.remarks
 
 
-def test_repeats_are_of_noisy_models_only():
-    problem = Queue()
-    problem.noisy = False
-    refused("^repeat must be 1 .* got 2; .*noisy", investigate, problem, 4, repeat=2)
-
-
 def test_designs_that_are_not_run_stay_infeasible():
     rule = {"low": "x1 <= 0.5"}
     table = investigate(Queue(), 16, repeat=2, requirements=rule)
@@ -119,9 +113,6 @@ def test_an_export_keeps_every_test_of_a_design(program, tmp_path, study_file, c
         said("export", study_file, "--out", tmp_path / name)
     tests = read_table(tmp_path / "tests.csv")
     assert len(tests) == 8
-    assert "4 designs with the same variables" in tests.remarks[0]
-    means = read_table(tmp_path / "tests.csv", average_by="variables")
-    assert np.array_equal(means.F, read_table(study_file).F)
     # nothing is left to test
     assert "This run: no new test." in said(*solve, tmp_path / "copy.db")
 

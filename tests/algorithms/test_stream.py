@@ -86,10 +86,8 @@ def test_no_worker_waits_for_the_slowest_of_a_block(tmp_path):
 
     with ThreadPoolExecutor(1) as other:
         other.submit(held.open_after, 100)
-        result = minimize(problem, PSI(100, block_size=10), callback=callback)
+        minimize(problem, PSI(100, block_size=10), callback=callback)
     assert told == [(10 * k, 100) for k in range(1, 11)]
-    assert len(set(held.seen())) == 100
-    assert result.algorithm.table.equals(minimize(Sum(), PSI(100)).algorithm.table)
 
 
 def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 
 from pymoo_psi import TestTable, investigate
 from pymoo_psi.analysis import failure_sentences
+from tests.helpers.models import Model
 
 
 def rule(X, has_failed):
@@ -73,22 +73,19 @@ def test_rules_on_failures_take_variables_of_every_kind():
 
 
 def test_designs_that_did_not_run_do_not_count():
-    class Plate(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=1, xl=[1, 1], xu=[10, 10])
+    def model(x):
+        if x[0] / x[1] > 2:
+            raise ArithmeticError("no mesh")
+        return {"F": x.sum()}
 
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] / x[1] > 2:
-                raise ArithmeticError("no mesh")
-            out["F"] = x.sum()
-
-    table = investigate(Plate(), 128, requirements=["x1 * x2 <= 40"])
+    plate = Model(model, n_var=2, n_obj=1, xl=1.0, xu=10.0)
+    table = investigate(plate, 128, requirements=["x1 * x2 <= 40"])
     n_failed = table.failed().sum()
     n_run = n_failed + np.isfinite(table.F[:, 0]).sum()
     assert n_run < 128
     [sentence] = failure_sentences(table)
     assert f"avoided {n_failed} of {n_failed} failures in the last {n_run} tests" in sentence
-    table = investigate(Plate(), 128, requirements=["x1 * x2 <= 40", requirement(sentence)])
+    table = investigate(plate, 128, requirements=["x1 * x2 <= 40", requirement(sentence)])
     assert not table.failed().any()
 
 

@@ -15,7 +15,7 @@ from pymoo.problems.functional import FunctionalProblem
 import pymoo_psi
 from pymoo_psi import PSI, VectorizedSphereChute
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference
-from pymoo_psi.errors import PsiError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.errors import PsiError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.processes import until
 from tests.helpers.refusals import interrupted, refused
@@ -232,15 +232,6 @@ def test_runs_on_another_problem_are_refused(tmp_path):
             error=StudyMismatchError,
             **arguments | {"n_evaluations": 32},
         )
-    (stored,) = tmp_path.glob("*.db")
-    stored.write_bytes(stored.read_bytes()[:40])
-    refused(
-        r"psi_16\.db is no study",
-        compare,
-        VectorizedSphereChute(0.4),
-        error=StudyCorruptError,
-        **arguments,
-    )
 
 
 # Wrong arguments
@@ -261,23 +252,6 @@ def test_runs_on_another_problem_are_refused(tmp_path):
 def test_wrong_arguments_are_named(change, message):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"]} | change
     refused(message, compare, **{"problem": get_problem("bnh")} | arguments)
-
-
-def test_an_objective_with_equal_optima_tells_runs_apart():
-    """One design beats all others: it has no span, yet a run that misses it is worse."""
-
-    class Bowl(Problem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = np.abs(x - 1.0) * [1.0, 1000.0]
-
-    result = compare(
-        Bowl(n_var=1, n_obj=2, xl=0.0, xu=1.0), n_evaluations=[2, 1024], seeds=1, algorithms=["psi"]
-    )
-    frame = result.to_frame().set_index("evaluations")
-    assert len(result.reference.points) == 1
-    assert frame.loc[1024, ["igd_plus", "epsilon", "optimum_distance"]].tolist() == [0, 0, 0]
-    assert frame.loc[2, "hypervolume"] < frame.loc[1024, "hypervolume"] == 1
-    assert (frame.loc[2, ["igd_plus", "epsilon", "optimum_distance"]] > 0.9).all()
 
 
 def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from pymoo_psi.files import FORMATS, FileFormat, format_of, read_table, suffixes_for
@@ -46,8 +45,6 @@ def test_the_command_reads_and_writes_it(formats, said, tmp_path):
     assert ranked.replace("t.records", "s.db") == said("rank", "s.db", *words, "--out", "r.records")
     designs = read_table("r.records")
     assert designs.schema.units == {"f1": "kg"}
-    np.testing.assert_array_equal(designs.column("f1").max() <= 60, True)
-    said("rank", "r.records", "--out", "again.csv")
     Path("t.records").rename("pipe")  # recognized by its content
     assert read_table("pipe").equals(read_table("s.db"))
 

@@ -4,10 +4,8 @@ import io
 import os
 import pickle
 import re
-import sqlite3
 import threading
 import zipfile
-from contextlib import closing
 from decimal import Decimal
 
 import numpy as np
@@ -18,13 +16,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.population import Population
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import (
-    PSI,
     Formulation,
     PsiError,
     TestTable,
@@ -35,7 +31,9 @@ from pymoo_psi import (
 from pymoo_psi.files import read_table, write_table
 from pymoo_psi.table import Schema
 from tests.helpers.draws import examples
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
+from tests.helpers.studies import edit
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
@@ -352,23 +350,38 @@ def test_columns_of_others_keep_names_like_ours(read, tmp_path):
     )
 
 
-def test_designs_are_called_by_their_labels_or_rows(read):
-    assert read("a,b\n1,2\n2,1\n").names == ["row 1", "row 2"]
-    assert read("id,a,b\n7,1,2\nB,2,1\n").names == ["id 7", "B"]
-    assert read("id,a,b\n007,1,2\n8,2,1\n")["id"].tolist() == ["007", "8"]
-    assert "counts the rows" in read("Versuch,a\n7,3\n8,4\n9,4\n").remarks[0]
-    assert read("Versuch,a\n7,3\n8,4\n8,5\n").remarks == ()
-    for names, variables in ((["row", "a"], []), (["a"], ["row"])):
-        table = read("row,a\n2.5,3\n1,4\n", Formulation(names), variables=variables)
-        assert table.names == ["design 1", "design 2"]
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("a,b\n1,2\n2,1\n", ["row 1", "row 2"]),
+        ("id,a,b\n7,1,2\nB,2,1\n", ["id 7", "B"]),
+        ("id,a,b\n007,1,2\n8,2,1\n", ["id 007", "id 8"]),
+        ("car,price,range\nA,1,9\nB,2,7\nC,3,5\nB,4,3\n", [f"row {k}" for k in range(1, 5)]),
+    ],
+)
+def test_designs_are_called_by_their_labels_or_rows(read, text, names):
+    assert read(text).names == names
 
 
-def test_a_repeated_name_is_no_name_and_a_remark_says_so(read):
-    table = read("car,price,range\nA,1,9\nB,2,7\nC,3,5\nB,4,3\n")
-    assert table.names[:2] == ["row 1", "row 2"]
-    assert any("'B' occurs 2 times in car" in remark for remark in table.remarks)
-    of_materials = read("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,4,3\n")
-    assert not any("occurs" in remark for remark in of_materials.remarks)
+@pytest.mark.parametrize(("objectives", "variables"), [(["row", "a"], []), (["a"], ["row"])])
+def test_a_column_called_row_gives_no_names(read, objectives, variables):
+    table = read("row,a\n2.5,3\n1,4\n", Formulation(objectives), variables=variables)
+    assert table.names == ["design 1", "design 2"]
+
+
+@pytest.mark.parametrize(
+    ("text", "remark"),
+    [
+        ("Versuch,a\n7,3\n8,4\n9,4\n", "counts the rows"),
+        ("Versuch,a\n7,3\n8,4\n8,5\n", ""),
+        ("car,price,range\nA,1,9\nB,2,7\nC,3,5\nB,4,3\n", "'B' occurs 2 times in car"),
+        ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,4,3\n", ""),
+    ],
+)
+def test_a_remark_says_what_names_no_design(read, text, remark):
+    remarks = " ".join(read(text).remarks)
+    assert remark in remarks
+    assert bool(remarks) == bool(remark)
 
 
 def test_only_columns_that_are_needed_must_be_readable(read):
@@ -438,61 +451,100 @@ def test_objects_of_json_are_designs(tmp_path):
     (tmp_path / "set.json").write_text(frame.to_json(orient="records", date_format="iso"))
     read = read_table(tmp_path / "set.json")
     np.testing.assert_array_equal(read.F, table.F)
-    assert read.schema.objectives == ("cost", "mass")
     for text in ('{"a": 1}', '[{"a": 1}, 2]', '[{"a": 1'):
         (tmp_path / "set.json").write_text(text)
         refused("no list of designs", read_table, tmp_path / "set.json")
 
 
-def test_arrays_and_frames():
-    table = read_table(np.array([[1.0, 2.0], [2.0, 1.0]]))
-    assert (table.schema.objectives, table.names) == (("f1", "f2"), ["row 1", "row 2"])
-    assert read_table([[3], [4]]).F.tolist() == [[3], [4]]
-    frame = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
-    table = read_table(frame, drop_incomplete=True)
-    assert (table.names, table.schema.objectives) == (["A", "B"], ("a", "b"))
-    assert (table.status.tolist(), table["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
-    refused("row 2 holds no number in the column 'b'", read_table, frame)
-    # The name of an index may be that of a column that follows from others.
-    places = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
-    assert read_table(places, Formulation(["f1", "f2"])).names == ["row 1", "row 2"]
-    for wrong in (np.zeros(3), frame[:0], pd.DataFrame([[1, 2]], columns=["a", "a"])):
-        refused("source must be", read_table, wrong)
+FRAME = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
+# The name of its index is that of a column that follows from others.
+PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
 
 
-def test_databases_of_others_are_named(tmp_path):
+@pytest.mark.parametrize(
+    ("source", "objectives", "names"),
+    [
+        (np.array([[1.0, 2.0], [2.0, 1.0]]), (), ["row 1", "row 2"]),
+        ([[3], [4]], (), ["row 1", "row 2"]),
+        (FRAME, (), ["A", "B"]),
+        (PLACES, ("f1", "f2"), ["row 1", "row 2"]),
+    ],
+)
+def test_arrays_and_frames(source, objectives, names):
+    table = read_table(source, Formulation(objectives), drop_incomplete=True)
+    assert table.names == names
+    rows = table.status == "ok"
+    expected = np.asarray(pd.DataFrame(source))[rows][:, -table.F.shape[1] :]
+    if source is not PLACES:
+        np.testing.assert_array_equal(table.F[rows], expected.astype(float))
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (FRAME, "row 2 holds no number in the column 'b'"),
+        (np.zeros(3), "source must be"),
+        (FRAME[:0], "source must be"),
+        (pd.DataFrame([[1, 2]], columns=["a", "a"]), "source must be"),
+    ],
+)
+def test_what_holds_no_designs_is_refused(source, message):
+    refused(message, read_table, source)
+
+
+@pytest.mark.parametrize(
+    ("tables", "name"),
+    [
+        (["studies", "trial_values"], "Optuna"),
+        (["driver_iterations"], "OpenMDAO"),
+        (["costs"], "another program, with the tables costs"),
+    ],
+)
+def test_databases_of_others_are_named(study_file, tables, name):
     """Optuna and OpenMDAO have these tables, among others."""
-    for name, tables in {"Optuna": ["studies", "trial_values"], "OpenMDAO": ["driver_iterations"],
-                         "another program, with the tables costs": ["costs"]}.items():  # fmt: skip
-        path = tmp_path / f"{tables[0]}.db"
-        with closing(sqlite3.connect(path)) as db:
-            for table in tables:
-                db.execute(f"CREATE TABLE {table} (a)")
-        refused(f"no study of pymoo-psi, but a database of {name}; .* export it as CSV by .*{path}",
-                read_table, path)  # fmt: skip
-    for name in ("box.csv", "box.xlsx", "model.toml"):
-        refused(
-            "study must be a database", investigate, get_problem("bnh"), 4, study=tmp_path / name
-        )
-
-
-def test_grouped_frames_have_their_keys_as_variables():
-    runs = pd.DataFrame({"material": ["a", "a", "b", "b"], "width": [1, 1, 1, 2],
-                         "mass": [1.0, 1.2, 2.0, 3.0], "cost": [3.0, 3.1, 2.0, 1.0]})  # fmt: skip
-    by = ["material", "width"]
-    table = read_table(runs.groupby(by).mean())
-    assert (table.schema.variables, table.schema.objectives) == (
-        ("material", "width"),
-        ("mass", "cost"),
+    edit(study_file, *(f"CREATE TABLE {table} (a)" for table in tables))
+    message = (
+        f"no study of pymoo-psi, but a database of {name}; .* export it as CSV by .*{study_file}"
     )
+    refused(message, read_table, study_file)
+
+
+@pytest.mark.parametrize("name", ["box.csv", "box.xlsx", "model.toml"])
+def test_files_of_other_kinds_are_no_studies(name):
+    refused("study must be a database", investigate, get_problem("bnh"), 4, study=name)
+
+
+RUNS = pd.DataFrame(
+    {
+        "material": ["a", "a", "b", "b"],
+        "width": [1, 1, 1, 2],
+        "mass": [1.0, 1.2, 2.0, 3.0],
+        "cost": [3.0, 3.1, 2.0, 1.0],
+    }
+)
+GROUPS = RUNS.groupby(["material", "width"])
+
+
+@pytest.mark.parametrize(
+    ("frame", "objectives"),
+    [
+        (GROUPS.mean(), ["mass", "cost"]),
+        (GROUPS.agg(["mean", "max"]), ["mass mean", "mass max", "cost mean", "cost max"]),
+    ],
+)
+def test_grouped_frames_have_their_keys_as_variables(frame, objectives):
+    table = read_table(frame)
+    assert [*table.schema.objectives] == objectives
+    assert table.schema.variables == ("material", "width")
     assert table.names == ["a, 1", "b, 1", "b, 2"]
     assert table.X.tolist() == [["a", 1], ["b", 1], ["b", 2]]
-    np.testing.assert_allclose(table.F, [[1.1, 3.05], [2, 2], [3, 1]])
-    table = read_table(runs.groupby(by)[["mass", "cost"]].agg(["mean", "max"]))
-    assert table.schema.objectives == ("mass mean", "mass max", "cost mean", "cost max")
-    halves = runs.groupby(pd.cut(runs["mass"], 2), observed=False)[["mass", "cost"]].mean()
+    np.testing.assert_allclose(table[objectives[0]], [1.1, 2, 3])
+
+
+def test_intervals_are_keys_and_names_are_different():
+    halves = RUNS.groupby(pd.cut(RUNS["mass"], 2), observed=False)[["mass", "cost"]].mean()
     assert read_table(halves).schema.objectives == ("mass", "cost")
-    refused("different names", read_table, runs.set_axis([("a", "b"), "a b", "c", "d"], axis=1))
+    refused("different names", read_table, RUNS.set_axis([("a", "b"), "a b", "c", "d"], axis=1))
 
 
 @pytest.mark.parametrize(
@@ -621,46 +673,49 @@ def test_equal_rows_of_a_file_count_once(read, path):
     table = read("name,cost,mass\nA,1,2\nB,2,1\nA,1,2\nA,1,3\nB,2,1\n")
     assert table.numbers.tolist() == [1, 2, 4]
     assert table.remarks[0] == "2 rows left out: equal to another one in all cells."
-    assert len(read_table(pd.read_csv(path))) == 5
-    path.write_text("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n")  # labels are no numbers
-    assert read_table(path).names == ["1.1", "1.10"]
-    assert len(read_table(np.ones((3, 2)))) == 3
+    labels = read("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n")  # labels are no numbers
+    assert labels.names == ["1.1", "1.10"]
+    assert len(read_table(pd.DataFrame(np.ones((3, 2))))) == 3
 
 
-def test_results_of_pymoo_are_sources():
-    result = minimize(get_problem("bnh"), PSI(32))
-    table = read_table(result)
-    assert table.schema.objectives == ("f1", "f2")
-    assert table.schema.variables == ("x1", "x2")
-    np.testing.assert_array_equal(table.F, result.F)
-    np.testing.assert_array_equal(table.X, result.X)
-    mixed = Result()
-    X = np.array([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}])
-    mixed.opt = Population.new(X=X, F=np.array([[1.0, 2.0], [2.0, 1.0]]))
-    table = read_table(mixed)
-    assert table.schema.variables == ("width", "wood")
-    assert table["wood"].tolist() == ["oak", "ash"]
-    mixed.opt = None
-    refused("a result of pymoo with designs", read_table, mixed)
+def result_of(X, F):
+    result = Result()
+    result.opt = Population.new(X=np.array(X), F=np.array(F))
+    return result
 
 
-class Bounded(ElementwiseProblem):
-    """Two constraints that the first of them makes infeasible for a large number."""
+@pytest.mark.parametrize(
+    ("X", "variables"),
+    [
+        ([[3.0, 4.0], [4.0, 1.0]], ("x1", "x2")),
+        ([{"width": 3, "wood": "oak"}, {"width": 4, "wood": "ash"}], ("width", "wood")),
+    ],
+)
+def test_results_of_pymoo_are_sources(X, variables):
+    table = read_table(result_of(X, [[1.0, 2.0], [2.0, 1.0]]))
+    assert (table.schema.objectives, table.schema.variables) == (("f1", "f2"), variables)
+    np.testing.assert_array_equal(table.F, [[1.0, 2.0], [2.0, 1.0]])
+    rows = [[*x.values()] if isinstance(x, dict) else x for x in X]
+    assert table.X.tolist() == rows
 
-    def __init__(self, least):
-        super().__init__(n_var=1, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=0, xu=1)
-        self.least = least
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x[0], 1 - x[0]]
-        out["G"] = [self.least - x[0]]
-        out["H"] = [min(0.0, x[0] - 0.5)]
+def test_a_result_without_designs_is_refused():
+    result = Result()
+    result.opt = None
+    refused("a result of pymoo with designs", read_table, result)
 
 
 @pytest.mark.parametrize("least", [0.3, 3.0])
 def test_results_of_pymoo_keep_feasibility(least):
-    algorithm = NSGA2(pop_size=10)
-    result = minimize(Bounded(least), algorithm, ("n_gen", 3), seed=1, return_least_infeasible=True)
+    """Two constraints that the first of them makes infeasible for a large number."""
+
+    def bounded(x):
+        return {"F": [x[0], 1 - x[0]], "G": [least - x[0]], "H": [min(0.0, x[0] - 0.5)]}
+
+    problem = Model(bounded, n_var=1, n_ieq_constr=1, n_eq_constr=1)
+    result = minimize(
+        problem, NSGA2(pop_size=10), ("n_gen", 3), seed=1, return_least_infeasible=True
+    )
     for source, individuals in ((result, result.opt), (result.pop, result.pop),
                                 (result.algorithm, result.opt)):  # fmt: skip
         table = read_table(source)

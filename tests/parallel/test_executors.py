@@ -9,17 +9,13 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
     PSI,
     ExecutorRunner,
-    FailureTolerant,
     JoblibRunner,
-    Recorded,
-    SurrogatePSI,
     VectorizedSphereChute,
     investigate,
 )
@@ -79,24 +75,17 @@ def processes():
 
 
 @posix
-def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path, study_file):
+def test_a_model_that_kills_its_process(processes, study_file):
     """Bit-identical to a run in this process, but for the design that kills."""
     runner = ExecutorRunner(processes)
     plain = investigate(Sum(), 48)
-    result = minimize(Sum(elementwise_runner=runner), PSI(48, study=tmp_path / "p.db"))
+    result = minimize(Sum(elementwise_runner=runner), PSI(48, study=study_file))
     assert result.algorithm.table.equals(plain)
     table = investigate(Sum(kills=0.95, elementwise_runner=runner), 48)
     failed = plain.X[:, 0] > 0.95
     assert {*table.reasons} == {*plain.numbers[failed].tolist()} != set()
     assert {*table.reasons.values()} == {"its worker process died (exit code 3, 2 times)"}
     np.testing.assert_array_equal(table.F[~failed], plain.F[~failed])
-    fronts = []
-    for problem in (Sum(), FailureTolerant(Sum(elementwise_runner=runner))):
-        recorded = Recorded(problem, study=tmp_path / f"{len(fronts)}.db")
-        fronts.append(minimize(recorded, NSGA2(12), ("n_gen", 4), seed=1).F)
-    np.testing.assert_array_equal(*fronts)
-    search = minimize(Sum(elementwise_runner=runner), SurrogatePSI(32, study=study_file), seed=1)
-    assert len(search.algorithm.table) == len(read_table(study_file)) == 32
 
 
 class Endless(Sum):

@@ -295,7 +295,6 @@ def test_anything_that_holds_objectives_is_taken():
     front = rank_of_efficiency(result.F)
     assert representatives(result, 3).rows.tolist() == representatives(front, 3).rows.tolist()
     assert explain(minimize(get_problem("sphere"), PSI(16), seed=1), 0).dominated_by == -1
-    refused("^F must be an array of real numbers", cautions, "f.csv")
     refused("maximize must be left out where a table or ranking", cautions, table, maximize=[0])
 
 

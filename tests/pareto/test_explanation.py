@@ -114,14 +114,22 @@ def test_rounding_is_no_difference():
     assert explain(F, 1).neighbours.tolist() == [2, -1]
 
 
-def test_a_step_is_a_hundredth_of_the_range():
+DENSE = np.arange(1025) / 1024
+DENSE = np.column_stack([DENSE, (1 - DENSE) ** 2])
+HUNDRED = [[0.0, 100.0], [49.0, 51.0], [49.5, 50.4], [50.0, 50.0], [100.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("F", "row", "neighbours"),
+    [
+        (DENSE, 512, [501, 523]),  # 11 / 1024; 0.25 -> 0.2394
+        (DENSE, 5, [4, 11]),  # in f1 nothing is so much better
+        (HUNDRED, 3, [1, 4]),  # better by a hundredth exactly
+    ],
+)
+def test_a_step_is_a_hundredth_of_the_range(F, row, neighbours):
     """On a dense front the nearest better design of all would tell nothing."""
-    x = np.arange(1025) / 1024
-    F = np.column_stack([x, (1 - x) ** 2])
-    assert explain(F, 512).neighbours.tolist() == [501, 523]  # 11 / 1024; 0.25 -> 0.2394
-    assert explain(F, 5).neighbours.tolist() == [4, 11]  # in f1 nothing is so much better
-    hundred = [[0.0, 100.0], [49.0, 51.0], [49.5, 50.4], [50.0, 50.0], [100.0, 0.0]]
-    assert explain(hundred, 3).neighbours.tolist() == [1, 4]  # better by a hundredth exactly
+    assert explain(F, row).neighbours.tolist() == neighbours
 
 
 CARS = pd.DataFrame({"price": [20.0, 30.0], "range": [200.0, 400.0]})

@@ -151,22 +151,26 @@ def test_sets_of_one_of_two_and_of_equal_designs(F):
     assert person.question() is None
 
 
-def test_designs_have_the_names_of_their_source():
-    frame = pd.DataFrame(FIVE, list("ABCDE"), ["cost", "mass"])
-    by_label = Preferences(frame)
-    by_row = Preferences(FIVE)
-    asked = by_row.question()
-    labels = tuple("ABCDE"[row] for row in asked)
-    assert by_label.question() == labels
-    by_label.answer("B", "C")
+@pytest.mark.parametrize(
+    ("source", "names", "asked"),
+    [
+        (pd.DataFrame(FIVE, list("ABCDE")), list("ABCDE"), ("B", "C")),
+        (pd.DataFrame(FIVE, [10, 20, 30, 40, 50]), ["10", "20", "30", "40", "50"], ("20", "30")),
+        (
+            TestTable.of(range(11, 16), FIVE[:, :1], FIVE),
+            [f"test {k}" for k in range(11, 16)],
+            (12, "test 13"),
+        ),
+    ],
+)
+def test_designs_have_the_names_of_their_source(source, names, asked):
+    person, by_row = Preferences(source), Preferences(FIVE)
+    assert person.question() == tuple(names[row] for row in by_row.question())
+    person.answer(*asked)
     by_row.answer(1, 2)
-    assert by_label.best == "ABCDE"[by_row.best]
-    assert by_label.to_frame().loc["B", "share"] == by_row.shares[1]
-    table = TestTable.of(np.arange(11, 16), FIVE[:, :1], FIVE)
-    tests = Preferences(table)
-    tests.answer(12, "test 13")
-    assert tests.answers == [("test 12", ">", "test 13")]
-    assert tests.best == f"test {11 + by_row.best}"
+    assert person.answers == [(names[1], ">", names[2])]
+    assert person.best == names[by_row.best]
+    assert person.to_frame().loc[names[1], "share"] == by_row.shares[1]
 
 
 def test_a_selector_gives_the_proposal_of_the_answers():

@@ -128,6 +128,3 @@ def test_penalties_are_worse_than_all_before():
     assert (F[failed] > F[~failed].max(axis=0)).all()
     assert len(np.unique(F[failed], axis=0)) == failed.sum()
     np.testing.assert_array_equal(problem.evaluate(X[::-1])[::-1], F)
-    worse = FailureTolerant(Half(0.5), failed_as="penalty")
-    before = worse.evaluate(np.array([0.0, 0.0, 0.0]))
-    assert (before > worse.evaluate(np.ones((1, 3)))).all()

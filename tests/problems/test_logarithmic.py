@@ -92,7 +92,7 @@ class Given(Sampling):
 @pytest.mark.parametrize("wrap", [lambda problem: problem, FailureTolerant])
 def test_a_start_has_values(sampling, wrap):
     found = nsga3(wrap(Wide()), 60, seed=1, sampling=sampling, save_history=True)
-    assert found.history[0].pop.get("X")[:4].tolist() == START.tolist()
+    assert sorted(found.history[0].pop.get("X").tolist()) == sorted(START.tolist())
     assert found.algorithm.evaluator.n_eval == 60
     assert not np.isnan(found.pop.get("X")).any()
 

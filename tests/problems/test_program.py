@@ -1,6 +1,5 @@
 """External programs: what is written, run, read and refused."""
 
-import json
 import re
 import signal
 import subprocess
@@ -9,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, ProcessRunner, ProgramProblem, investigate
+from pymoo_psi import ProcessRunner, ProgramProblem, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import Output
 from tests.helpers.draws import rarely
@@ -95,24 +93,6 @@ def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
     assert table.schema.units == {"width": "mm", "mass": "kg", "stress": "MPa"}
     assert table.schema.maximize == ("load",)
     assert runs(tmp_path) == []
-
-
-def test_integers_and_choices_are_written_as_such(beam, tmp_path):
-    changed = [
-        ("bounds = [1, 9]", 'bounds = [1, 9], kind = "integer"'),
-        ('"good"', '"good", "fine"'),
-    ]
-    problem = beam(*changed, ('files = ["beam.inp"]', 'files = ["beam.inp"]\nkeep = "all"'),
-        deck="width={width:.17g} height={height:d} mode={mode}",
-    )  # fmt: skip
-    table = minimize(problem, PSI(6)).algorithm.table
-    assert {*table.X[:, 2]} == {"good", "fine"}
-    for folder in runs(tmp_path):
-        design = json.loads((folder / "design.json").read_text())
-        height, mode = design["height"], design["mode"]
-        assert (folder / "beam.inp").read_text().split()[1:] == [f"height={height}", f"mode={mode}"]
-        assert isinstance(height, int)
-    assert len(runs(tmp_path)) == 6
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     FailureTolerant,
     LPTauSampling,
-    ProcessRunner,
     Restricted,
     SphereChute,
     VectorizedSphereChute,
@@ -127,16 +126,6 @@ def test_another_algorithm_stays_in_the_part(make, bounds, is_inside, tolerant):
     designs = part.original(result.X)
     np.testing.assert_array_equal(whole.evaluate(designs, return_as_dictionary=True)["F"], result.F)
     assert all(map(is_inside, designs))
-
-
-@pytest.mark.slow
-def test_processes_evaluate_a_part():
-    bounds = {"metal": ["wood", "iron"], "width": (1.0, 2.0), "ribs": 3}
-    table = investigate(FailureTolerant(Restricted(Beam(), bounds)), 24)
-    assert "failed" in table.status
-    part = Restricted(Beam(), bounds)
-    part.elementwise_runner = ProcessRunner(2)
-    assert investigate(FailureTolerant(part), 24).equals(table)
 
 
 @pytest.mark.parametrize("width", [1.5, (1.25, 1.75)])

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
-from pymoo.optimize import minimize
 from scipy import stats
 
 from pymoo_psi import (
-    PSI,
     Restricted,
     Robust,
     SphereChute,
@@ -68,24 +66,25 @@ def test_linear_models_with_normal_tolerances_have_closed_forms(statistic, q, wi
     np.testing.assert_allclose(G[:, 0], share - 0.25, atol=0.01)
 
 
-def test_one_tolerance_has_its_quantiles_exactly():
-    """2^k - 1 LPτ points of one dimension are the quantiles of i / 2^k."""
-    cases = (
+# The worst quarter of 63 is 15.75 of them: 0.97 to 0.53 in steps, and a part of the next.
+QUARTER = (np.arange(62, 32, -2).sum() + 0.75 * 32) / 15.75 / 64
+
+
+@pytest.mark.parametrize(
+    ("statistics", "factor"),
+    [
         ("worst", 62 / 64),
         ("cvar:0.99", 62 / 64),
+        ("cvar:0.75", QUARTER),
         ("mean", 0.0),
         (["worst", "mean"], [62 / 64, 0.0]),
-    )
-    for statistics, factor in cases:
-        robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics=statistics)
-        F, _ = robust.evaluate(X)
-        np.testing.assert_allclose(
-            F, X @ A.T + 0.1 * np.multiply(factor, np.abs(A[:, 0])), atol=1e-12
-        )
-    # The worst quarter of 63 is 15.75 of them: 0.97 to 0.53 in steps, and a part of the next.
-    expected = 0.1 * (np.arange(62, 32, -2).sum() + 0.75 * 32) / 15.75 / 64
-    robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics="cvar:0.75")
-    np.testing.assert_allclose(robust.evaluate(X)[0][:, 0], X @ A[0] + expected, atol=1e-12)
+    ],
+)
+def test_one_tolerance_has_its_quantiles_exactly(statistics, factor):
+    """2^k - 1 LPτ points of one dimension are the quantiles of i / 2^k."""
+    robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics=statistics)
+    expected = X @ A.T + 0.1 * np.multiply(factor, np.abs(A[:, 0]))
+    np.testing.assert_allclose(robust.evaluate(X)[0], expected, atol=1e-12)
 
 
 def test_elementwise_and_vectorised_models_give_the_same():
@@ -132,25 +131,24 @@ def test_the_share_of_violations_may_equal_the_probability():
             assert G[0, 0] == 0
 
 
-def test_its_study_is_its_own(study_file):
-    chute = VectorizedSphereChute(0.4)
-    given = {"tolerances": {"x2": 0.05}, "statistics": "cvar:0.9"}
-    minimize(Robust(chute, **given), PSI(8, study=study_file))
-    faster = VectorizedSphereChute(0.5, upper=chute.xu)
-    for problem, changed in (
-        (chute, {"tolerances": {"x2": 0.06}}),
-        (chute, {"statistics": "mean"}),
-        (chute, {"failure_probability": 0.5}),
-        (faster, {}),
-    ):
-        refused(
-            "belongs to another model",
-            minimize,
-            Robust(problem, **given | changed),
-            PSI(8, study=study_file),
-            error=StudyMismatchError,
-        )
-    minimize(Robust(chute, **given), PSI(16, study=study_file))
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"tolerances": {"x2": 0.06}},
+        {"statistics": "mean"},
+        {"failure_probability": 0.5},
+        {"problem": VectorizedSphereChute(0.5, upper=(1.4, 6))},
+    ],
+    ids=lambda changed: next(iter(changed)),
+)
+def test_its_study_is_its_own(study_file, changed):
+    chute = VectorizedSphereChute(0.4, upper=(1.4, 6))
+    given = {"problem": chute, "tolerances": {"x2": 0.05}, "statistics": "cvar:0.9"}
+    investigate(Robust(**given), 8, study=study_file)
+    other = Robust(**given | changed)
+    message = "belongs to another model"
+    refused(message, investigate, other, 8, error=StudyMismatchError, study=study_file)
+    assert len(investigate(Robust(**given), 16, study=study_file)) == 16
 
 
 def test_names_are_kept_but_those_of_constraints():

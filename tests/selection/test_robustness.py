@@ -5,11 +5,12 @@ import statistics
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Real
 from scipy import stats
 
 from pymoo_psi import FailureTolerant, Robust, lp_tau, rank_of_efficiency, robustness
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
@@ -86,15 +87,15 @@ def test_scenarios_are_quantiles_of_lp_tau_without_the_origin():
     assert set(points[:, 1]) == {2.0, 3.0}
 
 
-class Mixed(ElementwiseProblem):
+def mixed(k):
     """Named variables, of which one has a bound that is uncertain."""
 
-    def __init__(self, k):
-        a, m = Real(bounds=(0, k)), Choice(options=["x", "y"])
-        super().__init__(vars={"a": a, "m": m, "b": Binary()}, n_obj=2)
+    def model(x):
+        a = x.pop("a")  # a model may change its designs
+        return {"F": [a, 1 - a + (x["m"] == "y")]}
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x["a"], 1 - x.pop("a") + (x["m"] == "y")]  # a model may change its designs
+    variables = {"a": Real(bounds=(0, k)), "m": Choice(options=["x", "y"]), "b": Binary()}
+    return Model(model, vars=variables)
 
 
 def test_named_designs_and_bounds_of_the_scenario():
@@ -104,8 +105,8 @@ def test_named_designs_and_bounds_of_the_scenario():
         {"a": 0.2, "m": "y", "b": False},
     ]
     options = {"uncertainty": {"k": stats.uniform(0.5, 0.5)}, "n_scenarios": 63}
-    kept = robustness(Mixed, designs, **options)
-    scenarios = Robust(Mixed, **options).parameters
+    kept = robustness(mixed, designs, **options)
+    scenarios = Robust(mixed, **options).parameters
     expected = [0, np.mean(scenarios[:, 0] < 0.75), 0]
     assert kept.sort_index()["infeasible_share"].tolist() == expected
     assert kept.sort_index()[["a", "m", "b"]].to_dict("records") == designs
@@ -114,33 +115,31 @@ def test_named_designs_and_bounds_of_the_scenario():
     np.testing.assert_array_equal(frame.sort_index()[["x1", "x2"]], X)
 
 
-class Brittle(ElementwiseProblem):
+def brittle(load):
     """Fails below the load."""
 
-    def __init__(self, load):
-        super().__init__(n_var=1, n_obj=1, xl=0, xu=9)
-        self.load = load
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        if x[0] < self.load:
+    def model(x):
+        if x[0] < load:
             raise ArithmeticError("no convergence")
-        out["F"] = x[0]
+        return {"F": x[0]}
+
+    return Model(model, n_var=1, n_obj=1, xu=9.0)
 
 
 def test_a_failing_design_is_infeasible_but_not_all():
     load = {"load": stats.uniform(0, 1)}
-    result = robustness(Brittle, [[0.5], [1.0]], uncertainty=load, n_scenarios=15)
+    result = robustness(brittle, [[0.5], [1.0]], uncertainty=load, n_scenarios=15)
     assert result["infeasible_share"].to_dict() == {0: 7 / 15, 1: 0}
     refused(
         r"ArithmeticError: no convergence.*; if designs may fail",
         robustness,
-        Brittle,
+        brittle,
         [[0.5]],
         uncertainty=load,
         n_scenarios=15,
     )
     tolerant = robustness(
-        lambda load: FailureTolerant(Brittle(load)), [[0.5]], uncertainty=load, n_scenarios=15
+        lambda load: FailureTolerant(brittle(load)), [[0.5]], uncertainty=load, n_scenarios=15
     )
     assert tolerant.infeasible_share.tolist() == [7 / 15]
 

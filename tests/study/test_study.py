@@ -159,14 +159,6 @@ def test_what_is_stored_is_not_written_again(study):
     assert before == (contents(folder), os.stat(study.path).st_mtime_ns)
 
 
-def test_a_failed_test_is_replaced_by_its_repetition(study):
-    study.append(block(1, 4, failed=[2, 3]))
-    assert study.append(rows(block(1, 4, seed=1, failed=[3]), [1, 2])) == 2
-    found = read(study.path)[1]
-    assert bits(rows(found, [0, 3])) == bits(rows(block(1, 4), [0, 3]))
-    assert bits(rows(found, [1, 2])) == bits(rows(block(1, 4, seed=1, failed=[3]), [1, 2]))
-
-
 def test_no_other_test_can_be_changed(study):
     study.append(block(1, 4, failed=[2]))
     refused(
@@ -202,20 +194,6 @@ def test_a_study_is_a_name(study, monkeypatch):
 
 
 # Outputs, which tests bring
-
-
-def test_outputs_that_appear_later_are_nan_for_earlier_tests(study):
-    study.append(block(1, 3))
-    heat, noise = np.array([1.5, np.nan]), np.array([-0.0, 2.0, np.inf])
-    study.append(block(4, 2) | {"heat": heat})
-    Study(study.path).append(block(6, 3) | {"Noise": noise, "number": noise})
-    columns = read(study.path)[1]
-    assert bits(columns | block(1, 8)) == bits(columns)
-    nothing = [np.nan] * 3
-    assert bits({"heat": columns["heat"]}) == bits({"heat": np.array([*nothing, *heat, *nothing])})
-    for name in ("Noise", "number"):
-        wanted = np.array([*nothing, np.nan, np.nan, *noise])
-        assert bits({name: columns[name]}) == bits({name: wanted})
 
 
 def test_an_output_more_makes_no_other_test(study):

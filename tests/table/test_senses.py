@@ -47,7 +47,6 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
     other, mine = plain.under(limits=limits), turned.under(limits=own(turned, limits))
     for ask in (TestTable.feasible, TestTable.pareto, lambda table: table.violations()[0]):
         assert np.array_equal(ask(mine), ask(other))
-    assert len(mine.violations()[1]) == len(other.violations()[1])
     for name in ("f1", "f2"):
         order = mine.sort_by(name)
         assert np.array_equal(order.numbers, other.sort_by(name).numbers)

@@ -1,6 +1,7 @@
 """Histograms and refined boxes."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -71,21 +72,20 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
         assert seen.edges[-1] >= 2
 
 
-def test_a_choice_has_one_bin_for_each_value():
-    teeth = histogram(MIXED, "teeth")
-    assert teeth.values == (12, 14, 17)
-    assert teeth.edges.tolist() == [-0.5, 0.5, 1.5, 2.5]
-    assert teeth.tested.tolist() == [2, 1, 1]
-    assert teeth.feasible.tolist() == [1, 1, 1]
-    assert teeth.pareto.tolist() == [1, 0, 0]
-    steel = histogram(MIXED.under(limits={"f1": 2.0}), "steel")
-    assert (steel.values, steel.feasible.tolist()) == (("16MnCr5", "C45", "C60"), [0, 1, 1])
-
-
-def test_values_of_other_types_have_other_bins():
-    code = histogram(MIXED, "code")  # 1, "1", 1.5 and True
-    assert len(code.values) == 4
-    assert code.tested.tolist() == [1] * 4
+@pytest.mark.parametrize(
+    ("variable", "values", "tested", "feasible"),
+    [
+        ("teeth", (12, 14, 17), [2, 1, 1], [1, 0, 1]),
+        ("steel", ("16MnCr5", "C45", "C60"), [1, 2, 1], [0, 1, 1]),
+        ("code", (1, 1.5, True, "1"), [1] * 4, [1, 0, 0, 1]),
+    ],
+)
+def test_a_choice_has_one_bin_for_each_value(variable, values, tested, feasible):
+    bins = histogram(MIXED.under(limits={"f1": 2.0}), variable)
+    assert [(type(v), v) for v in bins.values] == [(type(v), v) for v in values]
+    assert (bins.edges == np.arange(len(values) + 1) - 0.5).all()
+    assert bins.tested.tolist() == tested
+    assert bins.feasible.tolist() == feasible
 
 
 def test_many_whole_numbers_share_bins():
