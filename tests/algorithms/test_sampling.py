@@ -49,14 +49,16 @@ def test_beyond_51_variables_the_points_are_scipys():
     np.testing.assert_array_equal(investigate(few, 8).X[:, :51], lp_tau(8, 51))
 
 
-def test_a_continued_sequence_is_the_whole_one():
-    for engine, scramble in itertools.product(("sobol", "halton"), (False, True)):
-        sampling = QMCSampling(engine, scramble=scramble)
-        whole, *parts = (
-            sampling.unit_points(n, 3, first=first, random_state=np.random.default_rng(5))
-            for n, first in ((37, 1), (16, 1), (1, 17), (20, 18))
-        )
-        np.testing.assert_array_equal(np.concatenate(parts), whole)
+@pytest.mark.parametrize(
+    ("engine", "scramble"), itertools.product(("sobol", "halton"), (False, True))
+)
+def test_a_continued_sequence_is_the_whole_one(engine, scramble):
+    sampling = QMCSampling(engine, scramble=scramble)
+    whole, *parts = (
+        sampling.unit_points(n, 3, first=first, random_state=np.random.default_rng(5))
+        for n, first in ((37, 1), (16, 1), (1, 17), (20, 18))
+    )
+    np.testing.assert_array_equal(np.concatenate(parts), whole)
 
 
 MANY, TWO = get_problem("zdt1", n_var=60), get_problem("bnh")

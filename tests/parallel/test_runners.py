@@ -100,10 +100,10 @@ def runner(request):
 
 
 class TestContract:
-    def test_values_and_order_are_those_of_the_plain_loop(self, runner):
-        for X in (designs(n=101), designs()[0]):
-            F = model(elementwise_runner=runner).evaluate(X)
-            np.testing.assert_array_equal(F, model().evaluate(X))
+    @pytest.mark.parametrize("X", [designs(n=101), designs()[0]])
+    def test_values_and_order_are_those_of_the_plain_loop(self, runner, X):
+        F = model(elementwise_runner=runner).evaluate(X)
+        np.testing.assert_array_equal(F, model().evaluate(X))
 
     def test_no_designs_and_designs_by_name(self, runner):
         assert runner(lambda x: {}, np.zeros((0, 2))) == []

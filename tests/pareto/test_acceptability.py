@@ -39,10 +39,10 @@ def test_shares_are_those_of_numerical_integration(F, p, factor):
     assert np.abs(shares - integrated(F, p, factor, n)[:, :3]).max() < 0.005
 
 
-def test_equal_weights_are_the_limit_of_a_small_factor():
-    for p in (1, 2, np.inf):
-        shares = acceptability(THREE, p=p, factor=1.0001)
-        assert np.flatnonzero(shares[:, 0] == 1).tolist() == CompromiseProgramming(p).do(THREE)
+@pytest.mark.parametrize("p", [1, 2, np.inf])
+def test_equal_weights_are_the_limit_of_a_small_factor(p):
+    shares = acceptability(THREE, p=p, factor=1.0001)
+    assert np.flatnonzero(shares[:, 0] == 1).tolist() == CompromiseProgramming(p).do(THREE)
 
 
 def test_equal_designs_share_places_and_dominated_have_none():
@@ -62,11 +62,11 @@ def test_an_objective_equal_for_all_has_no_weight(constant):
     assert np.array_equal(acceptability(fixed), acceptability(of_three))
 
 
-def test_almost_all_weights_are_not_all():
+@pytest.mark.parametrize(("middle", "share"), [(0.3165, "99.9 %"), (0.3163, "more than 99.9 %")])
+def test_almost_all_weights_are_not_all(middle, share):
     """The middle is the best for all weights if it is at 10^-1/2 or less."""
-    for middle, share in [(0.3165, "99.9 %"), (0.3163, "more than 99.9 %")]:
-        ranking = rank_of_efficiency([[0.0, 1.0], [middle, middle], [1.0, 0.0]])
-        assert f"in {share} of the cases" in weights_sentence(ranking, 1)
+    ranking = rank_of_efficiency([[0.0, 1.0], [middle, middle], [1.0, 0.0]])
+    assert f"in {share} of the cases" in weights_sentence(ranking, 1)
 
 
 @pytest.mark.parametrize(("n", "n_weights"), [(10_000, 8192), (10_001, 2048)])

@@ -66,15 +66,15 @@ def test_a_wrong_answer_ruins_nothing():
     assert distances[person.best] - distances.min() < 0.1 * (np.median(distances) - distances.min())
 
 
-def test_questions_differ_visibly_are_asked_once_and_end():
-    for F in (FIVE, SPHERE):
-        person = Preferences(F)
-        asked = dialogue(person, distances_for(np.full(F.shape[1], 1.0), F), 100)
-        assert 0 < len(asked) < 30
-        assert person.question() is None
-        assert len({frozenset(pair) for pair in asked}) == len(asked)
-        for one, other in asked:
-            assert (np.abs(F[one] - F[other]) / np.ptp(F, axis=0) > 0.0099).sum() >= 2
+@pytest.mark.parametrize("F", [FIVE, SPHERE])
+def test_questions_differ_visibly_are_asked_once_and_end(F):
+    person = Preferences(F)
+    asked = dialogue(person, distances_for(np.full(F.shape[1], 1.0), F), 100)
+    assert 0 < len(asked) < 30
+    assert person.question() is None
+    assert len({frozenset(pair) for pair in asked}) == len(asked)
+    for one, other in asked:
+        assert (np.abs(F[one] - F[other]) / np.ptp(F, axis=0) > 0.0099).sum() >= 2
 
 
 def test_shares_without_answers_are_those_of_weights():

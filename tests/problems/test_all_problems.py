@@ -11,9 +11,8 @@ import numpy as np
 import pymoo.problems
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, Restricted, Robust, investigate
+from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
 from tests.helpers.refusals import refused
 
@@ -45,7 +44,6 @@ def test_every_problem_gives_its_own_values():
     assert len(found) > 60
     for problem in found:
         table = investigate(problem, 4)
-        assert minimize(problem, PSI(4)).algorithm.table.equals(table), type(problem)
         ok = table.status != "failed"
         F = problem.evaluate(table.X, return_as_dictionary=True, return_values_of=["F"])["F"]
         np.testing.assert_array_equal(table.F[ok], F[ok], err_msg=str(type(problem)))

@@ -122,25 +122,25 @@ def test_designs_near_the_upper_bounds_are_even():
         assert kstest(lacking, beta(1, 7).cdf).statistic < 0.03
 
 
-def test_a_point_has_its_design_whatever_others_there_are():
-    for case in (FIVE, COUPLED):
-        problem = Mixture(*case[:3])
-        X = investigate(problem, 64).X
-        np.testing.assert_array_equal(investigate(problem, 9).X, X[:9])
-        np.testing.assert_array_equal(investigate(problem, 20, first=31, block_size=7).X, X[30:50])
-        np.testing.assert_array_equal(LPTauSampling().do(problem, 64).get("X"), X)
-        assert len(np.unique(X.round(9), axis=0)) == 64
+@pytest.mark.parametrize("case", [FIVE, COUPLED])
+def test_a_point_has_its_design_whatever_others_there_are(case):
+    problem = Mixture(*case[:3])
+    X = investigate(problem, 64).X
+    np.testing.assert_array_equal(investigate(problem, 9).X, X[:9])
+    np.testing.assert_array_equal(investigate(problem, 20, first=31, block_size=7).X, X[30:50])
+    np.testing.assert_array_equal(LPTauSampling().do(problem, 64).get("X"), X)
+    assert len(np.unique(X.round(9), axis=0)) == 64
 
 
-def test_a_design_has_its_point():
+@pytest.mark.parametrize("case", [THREE, FIVE, EIGHT, WEIGHTED])
+def test_a_design_has_its_point(case):
     """Surrogates learn a design from elsewhere at the point that the sequence would have for it."""
-    for case in (THREE, FIVE, EIGHT, WEIGHTED):
-        space = design_space(with_requirements(Mixture(*case[:3]), None))
-        points = LPTauSampling().unit_points(64, len(case[0]) - 1, first=3)
-        X = space.matrix(points)
-        np.testing.assert_allclose(space.points(X), points, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(space.places(X), space.places_at(points), rtol=0, atol=1e-9)
-        assert space.are_near(X).all()
+    space = design_space(with_requirements(Mixture(*case[:3]), None))
+    points = LPTauSampling().unit_points(64, len(case[0]) - 1, first=3)
+    X = space.matrix(points)
+    np.testing.assert_allclose(space.points(X), points, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(space.places(X), space.places_at(points), rtol=0, atol=1e-9)
+    assert space.are_near(X).all()
 
 
 def test_a_fixed_share_leaves_less_for_the_others():

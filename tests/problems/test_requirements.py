@@ -90,17 +90,17 @@ def test_nsga3_runs_no_design_that_violates_one(tmp_path, study):
     assert 0 < len(calls) < 100
 
 
-def test_values_are_infinite_without_a_run():
+@pytest.mark.parametrize("problem", [Plain(), Vectorised()])
+def test_values_are_infinite_without_a_run(problem):
     X = np.random.default_rng(1).random((50, 2)) * [1, 3]
     met = X[:, 1] <= 2 * X[:, 0]
-    for problem in (Plain(), Vectorised()):
-        out = Required(problem).evaluate(X, return_as_dictionary=True)
-        for name in ("F", "G"):
-            expected = problem.evaluate(X[met], return_as_dictionary=True)[name]
-            np.testing.assert_array_equal(out[name][met][:, : expected.shape[1]], expected)
-        assert np.isinf(out["F"][~met]).all()
-        assert (out["G"][~met, 0] == 0).all()
-        np.testing.assert_allclose(out["G"][:, 1], X[:, 1] - 2 * X[:, 0])
+    out = Required(problem).evaluate(X, return_as_dictionary=True)
+    for name in ("F", "G"):
+        expected = problem.evaluate(X[met], return_as_dictionary=True)[name]
+        np.testing.assert_array_equal(out[name][met][:, : expected.shape[1]], expected)
+    assert np.isinf(out["F"][~met]).all()
+    assert (out["G"][~met, 0] == 0).all()
+    np.testing.assert_allclose(out["G"][:, 1], X[:, 1] - 2 * X[:, 0])
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,8 @@ def test_other_requirements_take_the_place_of_the_problems_own():
     assert table.schema.constraints == ("g1", "height <= width")
 
 
-def test_a_failing_model_is_not_run_again():
+@pytest.mark.parametrize("wrap", [FailureTolerant, lambda p: FailureTolerant(Required(p))])
+def test_a_failing_model_is_not_run_again(wrap):
     class Fragile(Plain):
         def _evaluate(self, x, out, *args, **kwargs):
             runs.append(tuple(x))
@@ -189,8 +190,7 @@ def test_a_failing_model_is_not_run_again():
                 raise ArithmeticError("no convergence")
             super()._evaluate(x, out, *args, **kwargs)
 
-    for wrap in (FailureTolerant, lambda p: FailureTolerant(Required(p))):
-        runs = []
-        problem = wrap(Fragile())
-        problem.evaluate(np.random.default_rng(1).random((40, 2)))
-        assert len(runs) == len(set(runs)) > len(problem.failures) > 0
+    runs = []
+    problem = wrap(Fragile())
+    problem.evaluate(np.random.default_rng(1).random((40, 2)))
+    assert len(runs) == len(set(runs)) > len(problem.failures) > 0

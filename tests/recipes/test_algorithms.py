@@ -112,8 +112,6 @@ def test_a_run_leaves_the_algorithm_as_it_is(make, algorithm):
     first, second = minimize(BNH, algorithm, seed=1), minimize(BNH, algorithm, seed=1)
     assert (algorithm.problem, algorithm.n_tested) == (None, 0)
     assert first.algorithm.table.equals(second.algorithm.table)
-    assert first.exec_time > 0
-    np.testing.assert_array_equal(first.F, first.opt.get("F"))
 
 
 def test_the_next_function(make, algorithm):
@@ -192,7 +190,6 @@ def test_a_callback_and_the_history_see_every_iteration(make):
     volumes = [volume.do(entry.opt.get("F")) for entry in history]
     assert volumes == sorted(volumes)  # every test is kept, so that nothing is lost
     np.testing.assert_array_equal(history[-1].opt.get("F"), result.F)
-    assert (history[0].opt.get("CV") <= 0).all()
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,12 @@ from tests.helpers.refusals import refused
 from tests.helpers.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 
+@pytest.mark.parametrize(("first", "last"), [(1, 1000), (7, 70), (64, 64)])
 @pytest.mark.parametrize("of", [1, 2, 3, 7, 64])
-def test_every_point_is_of_one_share(of):
-    for first, last in ((1, 1000), (7, 70), (64, 64)):
-        numbers = [share.numbers(first, last) for share in (Share(k, of) for k in range(1, of + 1))]
-        assert sorted(np.concatenate(numbers)) == list(range(first, last + 1))
-        assert all((np.diff(own) > 0).all() for own in numbers)
+def test_every_point_is_of_one_share(of, first, last):
+    numbers = [share.numbers(first, last) for share in (Share(k, of) for k in range(1, of + 1))]
+    assert sorted(np.concatenate(numbers)) == list(range(first, last + 1))
+    assert all((np.diff(own) > 0).all() for own in numbers)
 
 
 @pytest.mark.parametrize("of", [2, 16, 63, 64])

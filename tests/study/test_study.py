@@ -72,7 +72,6 @@ def test_tests_come_back_in_their_order(tmp_path_factory, numbers, data):
     found_head, found = read(path)
     assert bits(found) == in_order
     assert json.dumps(found_head) == json.dumps(head)
-    assert bits(of_one_run(study.contents()[1])) == in_order
     study.begin(head)
     assert os.listdir(path.parent) == ["s.db"]
 
@@ -173,12 +172,12 @@ def test_no_other_test_can_be_changed(study):
 # A value that can go anywhere
 
 
-def test_errors_of_the_caller_are_no_damage(study):
+@pytest.mark.parametrize("error", [KeyError, TypeError, ValueError, FileNotFoundError])
+def test_errors_of_the_caller_are_no_damage(study, error):
     """Nobody is told to move a sound study away."""
-    for error in (KeyError, TypeError, ValueError, FileNotFoundError):
-        with pytest.raises(error) as caught, study.changes():
-            raise error("of the caller")
-        assert type(caught.value) is error
+    with pytest.raises(error) as caught, study.changes():
+        raise error("of the caller")
+    assert type(caught.value) is error
 
 
 def test_a_study_is_a_name(study, monkeypatch):

@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -240,13 +239,7 @@ def test_designs_are_called_by_their_label():
     for cells, names in labels.items():
         table = PLAIN.with_notes({"id": cells}, "id")
         assert table.names == names
-        assert table.take([1])["id"].tolist() == [cells[1]]
         assert table.best().names[0] in explain(table).sentences[0]
-    other = TestTable.of([3], [[0.0]], [[1.0, 2.0]], [[0.0]], notes={"note": [None]})
-    other = replace(other, facts=("from a file",))
-    joined = table.extended(other)
-    assert joined["id"].tolist() == ["old", 7, None]
-    assert joined.remarks == ("from a file",)
 
 
 confusable = st.sampled_from(
