@@ -126,7 +126,7 @@ IDS = FRAME.rename(columns={"variant": "id"})
 @pytest.mark.parametrize(
     ("frame", "average_by", "remarks"),
     [
-        (IDS, None, ["3 designs, .*--average-by"]),
+        (IDS, None, ["3 designs .*--average-by"]),
         (IDS.assign(cost=1.0, mass=2.0), None, []),
         (
             IDS,

@@ -375,7 +375,7 @@ def test_a_column_called_row_gives_no_names(read, objectives, variables):
         ("Versuch,a\n7,3\n8,4\n9,4\n", "counts the rows"),
         ("Versuch,a\n7,3\n8,4\n8,5\n", ""),
         ("car,price,range\nA,1,9\nB,2,7\nC,3,5\nB,4,3\n", "'B' occurs 2 times in car"),
-        ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,4,3\n", ""),
+        ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,6,3\n", ""),
     ],
 )
 def test_a_remark_says_what_names_no_design(read, text, remark):
