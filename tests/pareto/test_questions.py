@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.core.population import Population
 from pymoo.core.result import Result
 
 from pymoo_psi import (
@@ -176,7 +175,7 @@ def test_designs_have_the_names_of_their_source(source, names, asked):
 
 def test_a_selector_gives_the_proposal_of_the_answers():
     result = Result()
-    result.opt = Population.new(F=SPHERE)
+    result.F, result.opt, result.CV = SPHERE, None, None
     person = Preferences(result)
     dialogue(person, distances_for(np.array([0.7, 0.2, 0.1]), SPHERE), 4)
     assert Preferred(person.answers).do(SPHERE).tolist() == [person.best]
