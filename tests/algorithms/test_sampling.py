@@ -19,7 +19,6 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
-from pymoo_psi.errors import StudyMismatchError
 from tests.helpers.refusals import refused
 
 PROBLEM = get_problem("zdt1", n_var=4)
@@ -128,14 +127,6 @@ def test_a_sequence_of_users_is_known_by_its_attributes(tmp_path, share):
     if share is None:
         others = minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
         assert set(others.algorithm.table["run"]) == {2}
-    else:
-        refused(
-            "is a share of other points",
-            minimize,
-            PROBLEM,
-            PSI(40, sampling=Kronecker(3.0), study=path, **options),
-            error=StudyMismatchError,
-        )
 
 
 def test_points_outside_the_cube_are_refused():

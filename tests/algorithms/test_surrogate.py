@@ -162,20 +162,6 @@ def test_designs_without_a_limited_value_are_not_promising(limit):
     assert table.feasible()[20:].mean() > table.feasible()[:20].mean()
 
 
-@pytest.mark.slow
-def test_where_everything_fails_designs_are_spread():
-    class Fragile(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] < 0.97:
-                raise ArithmeticError("no convergence")
-            out["F"], out["heat"] = x, x[0]
-
-    # until a design is tested that does not fail, nobody knows that there is a heat
-    algorithm = run(Fragile(n_var=2, n_obj=2, xl=0, xu=1), 52, limits={"heat": 2.0})
-    # of 32 designs chance would find one
-    assert (algorithm.table.status[20:] == "ok").sum() >= 5
-
-
 def test_penalties_do_not_blind_the_surrogates():
     def penalised(x, penalty):
         away = 1 + 4 * ((x[1:] - 0.37) ** 2).sum()

@@ -44,6 +44,7 @@ def closed(statistic, q, spread, mean):
     return mean + factor * spread
 
 
+@pytest.mark.parametrize("make", [Linear, lambda load: Linear(load, elementwise=True)])
 @pytest.mark.parametrize(
     ("statistic", "q", "within"),
     [
@@ -52,10 +53,10 @@ def closed(statistic, q, spread, mean):
         pytest.param("mean", 0.5, 1e-12, marks=pytest.mark.slow),
     ],
 )
-def test_linear_models_with_normal_tolerances_have_closed_forms(statistic, q, within):
+def test_linear_models_with_normal_tolerances_have_closed_forms(make, statistic, q, within):
     text = statistic if statistic == "mean" else f"{statistic}:{q}"
     robust = Robust(
-        Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
+        make, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
         statistics=text, n_scenarios=255, failure_probability=0.25,
     )  # fmt: skip
     F, G = robust.evaluate(X)
@@ -85,15 +86,6 @@ def test_one_tolerance_has_its_quantiles_exactly(statistics, factor):
     robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics=statistics)
     expected = X @ A.T + 0.1 * np.multiply(factor, np.abs(A[:, 0]))
     np.testing.assert_allclose(robust.evaluate(X)[0], expected, atol=1e-12)
-
-
-def test_elementwise_and_vectorised_models_give_the_same():
-    options = {"uncertainty": {"load": stats.uniform(0, 1)}, "statistics": "cvar:0.5"}
-    options |= {"tolerances": {"x1": 0.1}, "n_scenarios": 7}
-    one = Robust(lambda load: Linear(load, elementwise=True), **options).evaluate(X)
-    many = Robust(Linear, **options).evaluate(X)
-    np.testing.assert_allclose(one[0], many[0])
-    np.testing.assert_allclose(one[1], many[1])
 
 
 def brittle(x):

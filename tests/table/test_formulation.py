@@ -404,15 +404,14 @@ def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
     refused("unit of 'x1' must be that of the formulation, mm, got 'm'", metres.under, asked)
 
 
-def test_a_fixed_range_has_two_ends():
-    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
-    for pair in ([1.0, 1.0], [0.0, None], [2.0, 1.0]):
-        refused(
-            "of two (different|finite) numbers|in increasing order",
-            table.under,
-            ranges={"f1": pair, "f2": [3.0, 4.0]},
-        )
-    assert table.under(ranges={"f1": [0.0, 2.0], "f2": [3.0, 4.0]}).remarks == ()
+TWO = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
+
+
+@pytest.mark.parametrize("pair", [[1.0, 1.0], [0.0, None], [2.0, 1.0]])
+def test_a_fixed_range_has_two_ends(pair):
+    message = "of two (different|finite) numbers|in increasing order"
+    refused(message, TWO.under, ranges={"f1": pair, "f2": [3.0, 4.0]})
+    assert TWO.under(ranges={"f1": [0.0, 2.0], "f2": [3.0, 4.0]}).remarks == ()
 
 
 OFFERS = pd.DataFrame(

@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import TestTable, explain
+from pymoo_psi import Decision, TestTable, explain
 from pymoo_psi.analysis import constraint_costs, histogram
 from pymoo_psi.table import Schema
 from tests.helpers.asked import freed, violations
@@ -182,6 +182,8 @@ def test_designs_are_rows_mappings_or_a_frame(X):
     [
         "a table",
         PLAIN.take([0]),
+        PLAIN.under(normalize=False),
+        PLAIN.under(Decision(chosen="test 1")),
         PLAIN.with_outputs({"m": [1, 2]}),
         TestTable.of([1, 2], [[0.0], [1.5]], *FG),
         TestTable.of([1, 2], [[0.0], [1.0]], *FG, schema=Schema.of(1, 2, 1, kinds=["integer"])),
