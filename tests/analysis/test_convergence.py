@@ -66,15 +66,6 @@ def test_a_design_that_is_best_in_everything_is_named(columns):
     assert "%" not in said
 
 
-def test_many_objectives_are_sampled_with_their_accuracy():
-    X = lp_tau(256, 7)
-    F = np.column_stack([X, 1 - X.mean(axis=1)])
-    found = convergence(TestTable.of(range(1, 257), X, F))
-    assert found["pareto"].iloc[-1] > 200
-    assert (found["hypervolume"].diff()[1:] > -3 * found["hypervolume_error"][1:]).all()
-    assert 0 < found["hypervolume_error"].iloc[-1] < 0.02
-
-
 def test_too_little_to_tell():
     X = lp_tau(64, 2)
     late = np.where(np.arange(64) < 40, 1.0, -1.0)[:, None]

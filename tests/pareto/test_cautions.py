@@ -59,10 +59,7 @@ def test_a_convex_set_has_a_clear_compromise(F):
 
 def test_fixed_ranges_do_not_make_the_best_the_worst():
     """Neither is a value the worst, nor the best, as all are within 1 % of a wide range."""
-    ends = {"ideal": [0, 0, 0, 0], "nadir": [1000, 10, 10, 10]}
-    ranking = rank_of_efficiency([[1, 5, 5, 7], [2, 0, 9, 7], [3, 9, 0, 7]], **ends)
-    assert "extreme" not in [caution.kind for caution in cautions(ranking)]
-    assert explain(ranking).best_in == ["f1"]
+    assert explain(rank_of_efficiency(WITHIN, **WIDE)).best_in == ["f1"]
 
 
 def test_a_single_peak_is_no_repetition_of_a_constant():
@@ -182,20 +179,17 @@ def test_a_mark_of_failure_that_wins_leads_all_cautions(mark, dominated):
     failed = np.full((dominated, 2), 1e30)  # what loses is no harm
     for bad in ([mark, mark], [mark, 5.1]):
         F = np.vstack([VALLEY, failed, [bad]])
-        ranking = rank_of_efficiency(F)
-        (first, *_) = cautions(ranking)
+        (first, *_) = cautions(F)
         row = len(F) - 1
         assert first.kind == "suspect"
         assert first.sentence.startswith(f"Design {row}")
-        names = pd.DataFrame(-F, columns=["gain", "yield"])
-        turned = cautions(rank_of_efficiency(names, maximize=["gain", "yield"]))
-        assert mark == -1 or first.kind in [caution.kind for caution in turned]
 
 
 FRONT = np.column_stack([[0, 1, 2, 1e6], [3.0, 2, 1, 0]])
 USUAL = np.column_stack([np.linspace(2e5, 9e5, 8), np.linspace(2.9, 1.1, 8)])
 DECADES = np.array([[1.0, 10], [2, 6], [48, 5], [2500, 0]])
 CIRCLE = [[0.0, 10], [6, 8], [10, 0]]
+MARKED = pd.DataFrame(-np.vstack([VALLEY, [-9999.0, 5.1]]), columns=["gain", "yield"])
 YIELDS = pd.DataFrame({"cost": [1.0, 2.0], "yield": [-1.0, 0.0]})
 ENDS = {"ideal": [0.0, 0.0], "nadir": [128.0, 128.0]}
 FAR = np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-1.0, 1.5]]])
@@ -205,6 +199,10 @@ def against_its_row(values):
     return np.column_stack([values, -np.arange(len(values))])
 
 
+# All values are within 1 % of a wide range.
+WITHIN = [[1, 5, 5, 7], [2, 0, 9, 7], [3, 9, 0, 7]]
+WIDE = {"ideal": [0, 0, 0, 0], "nadir": [1000, 10, 10, 10]}
+
 # Sets on both sides of the limit of a caution, options, and whether it is given.
 AT_LIMITS = [
     # On a sphere around the ideal all designs tie; which comes first means nothing.
@@ -212,6 +210,7 @@ AT_LIMITS = [
     *(("tie", bulging(2, m, 91), {}, False) for m in (2, 3, 5, 10)),
     # Farther out than a sphere the corners are nearest, all at distance 1: no compromise.
     *((kind, bulging(4, m, 200), {}, True) for kind in ("extreme", "tie") for m in (2, 3, 10)),
+    ("extreme", WITHIN, WIDE, False),
     # Where m - 1 objectives can be bad at once (inverted DTLZ1) the least distance is flat.
     *(("near tie", 1 - bulging(1, m, 400), {}, True) for m in (3, 5)),
     # ZDT3: the next piece across the gap is as near within half a percent.
@@ -227,6 +226,7 @@ AT_LIMITS = [
     ("suspect", against_its_row([1, 2000, 3000, 4999, 9999]), {}, True),
     ("suspect", against_its_row([3e19, 4e19, 5e19, 6e19, 9.99e19]), {}, False),
     ("suspect", against_its_row([3e19, 4e19, 5e19, 6e19, 1e20]), {}, True),
+    ("suspect", MARKED, {"maximize": ["gain", "yield"]}, True),
     # Four optimal designs do not show what is usual; those that would be optimal without them may.
     ("suspect", FRONT, {}, False),
     ("suspect", np.vstack([FRONT, [1.5, 2.5]]), {}, True),

@@ -128,21 +128,10 @@ def test_a_variable_has_a_plain_name(tmp_path, name):
     )
 
 
-def test_umlauts_are_letters_and_quoted_in_toml(tmp_path):
-    text = """[variables]
-"Höhe" = {bounds = [1, 2]}
-[program]
-command = "echo {Höhe:.3f}"
-[outputs]
-"Fläche" = {file = "stdout.txt", pattern = "(.+)"}
-[objectives]
-minimize = ["Fläche"]
-"""
-    path = tmp_path / "m.toml"
-    path.write_text(text, "utf-8")
-    assert ProgramProblem.from_toml(path).run({"Höhe": 1.5}).outputs == {"Fläche": 1.5}
-    path.write_text(text.replace('"Höhe"', "Höhe"), "utf-8")
-    refused('line 2.*stands in quotes, as "Höhe"', ProgramProblem.from_toml, path)
+def test_umlauts_are_quoted_in_toml(tmp_path):
+    (tmp_path / "m.toml").write_text("[variables]\nHöhe = {bounds = [1, 2]}\n", "utf-8")
+    message = 'line 2.*stands in quotes, as "Höhe"'
+    refused(message, ProgramProblem.from_toml, tmp_path / "m.toml")
 
 
 # Random files

@@ -120,7 +120,6 @@ def test_the_next_function(make, algorithm):
         algorithm.next()
     assert algorithm.n_iter - 1 == ITERATIONS
     assert algorithm.table.equals(table_of(make))
-    assert len(algorithm.result().pop) == N
 
 
 def by_asking(algorithm, problem):
