@@ -143,6 +143,14 @@ def test_rows_are_those_of_all_designs():
     assert [rows.tolist() for rows in chosen.values()] == [[2], [2, 3], [3, 2, 4], [], []]
 
 
+def test_rows_of_a_table_are_those_of_all_tests():
+    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), [[9, 9], [0, 3], [1, 1], [3, 0]])
+    table = table.under(limits={"f1": 8})
+    asked = {"best": SalukvadzeOptimum(), "ASF": ASF(), "other": Fixed(1)}
+    assert table.take(SalukvadzeOptimum().do(table)).names == table.best().names == ["test 3"]
+    assert [rows.tolist() for rows in compare_selectors(table, asked).values()] == [[2], [2], [2]]
+
+
 def test_given_ranges_of_a_ranking_are_those_of_selectors():
     ranking = rank_of_efficiency(
         [[0.0, 9.0], [2.0, 5.0], [4.0, 1.0], [9.0, 0.0]], ideal=[0.0, -100.0], nadir=[4.0, 9.0]

@@ -61,7 +61,8 @@ def acceptability(
         maximize: As for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
-        ``(n, k)`` shares, from 0 to 1. Equal designs share a place; dominated ones have none.
+        ``(n, k)`` shares, from 0 to 1, of a table those of the designs that its
+        ``feasible_ranking()`` ranks. Equal designs share a place; dominated ones have none.
 
     Raises:
         ArgumentValueError: ``F`` does not fit, or another argument is out of its range.

@@ -27,6 +27,7 @@ from pymoo_psi._validation import (
     invalid,
     mapping,
     require_shape,
+    source_type,
     wrong_type,
 )
 from pymoo_psi.pareto import (
@@ -80,7 +81,7 @@ class RankingSelector(Indicator):
             array([1])
         """
         ranking = rank_of_efficiency(F, normalize=self.normalize, maximize=maximize)
-        return self._choose(ranking)
+        return _rows_of(F, ranking, self._choose(ranking))
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         raise NotImplementedError
@@ -343,22 +344,29 @@ def compare_selectors(
     """
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front = np.flatnonzero(ranking.pareto)
-    F = ranking.objectives.minimized[front]
-    distances = ranking.frame.scaled(F)
+    values = ranking.objectives.minimized[front]
+    distances = ranking.frame.scaled(values)
     chosen = {}
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
         if isinstance(selector, RankingSelector):
-            chosen[name] = selector.do(ranking)
+            chosen[name] = _rows_of(F, ranking, selector.do(ranking))
             continue
-        selector, weights = _with_weights(name, selector, F.shape[1])
+        selector, weights = _with_weights(name, selector, values.shape[1])
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             if isinstance(selector, Decomposition):
                 rows: Any = np.argmin(selector.do(distances.copy(), weights))
             else:
-                rows = selector.do(F.copy())
+                rows = selector.do(values.copy())
         if rows is None:
             rows = []
-        chosen[name] = np.atleast_1d(front[rows])
+        chosen[name] = _rows_of(F, ranking, np.atleast_1d(front[rows]))
+    return chosen
+
+
+def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
+    """Return the rows of F that are chosen from its ranking, which of a table are the feasible."""
+    if source_type(F) == "table":
+        return np.asarray(ranking.rows[chosen])
     return chosen
 
 
