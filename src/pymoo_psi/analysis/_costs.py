@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import permutations
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -233,18 +234,36 @@ def _rule(table: TestTable, has_failed: Mask, failures: str) -> list[str]:
         has_failed: ``(n,)`` the failed tests, if other failures do not count.
         failures: What they are called.
     """
+    rows = np.flatnonzero(has_failed | ~table.failed())
+    terms = _terms(table, rows)
+    level = np.log(_LEVEL / (2 * len(rows) * len(terms) + 1))
+    rules = _rules(terms, has_failed[rows])
+    chance, rule, n_right, n_beyond = min(rules, key=itemgetter(0), default=(level, "", 0, 0))
+    if chance >= level:
+        return []
+    return [
+        f"The requirement {rule} would have avoided {n_right} of {has_failed.sum()} {failures} in "
+        f"the last {len(table)} tests, and rejected {n_beyond - n_right} others."
+    ]
+
+
+def _rules(terms: Mapping[str, Array], has_failed: Mask) -> Iterator[tuple[float, str, int, int]]:
+    """Yield rules that nearly all failed tests violate, and nearly no others.
+
+    Args:
+        terms: ``(n,)`` values of expressions, by expression.
+        has_failed: ``(n,)`` the failed tests.
+
+    Yields:
+        The logarithm of the probability that a rule separates as many failures by chance, the rule,
+        how many failed tests violate it, and how many tests.
+    """
     from scipy.stats import hypergeom  # heavy to import
 
-    n_tests = len(table)
-    rows = np.flatnonzero(has_failed | ~table.failed())
-    has_failed = has_failed[rows]
-    n = len(rows)
+    n = len(has_failed)
     n_failed = has_failed.sum()
     n_beyond = np.arange(1, n)
-    sentences: list[str] = []
-    terms = _terms(table, rows)
     least_right = _LEAST_RIGHT * np.maximum(n_beyond, n_failed)
-    least = np.log(_LEVEL / (2 * n * len(terms) + 1))
     for term, values in terms.items():
         for sign, relation in ((-1, "<="), (1, ">=")):
             if sign > 0 and " / " in term:  # h / t <= 45 stands for t / h >= 0.0222
@@ -254,15 +273,7 @@ def _rule(table: TestTable, has_failed: Mask, failures: str) -> list[str]:
             n_right = np.cumsum(has_failed[order])[:-1]
             for k in np.flatnonzero((n_right >= least_right) & (np.diff(v) != 0)):
                 chance = hypergeom.logsf(n_right[k] - 1, n, n_failed, n_beyond[k])
-                if chance < least:
-                    least = chance
-                    limit = _short(v[k], v[k + 1])
-                    sentences = [
-                        f"The requirement {term} {relation} {limit} would have avoided "
-                        f"{n_right[k]} of {n_failed} {failures} in the last {n_tests} tests, and "
-                        f"rejected {n_beyond[k] - n_right[k]} others."
-                    ]
-    return sentences
+                yield chance, f"{term} {relation} {_short(v[k], v[k + 1])}", n_right[k], n_beyond[k]
 
 
 def _terms(table: TestTable, rows: Rows) -> dict[str, Array]:

@@ -8,7 +8,17 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._numbers import percent
-from pymoo_psi._validation import AnyArray, Mask, Received, Rows, counted, invalid, known_name
+from pymoo_psi._validation import (
+    AnyArray,
+    Columns,
+    Integers,
+    Mask,
+    Received,
+    Rows,
+    counted,
+    invalid,
+    known_name,
+)
 from pymoo_psi.pareto import sentence, standard_errors, weights_sentence
 from pymoo_psi.table import (
     N_TESTS,
@@ -57,50 +67,40 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     tests = table.under(Formulation(ranges={}))
     schema = tests.schema
     by, first, design = _tests_by_design(tests, by)
-    for name in (N_TESTS, *map(error_column, schema.objectives)):
+    new_names = [N_TESTS, *map(error_column, schema.objectives)]
+    for name in new_names:
         if name in schema.names:
             rule = f"without a column {name!r}, which the means of repeated tests have"
             raise invalid("table", rule, Received("one"), "rename the column")
-    usable = ~tests.failed() & np.isfinite(tests.F).all(axis=1)
-    design_of_usable = design[usable]
-    counts = np.bincount(design_of_usable, minlength=len(first))
-    designs = tests.take(first)
-    columns = dict(designs.data)
-    for name in {*schema.of_role(*NUMBERS_ROLES)} - {PROPOSAL_ROUND}:  # which is that of the first
-        sums = np.bincount(design_of_usable, tests.data[name][usable], len(first))
-        columns[name] = np.where(counts == 0, columns[name], sums / np.maximum(counts, 1))
-    columns[N_TESTS] = counts.astype(np.float64)
-    values = np.column_stack([tests.data[name][usable] for name in schema.objectives])
-    means = np.column_stack([columns[name] for name in schema.objectives])
-    deviations = values - means[design_of_usable]
-    deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
-    squares = np.zeros(means.shape)
-    np.add.at(squares, design_of_usable, deviations**2)
-    errors = standard_errors(squares, counts)
-    columns |= zip(map(error_column, schema.objectives), errors.T, strict=True)
-    outputs = [Column(name, OUTPUT) for name in columns if name not in schema.names]
     facts = [
         *table.facts,
         f"{counted(len(first), 'design')}, {counted(len(tests), 'test')}: "
         f"rows with the same {by} are tests of one design.",
     ]
+    usable = ~tests.failed() & np.isfinite(tests.F).all(axis=1)
     if not usable.all():
         n_unusable = counted((~usable).sum(), "test")
         facts.append(f"Left out, as they have no values: {n_unusable}.")
+    notes = []
     for name in schema.notes:
         cells = tests.data[name]
         if unequal(cells, cells[first[design]]).any():
-            del columns[name]
+            notes.append(name)
             if name not in NOT_OF_DESIGNS:  # these differ in all tests
                 facts.append(f"Left out, as tests of one design differ in it: {name}.")
-    # The columns in which tests of one design agree.
-    schema = schema.without({*schema.notes} - {*columns})
-    lost = {*designs.numbers[counts == 0].tolist()}
+    schema = schema.without(notes)
+    designs = tests.take(first)
+    counts = np.bincount(design[usable], minlength=len(first))
+    data = {name: designs.data[name] for name in schema.names}
+    data |= _statistics(tests.take(usable), designs, design[usable], counts)
+    failures = dict(designs.failures)
+    for number in designs.numbers[counts > 0].tolist():
+        failures.pop(number, None)
     designs = replace(
         designs,
-        evaluated=replace(schema, columns=(*schema.columns, *outputs)),
-        data=columns,
-        failures={number: why for number, why in designs.failures.items() if number in lost},
+        evaluated=schema.with_columns(*[Column(name, OUTPUT) for name in new_names]),
+        data=data,
+        failures=failures,
         problem=None,  # no run continues a study of means
         facts=tuple(facts),
         n_stored=0,
@@ -109,6 +109,31 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     if by in schema.notes:
         label = by
     return designs.with_notes({}, label).under(table.decision)
+
+
+def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Integers) -> Columns:
+    """Return the means of designs, the standard errors of objectives, and the numbers of tests.
+
+    Args:
+        tests: The n tests that count.
+        designs: The first test of each of k designs, whose values stay where no test counts.
+        design: ``(n,)`` the design of each test.
+        counts: ``(k,)`` numbers of tests.
+    """
+    columns: Columns = {N_TESTS: counts.astype(np.float64)}
+    for name in designs.schema.of_role(*NUMBERS_ROLES):
+        if name == PROPOSAL_ROUND:  # that of the first test
+            continue
+        values = tests.data[name]
+        means = np.bincount(design, values, len(counts)) / np.maximum(counts, 1)
+        columns[name] = np.where(counts == 0, designs.data[name], means)
+        if name in designs.schema.objectives:
+            deviations = values - means[design]
+            deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
+            squares = np.zeros(len(counts))
+            np.add.at(squares, design, deviations**2)
+            columns[error_column(name)] = standard_errors(squares, counts)
+    return columns
 
 
 def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]:

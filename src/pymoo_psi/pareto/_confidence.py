@@ -27,20 +27,19 @@ _ROUNDING = 1e-9  # the relative difference up to which distances are equal
 
 @np.errstate(divide="ignore", invalid="ignore")
 def standard_errors(squares: Array, counts: Integers) -> Array:
-    """Return the ``(n, m)`` standard errors of the means of designs.
+    """Return the ``(n,)`` standard errors of the means of designs.
 
     Args:
-        squares: ``(n, m)`` sums of the squared deviations from the means of the designs.
+        squares: ``(n,)`` sums of the squared deviations from the means.
         counts: ``(n,)`` numbers of tests.
 
     Returns:
         Not finite if no design has two tests, or this one has none.
     """
-    n_tests = counts[:, None]
-    degrees = np.maximum(n_tests - 1, 0)
-    pooled = squares.sum(axis=0) / degrees.sum()
-    variances = np.where(n_tests < _MANY_TESTS, pooled, squares / degrees)
-    return np.asarray(np.sqrt(variances / n_tests))
+    degrees = np.maximum(counts - 1, 0)
+    pooled = squares.sum() / degrees.sum()
+    variances = np.where(counts < _MANY_TESTS, pooled, squares / degrees)
+    return np.asarray(np.sqrt(variances / counts))
 
 
 def degrees_of_freedom(counts: Array) -> Array:

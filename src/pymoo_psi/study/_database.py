@@ -43,74 +43,8 @@ LAST = 2**63 - 1  # the largest number of a test
 
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 
-# The table of a block: the point of each test, the number that it gets if it is new, its cells.
-_NEW_BLOCK = """
-CREATE TEMP TABLE IF NOT EXISTS block AS
-SELECT 0 AS block_point, 0 AS block_number, * FROM tests LIMIT 0
-"""
-_NO_BLOCK = "DROP TABLE IF EXISTS temp.block"  # its columns may be others
-# How a block becomes part of a study. Its column ``test`` is NULL where no test is known.
-_PLANNED = "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)"
-_SHARED = """
-UPDATE block SET test = coalesce(
-    (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat), {})
-WHERE test IS NULL
-"""
-# If a model is noisy, a design that recurs in a run is tested again, for this point alone.
-_RECURRING = """
-UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
-    (design, repeat) IN (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
-    OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
-"""
-_FURTHER = """
-UPDATE block SET repeat = counted.further FROM (
-    SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
-        + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design) AS further
-    FROM block AS b) AS counted WHERE block.rowid = counted.row
-"""
-_NOT_TAKEN = """
-UPDATE block SET block_number = rowid
-    + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
-WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
-"""
-_NEW_TESTS = """
-INSERT INTO tests (test, {0}) SELECT block_number, {0} FROM block WHERE test IS NULL ORDER BY rowid
-ON CONFLICT (design, repeat) DO NOTHING
-"""
-_PLAN = """
-INSERT INTO plan (run, point, test) SELECT ?, block_point, test FROM block WHERE test NOT NULL
-ON CONFLICT (run, point) DO UPDATE SET test = excluded.test WHERE test IS NOT excluded.test
-"""
-_PROCESS = "UPDATE meta SET value = :value WHERE key = 'process' AND value <> :value"
-# What a block does to tests. Rows of values differ only where both have a value.
-_DIFFER = "(tests.status = 'failed', {old}) <> (block.status = 'failed', {new})"
-# CROSS JOIN: in this order, which SQLite does not know to be the fast one.
-_WRONG = f"""
-SELECT point FROM block CROSS JOIN tests ON tests.test = block.test
-CROSS JOIN plan ON run = ? AND point = block_point AND plan.test = block.test
-WHERE tests.status <> 'failed' AND {_DIFFER}
-"""
-_CHANGED = f"""
-UPDATE tests SET {{changes}} FROM block WHERE tests.test = block.test AND (
-    tests.status IS NULL
-    OR tests.status = 'failed' AND (block.status <> 'failed' OR tests.reason <> block.reason)
-    OR tests.status <> 'failed' AND block.status <> 'failed' AND coalesce({_DIFFER}, 0) = 0
-        AND ({{filled}}) IS NOT ({{old}}))
-"""
-_CHANGE = (
-    "{0} = iif(coalesce(tests.status, 'failed') = 'failed', "
-    "block.{0}, coalesce(tests.{0}, block.{0}))"
-)
+# The tests of points of a run.
 _OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? AND status NOT NULL"
-# SQLite takes the other columns from the row with the maximum, that of the run it was made for.
-_POINTS = f"""
-SELECT test, run, point, max((run - 1) * {ROOM} + point = test) FROM tests JOIN plan USING (test)
-WHERE test BETWEEN ? AND ? AND status NOT NULL GROUP BY test ORDER BY test
-"""
-_FIRST_TESTS = """
-SELECT coalesce((SELECT test FROM tests WHERE design = value AND repeat = 1), 0)
-FROM json_each(?) ORDER BY key
-"""
 _JOINED = ("block_point", "block_number", "point", "proposal")  # columns of blocks and plan
 _OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
 _OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
@@ -158,8 +92,12 @@ class Database:
     def __init__(self, db: sqlite3.Connection, path: str, version: int = -1) -> None:
         self.db = db
         self.version = version
-        db.execute(_NO_BLOCK)
+        self._drop_block()
         self._path = path
+
+    def _drop_block(self) -> None:
+        """Drop the table of a block, as its columns may be others."""
+        self.db.execute("DROP TABLE IF EXISTS temp.block")
 
     # Facts
 
@@ -338,7 +276,7 @@ class Database:
         self._set("head", {**head, **{side: None for side in ("lower", "upper") if side in head}})
         for name in ("head", "_columns"):
             vars(self).pop(name, None)
-        self.db.execute(_NO_BLOCK)
+        self._drop_block()
         for name, (sql, kind) in self._columns.items():
             if name not in present:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
@@ -362,9 +300,11 @@ class Database:
         n_written = n_changed + self._insert()
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
-        self.db.execute(_PLAN, (run,))
+        self._plan(run)
         if n_written:
-            self.db.execute(_PROCESS, {"value": _text([platform.node(), os.getpid()])})
+            process = [platform.node(), os.getpid()]
+            if self.get("process") != process:
+                self._set("process", process)
         return n_written
 
     def adopt(
@@ -372,11 +312,15 @@ class Database:
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
         self._fill(run, {"test_point": points}, keys, repeat, noisy=noisy)
-        self.db.execute(_PLAN, (run,))
+        self._plan(run)
 
     def find(self, keys: Sequence[str]) -> Integers:
         """Return the first tests of n designs by their keys, 0 where there is none."""
-        return self._integers(_FIRST_TESTS, json.dumps(keys))
+        query = """
+            SELECT coalesce((SELECT test FROM tests WHERE design = value AND repeat = 1), 0)
+            FROM json_each(?) ORDER BY key
+        """
+        return self._integers(query, json.dumps(keys))
 
     def _keys(self, columns: Columns) -> Sequence[str | None]:
         head = self.head
@@ -394,26 +338,76 @@ class Database:
         *,
         noisy: bool = False,
     ) -> None:
-        """Fill the table of a block, and find the tests that are known of it."""
+        """Fill the table of a block, and find the tests that are known of it.
+
+        It has the columns of the tests, the point of each, and the number that it gets if it is
+        new; ``test`` is NULL where no test is known.
+        """
         points = columns["test_point"]
         numbers = columns.get("test", (run - 1) * ROOM + points)
         cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
         cells |= self._cells(columns) | {"repeat": [repeat] * len(points)}
-        self.db.execute(_NEW_BLOCK)
+        self.db.execute("""
+            CREATE TEMP TABLE IF NOT EXISTS block AS
+            SELECT 0 AS block_point, 0 AS block_number, * FROM tests LIMIT 0
+        """)
         self.db.execute("DELETE FROM block")
         marks = ", ".join("?" * len(cells))
         rows = zip(*cells.values(), strict=True)
         self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
-        self._find_tests(run, repeat, noisy=noisy)
-
-    def _find_tests(self, run: int, repeat: int, *, noisy: bool) -> None:
-        """Find the tests that the points and designs of the block have."""
-        self.db.execute(_PLANNED, (run,))
+        self.db.execute(
+            "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)",
+            (run,),
+        )
         if repeat == 0:
-            self.db.execute(_FURTHER)
+            self._number_repeats()
         elif noisy:
-            self.db.execute(_RECURRING, (run,))
-        self.db.execute(_SHARED.format("NULL"))
+            self._repeat_recurring(run)
+        self._share("NULL")
+
+    def _number_repeats(self) -> None:
+        """Let each test of the block be a further one of its design."""
+        self.db.execute("""
+            UPDATE block SET repeat = counted.further FROM (
+                SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
+                    + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design)
+                    AS further
+                FROM block AS b) AS counted
+            WHERE block.rowid = counted.row
+        """)
+
+    def _repeat_recurring(self, run: int) -> None:
+        """Let a design of a noisy model that recurs in a run be tested again for its point."""
+        self.db.execute(
+            """
+            UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
+                (design, repeat) IN
+                    (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
+                OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
+            """,
+            (run,),
+        )
+
+    def _share(self, otherwise: str) -> None:
+        """Let new designs of the block have the stored tests of the same designs."""
+        self.db.execute(f"""
+            UPDATE block SET test = coalesce(
+                (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat),
+                {otherwise})
+            WHERE test IS NULL
+        """)
+
+    def _plan(self, run: int) -> None:
+        """Let the points of a run have the tests that are known of the block."""
+        self.db.execute(
+            """
+            INSERT INTO plan (run, point, test)
+            SELECT ?, block_point, test FROM block WHERE test NOT NULL
+            ON CONFLICT (run, point) DO UPDATE SET test = excluded.test
+            WHERE test IS NOT excluded.test
+            """,
+            (run,),
+        )
 
     def _cells(self, columns: Columns) -> dict[str, list[Any]]:
         """Return columns of tests as lists by their names in SQL."""
@@ -458,13 +452,18 @@ class Database:
             ArgumentValueError: The repetition of a test of the run that did not fail differs.
         """
         names = self._names()
-        texts = {
-            "old": ", ".join(["0", *(f"tests.{name}" for name in names)]),
-            "new": ", ".join(["0", *(f"block.{name}" for name in names)]),
-            "filled": ", ".join(["0", *map("coalesce(tests.{0}, block.{0})".format, names)]),
-            "changes": ", ".join(map(_CHANGE.format, (*_OF_TEST, *names))),
-        }
-        wrong = self._integers(_WRONG.format_map(texts), run)
+        old = ", ".join(["0", *(f"tests.{name}" for name in names)])
+        new = ", ".join(["0", *(f"block.{name}" for name in names)])
+        filled = ", ".join(["0", *(f"coalesce(tests.{name}, block.{name})" for name in names)])
+        # Rows of values differ only where both have a value.
+        differ = f"(tests.status = 'failed', {old}) <> (block.status = 'failed', {new})"
+        # CROSS JOIN: in this order, which SQLite does not know to be the fast one.
+        query = f"""
+            SELECT point FROM block CROSS JOIN tests ON tests.test = block.test
+            CROSS JOIN plan ON run = ? AND point = block_point AND plan.test = block.test
+            WHERE tests.status <> 'failed' AND {differ}
+        """
+        wrong = self._integers(query, run)
         if len(wrong):
             raise invalid(
                 "block",
@@ -472,15 +471,37 @@ class Database:
                 Received(f"other values for test point {wrong[0]} of run {run}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        return self.db.execute(_CHANGED.format_map(texts)).rowcount
+        changes = []
+        for name in (*_OF_TEST, *names):
+            changes.append(
+                f"{name} = iif(coalesce(tests.status, 'failed') = 'failed', block.{name}, "
+                f"coalesce(tests.{name}, block.{name}))"
+            )
+        cursor = self.db.execute(f"""
+            UPDATE tests SET {", ".join(changes)} FROM block WHERE tests.test = block.test AND (
+                tests.status IS NULL
+                OR tests.status = 'failed'
+                    AND (block.status <> 'failed' OR tests.reason <> block.reason)
+                OR tests.status <> 'failed' AND block.status <> 'failed'
+                    AND coalesce({differ}, 0) = 0 AND ({filled}) IS NOT ({old}))
+        """)
+        return cursor.rowcount
 
     def _insert(self) -> int:
         """Write the new tests of the block; return how many there are."""
-        self.db.execute(_NOT_TAKEN)
+        self.db.execute("""
+            UPDATE block SET block_number = rowid
+                + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
+            WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
+        """)
         names = ", ".join((*_OF_TEST, *self._names()))
-        n_new = self.db.execute(_NEW_TESTS.format(names)).rowcount
-        self.db.execute(_SHARED.format("block_number"))
-        return n_new
+        cursor = self.db.execute(f"""
+            INSERT INTO tests (test, {names})
+            SELECT block_number, {names} FROM block WHERE test IS NULL ORDER BY rowid
+            ON CONFLICT (design, repeat) DO NOTHING
+        """)
+        self._share("block_number")
+        return cursor.rowcount
 
     # Reading tests
 
@@ -498,7 +519,14 @@ class Database:
         source = "tests WHERE test BETWEEN ? AND ? AND status NOT NULL ORDER BY test"
         columns = self._selected(source, ends, "test")
         if self.count("runs") > 1:
-            rows = self.db.execute(_POINTS, ends)
+            # SQLite takes the other columns from the row with the maximum, that of the run it was
+            # made for.
+            query = f"""
+                SELECT test, run, point, max((run - 1) * {ROOM} + point = test)
+                FROM tests JOIN plan USING (test)
+                WHERE test BETWEEN ? AND ? AND status NOT NULL GROUP BY test ORDER BY test
+            """
+            rows = self.db.execute(query, ends)
             points = np.fromiter(rows, [(name, np.int64) for name in (*NUMBERS, "is_own")])
             columns |= {name: points[name] for name in NUMBERS}
         return columns

@@ -597,19 +597,19 @@ class TestTable(View, Shown):
             >>> table.row_of(5), table.row_of("test 4")
             (1, 0)
         """
+        numbers = self.numbers.tolist()
+        if self.schema.label is None:
+            short = [name.removeprefix(f"{TEST} ") for name in self.names]  # a command takes 2.5
+            return row_of_design(design, numbers, self.names, numbers, short)
         labels = self._labels()
         texts = list(map(str, labels))
-        numbers = self.numbers.tolist()
         is_unclear = design in labels
         if isinstance(design, str):
             # Where labels are numbers, one that is none of them is more likely a mistake.
             is_unclear = any(map(str.isdecimal, texts))
         if is_unclear and texts != list(map(str, numbers)):
             numbers = []
-        short = []
-        if self.schema.label is None:  # as the command shows them: 2.5
-            short = [name.removeprefix(f"{TEST} ") for name in self.names]
-        return row_of_design(design, numbers, self.names, texts, numbers, short)
+        return row_of_design(design, numbers, self.names, texts, numbers)
 
     # Rankings
 
