@@ -53,6 +53,8 @@ QUICK = (
     "table/test_expression.py",
     "table/test_table.py",
 )
+# Subpackages whose examples start processes, each of which takes half a second.
+WITH_PROCESSES = ("parallel", "server.py")
 
 
 def pytest_configure(config):
@@ -64,9 +66,12 @@ def pytest_configure(config):
     settings.load_profile(profile)
 
 
+def is_among(path, names, folder):
+    return any(path.is_relative_to(folder / name) for name in names)
+
+
 def is_quick(path):
-    here = Path(__file__).parent
-    return any(path.is_relative_to(here / name) for name in QUICK)
+    return is_among(path, QUICK, Path(__file__).parent)
 
 
 def pytest_ignore_collect(collection_path, config):
@@ -82,6 +87,9 @@ def pytest_collection_modifyitems(config, items):
     quick = {path for path in {item.path for item in items} if is_quick(path)}
     draws_more = config.option.markexpr == "slow"
     for item in items:
+        is_example = isinstance(item, pytest.DoctestItem)
+        if is_example and is_among(item.path, WITH_PROCESSES, config.rootpath / "src/pymoo_psi"):
+            item.add_marker("slow")
         is_slow = item.get_closest_marker("slow")
         if item.path in quick and not is_slow:
             item.add_marker("quick")

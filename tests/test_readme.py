@@ -28,9 +28,9 @@ SECTIONS = dict(
 GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
 TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.search(text)}
 
-# Their clusters, processes and whole programs take most of the time.
-WHOLE = ("changing_a_study", "cluster", "engineer_python", "noise", "programs", "pymoo_user")
-WHOLE += ("researcher", "tutorial", "which_runner")
+# Their clusters, processes, figures and whole programs take most of the time.
+WHOLE = ("analyst", "board", "changing_a_study", "cluster", "engineer_python", "figures", "live")
+WHOLE += ("mixtures", "noise", "programs", "pymoo_user", "researcher", "tutorial", "which_runner")
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from pymoo_psi import Decision, Formulation, problems
 from pymoo_psi.cli._app import app
 
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
-pytestmark = pytest.mark.timeout(900)  # the site is built by the first of them
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]  # the first of them builds the site
 ROOT = Path(__file__).parents[1]
 SUBPACKAGES = {name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))}
 

@@ -67,7 +67,7 @@ weight = {{expression = "x"}}
 minimize = ["cost", "weight"]
 """
     (tmp_path / "bar.toml").write_text(settings)
-    said("compare", "bar.toml", "--evaluations", 8, "--seeds", 1, "--out", "out")
+    said("compare", "bar.toml", "--evaluations", 4, "--seeds", 1, "--out", "out")
     algorithms = pd.read_csv(tmp_path / "out" / "runs.csv")["algorithm"]
     assert "psi+nsga3" in set(algorithms)
 

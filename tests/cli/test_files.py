@@ -134,9 +134,9 @@ def test_a_narrow_reader_is_shown_every_number(said, tmp_path, monkeypatch):
     ("stream", "words", "code"),
     [
         (">&- 2>&-", "rank set.csv --out out.csv", 0),
-        ("2>&-", "absent", 2),
         (">/dev/full", "rank set.csv --out out.csv", 2),
-        ("| true", "rank set.csv --out out.csv", 0),
+        pytest.param("2>&-", "absent", 2, marks=pytest.mark.slow),
+        pytest.param("| true", "rank set.csv --out out.csv", 0, marks=pytest.mark.slow),
     ],
 )
 def test_streams_that_are_closed_or_full(tmp_path, stream, words, code, front):

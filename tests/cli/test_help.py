@@ -14,22 +14,16 @@ from pymoo_psi import Formulation, paper
 from pymoo_psi.cli import _experiments
 from pymoo_psi.cli._app import app
 from pymoo_psi.files import read_table
+from tests.helpers.draws import rarely
 
-COMMANDS = [
-    "solve",
-    "ask",
-    "tell",
-    "rank",
-    "page",
-    "report",
-    "analyze",
-    "compare",
-    "export",
-    "reproduce",
-]
+EXPERIMENTS = ["analyze", "compare", "reproduce"]
+COMMANDS = ["solve", "ask", "tell", "rank", "page", "report", "export", *EXPERIMENTS]
 
 
-@pytest.mark.parametrize("command", ["", *COMMANDS])
+@pytest.mark.parametrize(
+    "command",
+    ["", "solve", "ask", "tell", "rank", "page", "export", *rarely("report", *EXPERIMENTS)],
+)
 def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, in_folder):
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
     monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())

@@ -28,7 +28,7 @@ def cars(in_folder):
     Path("cars.csv").write_text(CARS, "utf-8")
 
 
-def test_answers_without_a_dialogue_are_those_of_python(said):
+def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
     answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "A>B?Town"]
     printed = said("prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json")
     assert "you give up 9.0 k€ of price and 300 kg of mass for 210 of range." in printed

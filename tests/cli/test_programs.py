@@ -65,11 +65,11 @@ def test_a_program_is_tried_solved_and_ranked(beam, said):
     folder = Path(printed.partition("Folder: ")[2].splitlines()[0])
     assert "Filled: beam.inp, line 1: width=3.0\nFilled: beam.inp, line 2: height=3\n" in printed
     assert (folder / "beam.inp").read_bytes().startswith(b"width=3.0\r\nheight=3")
-    printed = said("solve", "beam.toml", "--points", 16, "--jobs", 2, "--study", "b.db")
+    printed = said("solve", "beam.toml", "--points", 8, "--jobs", 2, "--study", "b.db")
     assert "did not run, by requirements: slender: height <= 2*width" in " ".join(printed.split())
     assert "mass [kg]" in said("rank", "b.db", "--long")
     # the first designs violate a requirement, so that nothing is known of outputs yet
-    said("solve", "beam.toml", "--points", 16, "--limits", "area<=12")
+    said("solve", "beam.toml", "--points", 8, "--limits", "area<=12")
 
 
 def test_what_is_wrong_is_said_by_try(beam, said):

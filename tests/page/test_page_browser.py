@@ -423,18 +423,14 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
         member("Ben", [6, 3], {}),
         member("Cy", [8], {"cost, total, at most": "120"}, keys=True),
     ]
-    states = []
-    for several in ([files], [[file] for file in files[:0:-1] + files]):
-        fresh = visit(page_file)
-        opened = fresh.state
-        for some in several:
-            fresh.page.set_input_files("#file", some)
-            fresh.page.locator("#messages p", has_text="Positions are added.").wait_for()
-            fresh.click("#messages button:text('Close')")
-        states.append(fresh.state)
-        # Nothing else has changed.
-        assert states[-1] | {"positions": []} == opened
-    assert states[0] == states[1]
+    fresh = visit(page_file)
+    opened = fresh.state
+    for some in (files[2], files):  # in another order, and one of them twice
+        fresh.page.set_input_files("#file", some)
+        fresh.page.locator("#messages p", has_text="Positions are added.").wait_for()
+        fresh.click("#messages button:text('Close')")
+    # Nothing else has changed.
+    assert fresh.state | {"positions": []} == opened
     assert [one["name"] for one in fresh.state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
     positions = fresh.page.locator("#position-list li")
     assert positions.locator("b").all_inner_texts() == ["Ann", "Ben", "Cy"]
@@ -568,11 +564,11 @@ def test_rows_are_moved_hidden_and_shown_again(reader):
 
 def test_from_nine_on_rows_are_folded(show):
     rng = np.random.default_rng(4)
-    names = [f"objective {k}" for k in range(40)]
-    reader = show(decision_page(pd.DataFrame(rng.random((30, 40)), columns=names), names))
+    names = [f"objective {k}" for k in range(12)]
+    reader = show(decision_page(pd.DataFrame(rng.random((30, 12)), columns=names), names))
     assert rows_of(reader) == names[:8]
-    reader.set(limits={"objective 20": [None, 0.9]})
-    assert reader.text("#fold") == "Show 32 more, 1 with a limit"
+    reader.set(limits={"objective 10": [None, 0.9]})
+    assert reader.text("#fold") == "Show 4 more, 1 with a limit"
     reader.click("#fold")
     assert rows_of(reader) == names
 
@@ -663,7 +659,7 @@ def test_a_brush_along_an_axis_sets_its_limits(reader):
     assert reader.ask("D.scale(D.data.by.get('mass'))") == before  # limits leave the axes be
 
 
-@pytest.mark.parametrize("k", range(3))
+@pytest.mark.parametrize("k", [2, *rarely(0, 1)])
 def test_a_brush_rejects_no_better_design(reader, frame, k):
     """Objective k: its best value is at the right, from where a hand begins not quite."""
     reader.brush(axis(k), (0.97, 0.2), (0.4, 0.2))
@@ -993,7 +989,7 @@ def test_every_design_is_drawn(show, n):
     assert reader.ask("D.plots[0].drawn")["beyond"] == 0
 
 
-@pytest.mark.parametrize("width", [390, 1440, *rarely(768, 2560)])
+@pytest.mark.parametrize("width", [1440, *rarely(390, 768, 2560)])
 def test_names_never_cover_one_another(show, width):
     page = decision_page(fronts(12).drop(columns="heat"), [f"f{j + 1}" for j in range(4)])
     reader = show(page, width=width)

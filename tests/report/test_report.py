@@ -14,7 +14,7 @@ from pymoo_psi.analysis import separation_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.report import decision_report
 from pymoo_psi.table import Schema
-from tests.helpers.draws import seeds
+from tests.helpers.draws import rarely, seeds
 from tests.helpers.ranked import Ranked
 from tests.helpers.refusals import refused
 
@@ -436,18 +436,21 @@ def test_limits_on_integers_among_other_kinds_are_reported():
 
 
 @pytest.mark.parametrize(
-    ("X", "F"),
+    "values",
     [
         ([[0.1]], [[2.0]]),  # one design, one objective
-        ([[0.1], [0.2], [0.3]], [[2.0], [1.0], [1.0]]),  # one objective, a tie
-        ([[0.1], [0.2]], [[1.0, 2.0], [1.0, 2.0]]),  # equal
         ([[0.1], [0.2], [0.3]], [[1.0, 3.0, 0.0], [2.0, 2.0, 0.0], [3.0, 1.0, 0.0]]),  # constant
-        (np.empty((3, 0)), [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]),  # no variables
         ([{"m": "iron", "n": 3, "on": True}, {"m": "wood", "n": 4, "on": False}], [[1, 2], [2, 1]]),
-        ([[1e300], [-1e300]], [[1e300, 0.0], [-1e300, 1e-300]]),
+        *rarely(
+            ([[0.1], [0.2], [0.3]], [[2.0], [1.0], [1.0]]),  # one objective, a tie
+            ([[0.1], [0.2]], [[1.0, 2.0], [1.0, 2.0]]),  # equal
+            (np.empty((3, 0)), [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]),  # no variables
+            ([[1e300], [-1e300]], [[1e300, 0.0], [-1e300, 1e-300]]),
+        ),
     ],
 )
-def test_small_and_odd_tables(X, F):
+def test_small_and_odd_tables(values):
+    X, F = values
     report = decision_report(TestTable.of(range(1, len(F) + 1), X, F))
     text = Reader(report.html()).text
     assert "test" in text
@@ -530,6 +533,7 @@ def test_designs_left_that_are_equal_may_cost_somebody_something(limits, regret)
     assert separation_sentences(table)[-1] == regret
 
 
+@undrawn
 def test_a_report_opens_what_a_page_opens(tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("car,price,range\nA,1,9\nB,2,5\nB,4,\n")

@@ -204,7 +204,7 @@ HOSTS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1"])
+@pytest.mark.parametrize("host", ["0.0.0.0", *rarely("127.0.0.1")])
 def test_addresses_and_own_names_are_those_of_the_server(tested, host):
     """Of a server of a network; other names may lead to it by the rebinding of DNS."""
     own = socket.gethostname()
@@ -236,7 +236,7 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
                 connection = http.client.HTTPConnection(urlsplit(view.address).netloc)
                 slow.enter_context(closing(connection))
                 connection.request("GET", f"{home}events?from=x-0")
-            assert {answers(view.address, "/wrong/") for _ in range(200)} == {404}
+            assert {answers(view.address, "/wrong/") for _ in range(50)} == {404}
             assert answers(view.address, home) == 200
     assert stat.S_IMODE(os.stat(f"{tested}-live").st_mode) == 0o600
     with live(tested) as view:  # without steer
