@@ -112,6 +112,8 @@ class Requirement:
         Raises:
             ArgumentValueError: It is not linear, or has less than two variables.
         """
+        # A linear function follows from its values at 0 and far away on each axis, where a constant
+        # does not count. The rule is linear if both sides differ by it at random points, too.
         n = len(variables)
         random = np.random.default_rng(0).uniform(-1, 1, (8, n))
         points = np.vstack([_LARGE * np.eye(n), np.zeros((1, n)), random, _LARGE * random])

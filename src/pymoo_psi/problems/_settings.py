@@ -44,13 +44,15 @@ BRACES = "{name}"
 _MARKS = re.compile(r"([^\w\s'\"`\\]+)name([^\w\s'\"`\\:]+)")
 # A format of Python that gives a plain number, or s for a text. Its letter is required, as 60 is a
 # format, too: {width:60} may be a constant.
-_FORMAT = r":[<>^=]?[+-]?#?0?[0-9]{0,3}(?:\.[0-9]{1,3})?[deEfFgGs]"
-# What makes braces those of a shell or of an f-string; three on each side could be either.
-_FOREIGN = (
-    r"\$|\{\{(?=\{[^{}]*\}\}\})"
-    r"|(?<!\w)[rR]?[fF][rR]?(?:(?P<three>\"{3}|'{3})(?:(?!(?P=three))[\s\S])*?"
-    r"|(?P<one>[\"'])(?:(?!(?P=one)).)*?)(?<!\{)"
-)
+_FORMAT = r":[<>^=]?[+-]?\#?0?[0-9]{0,3}(?:\.[0-9]{1,3})?[deEfFgGs]"
+_FOREIGN = r"""
+    \$                              # braces of a shell
+    | \{\{ (?= \{[^{}]*\}\}\} )      # three on each side, which could be either
+    | (?<!\w) [rR]?[fF][rR]?        # an f-string, from its quotation marks to the braces
+      (?: (?P<three>\"{3}|'{3}) (?: (?!(?P=three)) [\s\S] )*?
+      | (?P<one>[\"']) (?: (?!(?P=one)) . )*? )
+      (?<!\{)
+"""
 
 
 class Placeholders:
@@ -72,20 +74,23 @@ class Placeholders:
         self.marks = marks
         self.used: set[str] = set()
         before, after = map(re.escape, parts.groups())
-        name = rf"(?<!\w)(?:{'|'.join(names)})(?!\w)"
+        name = rf"(?<!\w)(?:{'|'.join(map(re.escape, names))})(?!\w)"
         inside = rf"(?!{before}|{after})."  # of the marks
-        # Texts between quotation marks name no variable.
-        above = rf"(?:\"(?:(?!\"){inside})*\"|'(?:(?!'){inside})*'|(?![\"']){inside})*?"
+        quoted = rf"\"(?:(?!\"){inside})*\"|'(?:(?!'){inside})*'"  # which names no variable
         rest = f"(?:{inside})*{after}"
-        naming = f"{before}(?={rest}){above}{name}{rest}"  # looking ahead keeps the time linear
+        # Marks around anything that names a variable; looking ahead keeps the time linear.
+        naming = f"{before}(?={rest})(?:{quoted}|(?![\"']){inside})*?{name}{rest}"
         foreign = "(?!)"
         if marks == BRACES:
             foreign = _FOREIGN
         self._pattern = re.compile(
-            f"{before}(?P<literal>{naming}){after}"
-            f"|(?:{foreign}){naming}"
-            f"|{before}(?P<name>{name})(?P<format>{_FORMAT})?{after}"
-            f"|{naming}"
+            rf"""
+            {before} (?P<literal>{naming}) {after}              # doubled marks
+            | (?:{foreign}) {naming}                            # marks of another language
+            | {before} (?P<name>{name}) (?P<format>{_FORMAT})? {after}
+            | {naming}                                          # what could be a placeholder
+            """,
+            re.VERBOSE,
         )
 
     def fill(self, where: str, text: str, values: Entries) -> str:
@@ -305,10 +310,9 @@ class Output:
         remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
             cells, _ = cells_of_text(text, range(1, self.header))
-            columns = cells.columns
         except ArgumentValueError as error:
-            problem = getattr(error, "problem", error)  # without options of the command
-            raise ValueError(f"{self.file} is no table: {problem}; {remedy}") from None
+            raise ValueError(f"{self.file} is no table: {error}; {remedy}") from None
+        columns = cells.columns
         if self.column not in columns:
             names = ", ".join(columns)
             problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
