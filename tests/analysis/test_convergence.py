@@ -36,6 +36,9 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
         assert step["mu1"] == pytest.approx(np.linalg.norm((front[best] - last.ideal) / span))
     assert found["hypervolume"].is_monotonic_increasing  # each front dominates the one before
     assert found["hypervolume"].iloc[-1] == 1
+    ranges = {"f1": (0, 1e-3), "f2": (0, 1e-3)}  # the whole front is beyond them
+    fixed = convergence(bnh.under(limits=limits, normalize=normalize, ranges=ranges))
+    assert fixed["hypervolume"].tolist() == found["hypervolume"].tolist()
     same = np.diff(found["optimum"]) == 0
     np.testing.assert_array_equal(found["moved"][1:] == 0, same)
     steps = np.abs(np.diff(bests, axis=0)) / (last.nadir - last.ideal)

@@ -116,6 +116,11 @@ def test_a_limit_keeps_the_digits_that_tell_designs_apart(offset, sign):
     assert design in table.under(limits={"f": pair}).best().names
 
 
+def test_ranges_whose_reciprocals_overflow_are_compared():
+    table = read_table(pd.DataFrame({"f": [5e-324, 1e-323, 2e-323], "g": [3, 2, 1]}))
+    assert switching_values(table)["design"].tolist() == ["row 1", "row 3"]
+
+
 def test_a_limit_on_texts_has_no_bounds():
     frame = pd.DataFrame({"rail": ["yes", "no"], "cost": [1.0, 2.0], "mass": [2.0, 1.0]})
     table = read_table(frame, Formulation(["cost", "mass"], limits={"rail": ["yes"], "cost": 1.5}))

@@ -244,7 +244,7 @@ def test_positions_say_what_the_proposal_costs(seed):
     greatest = [max(v for key, v in costs.items() if key[0] == design) for design in oracle.front]
     (text,) = [line for line in lines(report, "Positions") if line.startswith("At worst ")]
     found = re.fullmatch(
-        r"At worst (\w+) costs (\w+) ([\d.]+) % in (\w+); every other design left costs someone "
+        r"At worst (\w+) costs (\w+) ([\d.]+) % in (\w+); every other design that none dominates costs someone "
         r"([\d.]+) % or more\.",
         text.replace("\N{NO-BREAK SPACE}", " "),
     )

@@ -18,7 +18,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.pareto import UtopianFrame, hypervolume
+from pymoo_psi.pareto import UtopianFrame, hypervolume, without_rounding
 from pymoo_psi.table import NUMBERS_ROLES, POINT, PROPOSAL_ROUND, RUN, TestTable, value_ranks
 
 if TYPE_CHECKING:
@@ -296,13 +296,14 @@ def convergence(table: TestTable) -> pd.DataFrame:
             optima[-1] = int(ranking.rows[ranking.salukvadze[0]])
     # Measured in the units of the ranking of all tests; no optimum has NaN for its objectives.
     frame = table.ranking().frame
-    scale = UtopianFrame(frame.ideal, frame.nadir, True)
+    last = without_rounding(table.F[fronts[-1]])
+    scale = UtopianFrame(last.min(axis=0), last.max(axis=0), True)  # ranges may be fixed
     best = np.insert(table.F, len(table), np.nan, axis=0)[optima]
     mu1 = frame.distances(best)[:, 0]
     moved = np.abs(np.diff(scale.scaled(best), axis=0, prepend=np.nan)).max(axis=1)
     pairs = [hypervolume(scale.scaled(table.F[front]), _REFERENCE) for front in fronts]
     volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
-    if not frame.line.any():  # one design is the best in every objective
+    if not scale.line.any():  # one design is the best in every objective
         mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
     columns = {
         "feasible": np.cumsum(table.feasible())[sizes - 1],

@@ -184,7 +184,8 @@ def _doubtful(
         U, N = np.minimum.accumulate(F), _nadirs(F, lasting)
     inverse = np.full(F.shape, 1 / (np.abs(F - b).max(initial=0.0) or 1.0))  # no square overflows
     if frame.normalize:
-        inverse = 1 / unit_lengths(U, N)
+        with np.errstate(over="ignore"):  # of a denormal range: it is ranked
+            inverse = 1 / unit_lengths(U, N)
     last_rows = np.searchsorted(places, tried, side="right") - 1
     measures = np.column_stack([U, inverse])[last_rows]
     waiting = [(0, len(tried), np.arange(len(F)))]
