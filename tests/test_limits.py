@@ -209,7 +209,7 @@ def separations(table, names):
     return separation_sentences(table.under(Decision(table.formulation, positions=positions)))
 
 
-@examples(0.2)
+@examples(0.1)
 @given(seed=SEEDS)
 def test_rejected_designs_change_no_certainty_of_means(seed):
     rng = np.random.default_rng(seed)
@@ -240,7 +240,7 @@ def left_of_report(sections, title):
 
 def test_figures_and_reports_speak_of_the_designs_left(draws, undrawn):
     compared = 0
-    for example in map(Example, draws(12)):
+    for example in map(Example, draws(8)):
         assert not example.is_empty
         limited, left = decision_report(example.limited), decision_report(example.left)
         assert limited.cautions == left.cautions

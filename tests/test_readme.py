@@ -29,7 +29,16 @@ GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
 TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.search(text)}
 
 # Their clusters, processes, figures and whole programs take most of the time.
-WHOLE = ("analyst", "board", "changing_a_study", "cluster", "engineer_python", "figures", "live")
+WHOLE = (
+    "A program",
+    "analyst",
+    "board",
+    "changing_a_study",
+    "cluster",
+    "engineer_python",
+    "figures",
+    "live",
+)
 WHOLE += ("mixtures", "noise", "programs", "pymoo_user", "researcher", "tutorial", "which_runner")
 
 

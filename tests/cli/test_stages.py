@@ -63,60 +63,60 @@ def n_runs(log):
 
 
 def test_stages_share_one_study_and_no_design_runs_twice(log, said):
-    said(*SOLVE, "--points", "12")
-    said(*SOLVE, "--points", "6", "--bounds", "height=4:9")
-    text = said(*SOLVE, "--points", "6", "--bounds", "height=5:9")
-    assert "beam.db: 24 tests of 3 runs; " in text
-    assert n_runs(log) == 24
-    said(*SOLVE, "--points", "12")
-    assert n_runs(log) == 24
+    said(*SOLVE, "--points", "8")
+    said(*SOLVE, "--points", "4", "--bounds", "height=4:9")
+    text = said(*SOLVE, "--points", "4", "--bounds", "height=5:9")
+    assert "beam.db: 16 tests of 3 runs; " in text
+    assert n_runs(log) == 16
+    said(*SOLVE, "--points", "8")
+    assert n_runs(log) == 16
     # a limit, an expression and a unit are edited: nothing runs
     edit("<= 4", "<= 2.5")
     edit("2*width*height", "3*width*height")
-    text = said(*SOLVE, "--points", "12")
+    text = said(*SOLVE, "--points", "8")
     assert "tip at most 2.5" in text
     table = read_table("beam.db")
     assert table.limits == {"tip": Limit(upper=2.5)}
     assert table["mass"].tolist() == (3 * table["width"] * table["height"]).tolist()
-    text = said(*SOLVE, "--points", "12", "--limits", "tip<=3")
+    text = said(*SOLVE, "--points", "8", "--limits", "tip<=3")
     assert "tip at most 3" in text
     # an output more: it is read from the folders that are kept
     edit(
         "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
     )
     edit('"mass", "tip"', '"mass", "stress"')
-    said(*SOLVE, "--points", "12")
+    said(*SOLVE, "--points", "8")
     table = read_table("beam.db")
     assert table.schema.objectives == ("mass", "stress")
     assert table["stress"].tolist() == pytest.approx(
         (900 / (table["width"] * table["height"] ** 2)).tolist()
     )
     said(*SOLVE, "--points", "+4")
-    assert n_runs(log) == len(table) + 4 == 28
+    assert n_runs(log) == len(table) + 4 == 20
     with closing(sqlite3.connect("beam.db")) as db:
-        assert db.execute("SELECT count(*) FROM tests").fetchone() == (28,)
+        assert db.execute("SELECT count(*) FROM tests").fetchone() == (20,)
         assert db.execute("SELECT count(*) FROM runs").fetchone() == (3,)
 
 
 def test_an_output_of_no_folder_is_tested_on_request(log, said):
     edit('"all"', '"none"')
-    said(*SOLVE, "--points", "6")
+    said(*SOLVE, "--points", "4")
     edit(
         "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
     )
     edit('"mass", "tip"', '"mass", "stress"')
-    text = said(*SOLVE, "--points", "6", code=1)
+    text = said(*SOLVE, "--points", "4", code=1)
     assert "--retry incomplete runs these tests again" in text
-    assert n_runs(log) == 6
+    assert n_runs(log) == 4
     mass = read_table("beam.db")["mass"]
     edit("mass = ", "weight = ")  # an output that is lost
     edit('"mass", "stress"', '"tip", "stress"')
-    said(*SOLVE, "--points", "6", "--retry", "incomplete")
-    assert len(log.read_text().splitlines()) == 12
+    said(*SOLVE, "--points", "4", "--retry", "incomplete")
+    assert len(log.read_text().splitlines()) == 8
     np.testing.assert_array_equal(read_table("beam.db")["mass"], mass)
     assert (read_table("beam.db")["stress"] > 0).all()
-    said(*SOLVE, "--points", "6", "--retry", "incomplete")
-    assert len(log.read_text().splitlines()) == 12
+    said(*SOLVE, "--points", "4", "--retry", "incomplete")
+    assert len(log.read_text().splitlines()) == 8
 
 
 def test_an_output_read_in_another_way_is_refused(log, said):
@@ -138,10 +138,10 @@ def test_results_that_one_has_begin_a_study(log, said):
 
 def test_outputs_are_read_from_folders_of_their_tests(log, said):
     """Folders of an older version of the program, with the same designs, are beside them."""
-    said("solve", "beam.toml", "--study", "old.db", "--points", "6")
+    said("solve", "beam.toml", "--study", "old.db", "--points", "4")
     solver = Path("model/solver.py").read_text()
     Path("model/solver.py").write_text(solver.replace("900 /", "700 /").replace("1000 /", "999 /"))
-    solve = ("solve", "beam.toml", "--study", "new.db", "--points", "6")
+    solve = ("solve", "beam.toml", "--study", "new.db", "--points", "4")
     said(*solve)
     edit(
         "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"

@@ -232,7 +232,7 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
         assert statuses == [200] * 20 + [400] * 10
         # Readers that never read: they hold up neither others nor each other.
         with ExitStack() as slow:
-            for _ in range(20):
+            for _ in range(8):
                 connection = http.client.HTTPConnection(urlsplit(view.address).netloc)
                 slow.enter_context(closing(connection))
                 connection.request("GET", f"{home}events?from=x-0")
