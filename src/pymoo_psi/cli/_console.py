@@ -19,11 +19,9 @@ from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 from unicodedata import combining, east_asian_width
 
-import numpy as np
-
 from pymoo_psi._numbers import NumberFormat, number
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Names, counted, invalid, known_name
+from pymoo_psi._validation import Names, Rows, counted, invalid, known_name
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.files import FORMATS, designs_head, format_of
@@ -162,17 +160,9 @@ def _table(
         columns: The width of the terminal.
         more: Where the other designs are.
     """
-    objectives = ranking.objectives
     optimal = ranking.by_place[: ranking.pareto.sum()]
     shown = optimal[:n_rows]
-    numbers = []
-    for name, sign, values in zip(
-        objectives.names, objectives.sign, objectives.values[optimal].T, strict=True
-    ):
-        ends = np.sort(sign * values)[[0, -1]] * sign
-        text = NumberFormat.of(values).text
-        arrow = "↓" if sign > 0 else "↑"
-        numbers.append((_one_line(name), arrow, list(map(text, (*values[:n_rows], *ends)))))
+    numbers = _numbers_of_objectives(ranking, optimal, n_rows)
     word = (table.schema.label or TEST).replace("_", " ")
     names = [_one_line(ranking.name_of(row).removeprefix(f"{word} ")) for row in shown]
     names = [word, *names, "best", "worst"]
@@ -190,6 +180,30 @@ def _table(
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
     return lines
+
+
+def _numbers_of_objectives(
+    ranking: EfficiencyRanking, optimal: Rows, n_rows: int
+) -> list[tuple[str, str, list[str]]]:
+    """Return the name of each objective, its direction, and its numbers, the best and worst last.
+
+    Args:
+        ranking: The ranking.
+        optimal: The rows of the Pareto-optimal designs, by place.
+        n_rows: How many of them are shown.
+    """
+    objectives = ranking.objectives
+    numbers = []
+    for j, name in enumerate(objectives.names):
+        values = objectives.values[optimal, j]
+        text = NumberFormat.of(values).text
+        ends = [values.min(), values.max()]
+        arrow = "↓"
+        if objectives.sign[j] < 0:
+            ends.reverse()
+            arrow = "↑"
+        numbers.append((_one_line(name), arrow, list(map(text, [*values[:n_rows], *ends]))))
+    return numbers
 
 
 def _fitting(

@@ -147,30 +147,9 @@ def _heading(column: Column) -> str:
 
 def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
     """Print all that is known of the best designs, and on what the proposal depends."""
-    from pymoo_psi.page import number_formats
-
     frame = ranked_frame(table, None)
-    rounded = frame.head(_N_IN_DETAIL).drop(columns=["mu2", "mu3", "pareto"])
-    rounded["mu1"] = [number(distance, 5) for distance in rounded["mu1"]]
-    for name, number_format in number_formats(table).items():
-        column = _beside_ranking(name)
-        if column in rounded:
-            rounded[column] = list(map(number_format.text, rounded[column]))
-    if TEST in rounded:
-        names = dict(zip(table.numbers.tolist(), table.names, strict=True))
-        rounded[TEST] = [names[number].removeprefix(f"{TEST} ") for number in rounded[TEST]]
-        rounded = rounded.drop(columns=[RUN, POINT], errors="ignore")
-    # The name or number leads each part of a wide table, as dominated designs have no place.
-    places = rounded.pop("place").astype("string").fillna("")
-    label = table.schema.label
-    if label not in (None, "row"):
-        labels = rounded.pop(label)
-        rounded = rounded.drop(columns="row")
-        rounded.insert(0, label, labels)
-    rounded.insert(1, "place", places)
-    headings = {column.name: _heading(column) for column in table.schema.columns}
     print_text("")
-    print_frame(rounded.rename(columns=headings), "All columns, by place:")
+    print_frame(_for_readers(frame.head(_N_IN_DETAIL), table), "All columns, by place:")
     if len(frame) > _N_IN_DETAIL:
         say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
     ranking = table.feasible_ranking()
@@ -186,6 +165,31 @@ def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
         *table.remarks[len(table.facts) :],
     ]
     print_text(wrapped([*filter(None, sentences)], width() or WIDTH_OF_PIPE))
+
+
+def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
+    """Return a ranked frame with rounded numbers, units and directions, the names in front."""
+    from pymoo_psi.page import number_formats
+
+    frame = frame.drop(columns=["mu2", "mu3", "pareto"])
+    frame["mu1"] = [number(distance, 5) for distance in frame["mu1"]]
+    for name, number_format in number_formats(table).items():
+        column = _beside_ranking(name)
+        if column in frame:
+            frame[column] = list(map(number_format.text, frame[column]))
+    if TEST in frame:
+        names = dict(zip(table.numbers.tolist(), table.names, strict=True))
+        frame[TEST] = [names[number].removeprefix(f"{TEST} ") for number in frame[TEST]]
+        frame = frame.drop(columns=[RUN, POINT], errors="ignore")
+    # The name or number leads each part of a wide table, as dominated designs have no place.
+    places = frame.pop("place").astype("string").fillna("")
+    label = table.schema.label
+    if label not in (None, "row"):
+        labels = frame.pop(label)
+        frame = frame.drop(columns="row")
+        frame.insert(0, label, labels)
+    frame.insert(1, "place", places)
+    return frame.rename(columns={column.name: _heading(column) for column in table.schema.columns})
 
 
 def run_page(options: Options) -> int:

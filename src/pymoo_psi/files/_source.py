@@ -188,7 +188,7 @@ def read_table(
             cells = _designs(cells, head, asked.formulation, is_file=is_file)
             table = _table(cells, head, asked.formulation, variables, drop_incomplete)
             if average_by == "variables" and variables and not table.schema.variables:
-                raise UnfitError(table.facts[-1].rstrip("."))
+                raise UnfitError(table.facts[-1].rstrip("."))  # why the last one is none
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     is_study = path is not None and table is content

@@ -113,25 +113,7 @@ def designs_of(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    if source_type(value) == "frame":
-        value = value.to_dict("records")
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
-    names: Names = ()
-    if variables is not None:
-        names = [column.name for column in variables]
-    if isinstance(value, np.ndarray) and value.ndim != 1:
-        array = np.array(value, order="C")
-    else:
-        rows = list(value)
-        if rows and isinstance(rows[0], Mapping):
-            names = names or [*rows[0]]
-            rows = _cells_of_mappings(rows, names)
-        is_declared = variables is not None and all(column.kind for column in variables)
-        array = _array(rows, real=not is_declared)
-    if array.ndim != 2 or (variables is not None and array.shape[1] != len(names)):
-        width = "n_var" if variables is None else len(names)
-        raise invalid("X", f"of shape (n, {width})", Received(f"shape {array.shape}"))
+    array, names = _matrix(value, variables)
     if variables is None:
         names = names or column_names("variables", array.shape[1], "x")
         variables = [Column(name, VARIABLE, None) for name in names]
@@ -148,6 +130,30 @@ def designs_of(
             column = column._replace(kind=column.kind or kind_of_cells(cells))
         columns.append(column)
     return data, columns
+
+
+def _matrix(value: Any, variables: Sequence[Column] | None) -> tuple[AnyArray, Names]:
+    """Return the ``(n, n_var)`` cells of designs, and the names of variables; none if unknown."""
+    if source_type(value) == "frame":
+        value = value.to_dict("records")
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
+    names: Names = ()
+    if variables is not None:
+        names = [column.name for column in variables]
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        array = np.array(value, order="C")
+    else:
+        rows = list(value)
+        if rows and isinstance(rows[0], Mapping):
+            names = names or [*rows[0]]
+            rows = _cells_of_mappings(rows, names)
+        is_declared = variables is not None and all(column.kind for column in variables)
+        array = _array(rows, real=not is_declared)
+    width = "n_var" if variables is None else len(names)
+    if array.ndim != 2 or width not in ("n_var", array.shape[1]):
+        raise invalid("X", f"of shape (n, {width})", Received(f"shape {array.shape}"))
+    return array, names
 
 
 def _cells_of_mappings(rows: Sequence[Any], names: Names) -> list[list[Any]]:
