@@ -15,6 +15,7 @@ from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table, save_figures
 from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
 from tests.helpers.draws import rarely
+from tests.helpers.refusals import refused
 
 
 def ranked(m, n=60, name="an objective with a long name, the {}th", **options):
@@ -136,6 +137,14 @@ def test_any_number_of_objectives_has_a_whole_page(m):
     assert {ranking.name_of(3), ranking.name_of(ranking.salukvadze[0])} <= {*texts(figure)}
     assert_whole(figure)
     assert_readable(figure)
+
+
+def test_a_row_is_that_of_the_table():
+    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), [[9, 9], [0, 3], [1, 1], [3, 0]])
+    table = table.under(limits={"f1": 8})
+    assert "test 2" in texts(plot_ranking(table, row=1))
+    refused("a feasible design", plot_ranking, table, row=0)
+    refused("from 0 to 3", plot_ranking, table, row=4)
 
 
 @pytest.mark.parametrize("width", [90, *rarely(180)])

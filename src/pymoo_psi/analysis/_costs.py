@@ -49,8 +49,8 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
         One row per constraint and then per limit, as it is written. Columns: ``lower`` and
         ``upper``, the least and the greatest value allowed; ``rejects``, how many designs violate
         it; ``alone``, how many designs violate nothing else; and for each objective the best value
-        among the feasible designs (``f1_feasible``) and among those that violate nothing else
-        (``f1_alone``); NaN if there are none.
+        among the feasible designs (``f1_feasible``) and among those that violate nothing else and
+        have all objectives (``f1_alone``); NaN if there are none.
 
     Example:
         Test 2 violates only the constraint; without it f1 could be 1 instead of 2.
@@ -80,7 +80,9 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     frame["rejects"] = mask.sum(axis=0)
     frame["alone"] = alone.sum(axis=0)
     # Objectives of infeasible designs need not be finite, and -inf would be the best of all.
-    F = pd.DataFrame(np.where(np.isfinite(table.F), table.F, np.nan))
+    # One that lacks another objective would not be feasible without its constraint, either.
+    is_complete = np.isfinite(table.F).all(axis=1, keepdims=True)
+    F = pd.DataFrame(np.where(is_complete, table.F, np.nan))
     feasible = table.feasible()
     for j, (name, sign) in enumerate(zip(schema.objectives, schema.sign, strict=True)):
         frame[f"{name}_feasible"] = sign * F[j][feasible].min()

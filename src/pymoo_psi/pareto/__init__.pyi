@@ -34,6 +34,7 @@ from ._dominance import meets_constraints as meets_constraints
 from ._dominance import unit_lengths as unit_lengths
 from ._dominance import violated_constraints as violated_constraints
 from ._dominance import without_rounding as without_rounding
+from ._explanation import ranked_row as ranked_row
 from ._explanation import within_range as within_range
 from ._indicators import epsilon_additive as epsilon_additive
 from ._indicators import igd_plus as igd_plus

@@ -415,7 +415,7 @@ def explain(
     elif row is None:
         row = _row_of_design(design, F, ranking)
     elif design is None:
-        row = _ranked_row("row", row, F, ranking)
+        row = ranked_row("row", row, F, ranking)
     else:
         raise invalid("design", "left out where row is given", design)
     return _explanation_of(ranking, row, decimal, trades)
@@ -502,7 +502,7 @@ def compare_designs(
         entries = collection("designs", designs, "a list of designs")
         ranked = [_row_of_design(design, F, ranking) for design in entries]
     elif designs is None:
-        ranked = [_ranked_row("rows", row, F, ranking) for row in rows]
+        ranked = [ranked_row("rows", row, F, ranking) for row in rows]
     else:
         raise invalid("designs", "left out where rows are given", designs)
     if len(ranked) < 2:
@@ -554,10 +554,10 @@ def _row_of_design(design: Any, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a design by its label or its number."""
     if source_type(F) != "table":
         return ranking.row_of(design)
-    return _ranked_row("design", F.row_of(design), F, ranking)
+    return ranked_row("design", F.row_of(design), F, ranking)
 
 
-def _ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
+def ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a row of F; of a table only feasible designs are ranked."""
     ranked = np.arange(len(ranking.rows))
     last = len(ranked) - 1

@@ -33,6 +33,7 @@ from pymoo_psi.pareto import (
     EfficiencyRanking,
     conflicting_pairs,
     rank_of_efficiency,
+    ranked_row,
     with_units,
 )
 from pymoo_psi.plots._points import PARETO, opened_table, points_of_table
@@ -306,23 +307,27 @@ def plot_ranking(
             objectives, a data frame, a test table, a result of pymoo.
         units: Units of objectives by name, those of a table by default.
         title: Subject of the ranking, with which the caption begins.
-        row: Row of the design that is marked, such as the chosen one; the optimum by default.
+        row: Row of the design in what is ranked that is marked, such as the chosen one; the
+            optimum by default.
         values: Whether the values of the marked design are beside it.
         width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
         ArgumentTypeError: ``ranking`` is none, and cannot be ranked.
-        ArgumentValueError: The width is none of 10 to 1000 mm.
+        ArgumentValueError: There is no such row, or a test there is not feasible; the width is none
+            of 10 to 1000 mm.
 
     Example:
         >>> figure = plot_ranking([[1, 5], [2, 2], [5, 1]])
         >>> [text.get_text() for text in figure.axes[0].texts[5:9]]
         ['f1', '5', '1', '2']
     """
-    ranking = with_units(rank_of_efficiency(ranking), units)
+    source = ranking
+    ranking = with_units(rank_of_efficiency(source), units)
     best = int(ranking.salukvadze[0])
-    if row is None:
-        row = best
+    marked = best
+    if row is not None:
+        marked = ranked_row("row", row, source, ranking)
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     is_near = ranking.place[front] <= _NEAR
     if len(front) <= _NAMED:
@@ -335,19 +340,19 @@ def plot_ranking(
         ax = figure.add_subplot()
         word = ""
         if values:
-            word = "proposed" if row == best else "marked"
+            word = "proposed" if marked == best else "marked"
         head = "better →"
         if not is_near.all():
             head += f"   darker: places up to {ranking.place[front][is_near].max()}"
-        places = _draw_axes(ax, ranking, row, word, head)
+        places = _draw_axes(ax, ranking, marked, word, head)
         _draw_lines(ax, places[front], is_near)
-        names = [_draw_marked(ax, places[row], ranking.name_of(row), _SOLID)]
-        if row != best:
+        names = [_draw_marked(ax, places[marked], ranking.name_of(marked), _SOLID)]
+        if marked != best:
             names.append(_draw_marked(ax, places[best], ranking.name_of(best), _DASHED))
         if len(front) <= _NAMED:
             # From the middle outwards, so that no leader meets a name nearer to the axes.
             for other in front[np.argsort(np.abs(places[front, 0] - 0.5), kind="stable")]:
-                if other not in (row, best):
+                if other not in (marked, best):
                     name = literal(ranking.name_of(other), _NAME)
                     names.append(_name_ends(ax, places[other], name))
         figure.placed += ((name_ends, ax, names),)
