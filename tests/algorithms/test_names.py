@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, FailureTolerant, investigate
@@ -27,19 +27,14 @@ class Model(Problem):
         out["heat"] = X[:, :1] + 300
 
 
-class One(ElementwiseProblem):
+def one(x):
     """The same for one design, which may fail."""
+    if x[1] == 0.5:
+        raise ArithmeticError("no convergence")
+    return {"F": [x.sum(), x[0] * x[1] - x[0]], "G": x[0] - 0.7, "heat": x[0] + 300}
 
-    def __init__(self, **told):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
-        vars(self).update(told)
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        if x[1] == 0.5:
-            raise ArithmeticError("no convergence")
-        out["F"] = [x.sum(), x[0] * x[1] - x[0]]
-        out["G"] = x[0] - 0.7
-        out["heat"] = x[0] + 300
+ONE = OfFunction(one, n_var=2, n_ieq_constr=1)
 
 
 def test_attributes_of_the_problem_and_arguments_say_the_same():
@@ -92,16 +87,16 @@ def test_a_maximised_objective_may_be_renamed(told, names):
 
 def test_outputs_are_those_of_the_model(study_file):
     """By blocks, by asking and telling, from a study that is continued, in workers or not."""
-    whole = investigate(One(**TOLD), 48)
+    whole = investigate(ONE, 48, **TOLD)
     assert "failed" in whole.status
     heat = np.where(whole.status == "failed", np.nan, whole.X[:, 0] + 300)
     np.testing.assert_array_equal(whole.column("heat"), heat)
-    investigate(One(**TOLD), 20, study=study_file)
-    result = minimize(One(**TOLD), PSI(48, study=study_file))
+    investigate(ONE, 20, study=study_file, **TOLD)
+    result = minimize(ONE, PSI(48, study=study_file, **TOLD))
     assert result.algorithm.table.equals(whole)
     assert np.array_equal(result.pop.get("heat"), whole.column("heat"), equal_nan=True)
-    told = PSI(48, block_size=9)
-    told.setup(FailureTolerant(One(**TOLD)))
+    told = PSI(48, block_size=9, **TOLD)
+    told.setup(FailureTolerant(ONE))
     while told.has_next():
         infills = told.ask()
         infills.set("mark", 1.0)  # of the user, no output

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from pymoo.core.evaluator import Evaluator
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -21,6 +21,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.files import read_table
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
@@ -56,32 +57,29 @@ def test_telling_something_else_is_refused():
     )
 
 
-class Heated(ElementwiseProblem):
+def heated(x):
     """A model with a further output; the first designs fail, and with them a whole block."""
+    if x[0] + x[1] < 0.3 or x[0] == x[1]:
+        raise ValueError("no grid")
+    return {"F": [x[0] + x[1], x[1] - x[0]], "heat": 3 * x[1]}
 
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
-        self.names, self.maximize = {"f1": "mass", "f2": "gain"}, ("gain",)
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        if x[0] + x[1] < 0.3 or x[0] == x[1]:
-            raise ValueError("no grid")
-        out["F"] = [x[0] + x[1], -(x[0] - x[1])]
-        out["heat"] = 3 * x[1]
+HEATED = Model(heated, n_var=2)
+NAMED = {"names": {"f1": "mass", "f2": "gain"}, "maximize": ("gain",)}
 
 
 @pytest.mark.parametrize("block_size", [2, 7, 64])
 def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study_file):
     limits = {"x1": (0.25, None), "heat": 2.0, "gain": (-0.5, None)}
-    whole = investigate(Heated(), 64)
+    whole = investigate(HEATED, 64, **NAMED)
     asked = whole.under(limits=limits)
     missing = [0.25 - whole.X[:, 0], whole["heat"] - 2, -0.5 - whole["gain"]]
     expected = np.maximum(missing, 0).sum(axis=0)
     ok = whole.status == "ok"
     assert asked.feasible().tolist() == (ok & (expected == 0)).tolist()
     for study in (None, study_file, study_file):
-        psi = PSI(64, limits=limits, block_size=block_size, study=study)
-        result = minimize(Heated(), psi)
+        psi = PSI(64, limits=limits, block_size=block_size, study=study, **NAMED)
+        result = minimize(HEATED, psi)
         numbers = result.opt.get("test_point")
         assert numbers.tolist() == whole.numbers[asked.pareto()].tolist()
         violation = result.pop.get("CV")[:, 0]

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -105,13 +104,11 @@ def test_the_second_writer_waits_or_names_the_first(tmp_path, study_file, worker
         block(9, 4),
         error=StudyLockedError,
     )
-    began = time.monotonic()
     with (
         pytest.raises(StudyLockedError, match=r"waited 0.3 s"),
         Study(study_file, wait=0.3).writing(),
     ):
         pass
-    assert time.monotonic() - began >= 0.3
     study.begin(HEAD)
     assert (
         len(study.contents()[1]["x"]) == len(read(study_file)[1]["x"]) == 4

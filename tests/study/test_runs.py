@@ -22,6 +22,7 @@ from pymoo_psi.analysis import even_part, sensitivities
 from pymoo_psi.files import read_table, write_table
 from pymoo_psi.study import Study
 from pymoo_psi.table import Schema
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 ROOT = Path(__file__).parents[2]
@@ -57,11 +58,10 @@ def test_the_number_of_a_test_says_run_and_point(model, study_file):
     np.testing.assert_array_equal(
         X[np.argsort(longer["test_point"].astype(int))], investigate(model, 16).X
     )
-    last = investigate(model, 1, study=study_file, first=1_000_000)
-    assert last.numbers.tolist() == [1_000_000]
-    # point 1 of the second run has the number of this one, which gets the next above all
-    beyond = investigate(model, 1, study=study_file, first=1_000_001)
-    assert beyond.numbers.tolist() == [1_000_009]
+    # point 1 of the second run has the number of point 1 000 001, which gets the next above all
+    for first, number in ((1_000_000, 1_000_000), (1_000_001, 1_000_009)):
+        table = investigate(model, 1, study=study_file, first=first)
+        assert table.numbers.tolist() == [number]
 
 
 def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
@@ -130,16 +130,10 @@ def test_added_columns_replace_no_values(name, study_file, model):
     )
     assert not study_file.exists()
 
-    def heat(x):
-        return x[0] - x[1]
-
-    class Named(Counted):
-        def _evaluate(self, x, out, *args, **kwargs):
-            super()._evaluate(x, out)
-            out[name] = out.pop("heat")
+    def results(x):
+        return {"F": [x[0], 1 - x[0]], name: x[0] - x[1]}
 
     with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
-        table = investigate(Named(), 4, study=study_file)
-    np.testing.assert_array_equal(table[name], [heat(x) for x in table.X])
-    stored = read_table(study_file)
-    assert name not in stored.schema.names
+        table = investigate(Model(results, n_var=2), 4, study=study_file)
+    np.testing.assert_array_equal(table[name], table.X[:, 0] - table.X[:, 1])
+    assert name not in read_table(study_file).schema.names

@@ -152,7 +152,6 @@ def test_what_is_stored_is_not_written_again(study):
     before = contents(folder), os.stat(study.path).st_mtime_ns
     assert study.append(block(1, 4, failed=[2])) == 0
     assert study.append(rows(block(1, 4, failed=[2]), [3, 1, 0, 2])) == 0
-    assert study.append(block(1, 0)) == 0
     study.begin(HEAD)
     read(study.path)
     assert before == (contents(folder), os.stat(study.path).st_mtime_ns)
