@@ -87,29 +87,24 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
         assert (violation[~ok] > 0).all()
 
 
-class Sometimes(Problem):
+def sometimes(x):
     """A model that gives a further output of every fourth design only."""
+    results = {"F": [x[0] + x[1], (x[0] - 1) ** 2 - x[1]]}
+    return results | ({"heat": x[1]} if x[0] >= 0.75 else {})
 
-    def __init__(self, gives=True):
-        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
-        self.gives = gives
 
-    def _evaluate(self, X, out, *args, **kwargs):
-        x, y = X.T
-        out["F"] = np.column_stack([x + y, (x - 1) ** 2 - y])
-        if self.gives and (x >= 0.75).any():
-            out["heat"] = np.where(x >= 0.75, y, np.nan)
+SOMETIMES = Model(sometimes, n_var=2)
 
 
 @pytest.mark.parametrize("block_size", [1, 3, 64])
 @pytest.mark.parametrize("keep", ["feasible", "pareto"])
 def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
     """However the tests are cut into blocks, of which whole ones may lack the output."""
-    limits, whole = {"heat": 0.5}, investigate(Sometimes(), 64)
+    limits, whole = {"heat": 0.5}, investigate(SOMETIMES, 64)
     expected = (whole.X[:, 0] >= 0.75) & (whole.X[:, 1] <= 0.5)
     asked = whole.under(Formulation(limits=limits))
     np.testing.assert_array_equal(asked.feasible(), expected)
-    kept = investigate(Sometimes(), 64, limits=limits, keep=keep, block_size=block_size)
+    kept = investigate(SOMETIMES, 64, limits=limits, keep=keep, block_size=block_size)
     rows = expected if keep == "feasible" else asked.pareto()
     assert kept.equals(asked.take(rows))
 
@@ -117,7 +112,11 @@ def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 def test_limits_on_outputs_of_no_test_are_refused(keep, tmp_path):
     """Only then is it known that no test has it; what was computed is in the study."""
-    problem, limits, study = Sometimes(gives=False), {"heat": 0.5}, tmp_path / "s.db"
+    problem, limits, study = (
+        Model(lambda x: {"F": [x[0], -x[1]]}, n_var=2),
+        {"heat": 0.5},
+        tmp_path / "s.db",
+    )
     refused(
         "a name in limits must be one of .*'heat'",
         investigate,

@@ -125,18 +125,17 @@ def values(problem, X):
     return problem.evaluate(X, return_values_of=["F", "G"])
 
 
-def test_what_is_returned_is_pymoos(tmp_path):
-    problem, plain, X = Recorded(Model(), study=tmp_path / "s.db"), Model(), batch()
-    for arguments in ({}, {"return_values_of": ["G"]}, {"return_values_of": ["G", "F"]}):
-        for design in (X, X[0]):
-            got, expected = (
-                problem.evaluate(design, **arguments),
-                plain.evaluate(design, **arguments),
-            )
-            assert type(got) is type(expected)
-            for a, b in zip(got, expected, strict=True):
-                np.testing.assert_array_equal(a, b, strict=True)
-    out = problem.evaluate(X[0], return_as_dictionary=True)
+@pytest.mark.parametrize(
+    "arguments", [{}, {"return_values_of": ["G"]}, {"return_values_of": ["G", "F"]}]
+)
+@pytest.mark.parametrize("designs", [batch(), batch()[0]])
+def test_what_is_returned_is_pymoos(study_file, arguments, designs):
+    problem = Recorded(Model(), study=study_file)
+    got, expected = (p.evaluate(designs, **arguments) for p in (problem, Model()))
+    assert type(got) is type(expected)
+    for a, b in zip(got, expected, strict=True):
+        np.testing.assert_array_equal(a, b, strict=True)
+    out = problem.evaluate(batch()[0], return_as_dictionary=True)
     assert (out["test_point"].item(), out["F"].shape) == (1, (2,))
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from scipy.stats import qmc
@@ -17,6 +16,7 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 PROBLEM = get_problem("zdt1", n_var=4)
@@ -74,15 +74,13 @@ def test_bad_arguments(call, message, in_folder):
     refused(message, call)
 
 
-class Pinned(ElementwiseProblem):
-    """Three variables, the second of which has one value."""
-
-    def __init__(self):
-        bounds = {"xl": np.array([0.0, 2.0, 0.0]), "xu": np.array([1.0, 2.0, 1.0])}
-        super().__init__(n_var=3, n_obj=2, **bounds)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x[0] + x[1], 1 - x[0] + (x[2] - 0.3) ** 2]
+# Three variables, the second of which has one value.
+PINNED = Model(
+    lambda x: {"F": [x[0] + x[1], 1 - x[0] + (x[2] - 0.3) ** 2]},
+    n_var=3,
+    xl=np.array([0.0, 2.0, 0.0]),
+    xu=np.array([1.0, 2.0, 1.0]),
+)
 
 
 @pytest.mark.parametrize(
@@ -95,9 +93,9 @@ class Pinned(ElementwiseProblem):
 )
 def test_equal_bounds_fix_a_variable_as_restricted_does(run):
     """It takes no dimension of the points, and surrogates do not see it."""
-    table = run(Pinned())
+    table = run(PINNED)
     assert (table.X[:, 1] == 2).all()
-    np.testing.assert_array_equal(table.X, run(Restricted(Pinned(), {"x2": 2.0})).X)
+    np.testing.assert_array_equal(table.X, run(Restricted(PINNED, {"x2": 2.0})).X)
 
 
 class Kronecker(UniformSampling):

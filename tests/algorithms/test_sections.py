@@ -5,46 +5,32 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.problems.functional import FunctionalProblem
 
 from pymoo_psi import TestTable, investigate, lp_tau, read_table
 from pymoo_psi.algorithms import RunOptions, import_tests, sections
 from pymoo_psi.plots import plot_sections
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
-class Bar(ElementwiseProblem):
-    """Smooth in three variables of different kinds; the gain is maximised."""
-
-    maximize = ("gain",)
-    log = ("a",)
-
-    def __init__(self):
-        self.names = {"f1": "mass", "f2": "gain"}
-        self.units = {"a": "mm", "mass": "kg"}
-        super().__init__(
-            vars={
-                "a": Real(bounds=(1, 3)),
-                "n": Integer(bounds=(2, 6)),
-                "c": Choice(options=["oak", "tin"]),
-            },
-            n_obj=2,
-        )
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = self.values(x["a"], x["n"], x["c"])
-
-    @staticmethod
-    def values(a, n, c):
-        density = 1.0 if c == "oak" else 3.0
-        return [density * a + 0.1 * n**2, -(np.sin(a) + 0.3 * n * density)]
+def bar(a, n, c):
+    """Smooth in three variables of different kinds."""
+    density = 1.0 if c == "oak" else 3.0
+    return [density * a + 0.1 * n**2, -(np.sin(a) + 0.3 * n * density)]
 
 
 @pytest.fixture(scope="module")
 def table():
-    return investigate(Bar(), 96)
+    variables = {
+        "a": Real(bounds=(1, 3)),
+        "n": Integer(bounds=(2, 6)),
+        "c": Choice(options=["oak", "tin"]),
+    }
+    told = {"names": {"f1": "mass", "f2": "gain"}, "units": {"a": "mm", "mass": "kg"}}
+    model = Model(lambda x: {"F": bar(**x)}, vars=variables)
+    return investigate(model, 96, maximize=["gain"], log=["a"], **told)
 
 
 def test_sections_are_those_of_the_model_within_bands(table):
@@ -53,7 +39,7 @@ def test_sections_are_those_of_the_model_within_bands(table):
     assert frame["variable"].unique().tolist() == ["a", "n", "c"]
     for line in frame.to_dict("records"):
         assert line["design"] == design[line["variable"]]
-        mass, loss = Bar.values(**design | {line["variable"]: line["value"]})
+        mass, loss = bar(**design | {line["variable"]: line["value"]})
         true = mass if line["column"] == "mass" else -loss
         assert line["expected"] == pytest.approx(true, abs=0.1)
         assert line["lower"] <= line["expected"] <= line["upper"]

@@ -412,8 +412,7 @@ def test_rows_that_do_not_count_are_told(read):
 
 
 def test_every_source_gives_the_same_table(tmp_path):
-    problem = VectorizedSphereChute(0.4, omega0=(0, -30, 0))
-    table = investigate(problem, 64)
+    table = investigate(VectorizedSphereChute(0.4, omega0=(0, -30, 0)), 64)
     table.to_csv(tmp_path / "t.csv")
     asked = Formulation(["f2", "f1"], limits={"f3": float(np.median(table.F[:, 2]))})
     for source in (tmp_path / "t.csv", table):

@@ -62,9 +62,11 @@ class Model(ElementwiseProblem):
         out["F"] = self._k * (x @ self.weights)
 
 
-def test_names_may_be_a_text_or_a_list():
-    for problem in (Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})):
-        assert investigate(problem, 4).schema.variables == ("width", "height")
+@pytest.mark.parametrize(
+    "problem", [Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})]
+)
+def test_names_may_be_a_text_or_a_list(problem):
+    assert investigate(problem, 4).schema.variables == ("width", "height")
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
 
 

@@ -283,6 +283,13 @@ def test_all_wrong_outputs_of_a_run_are_reported(tmp_path):
     ]
 
 
+def read_output(folder, content, settings):
+    if isinstance(content, str):
+        content = content.encode()
+    (folder / "out").write_bytes(content)
+    return Output(file="out", **settings).read(folder)
+
+
 NUMBER, COLUMN = {"pattern": "f = (.*)"}, {"column": "m"}
 
 
@@ -313,10 +320,7 @@ NUMBER, COLUMN = {"pattern": "f = (.*)"}, {"column": "m"}
     ],
 )
 def test_numbers_are_read_as_programs_write_them(tmp_path, content, settings, expected):
-    if isinstance(content, str):
-        content = content.encode()
-    (tmp_path / "out").write_bytes(content)
-    assert Output(file="out", **settings).read(tmp_path) == expected
+    assert read_output(tmp_path, content, settings) == expected
 
 
 NO_NUMBERS = ("1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000", "\u0663")
@@ -351,11 +355,8 @@ NO_NUMBERS = ("1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000", "\u0663")
     ],
 )
 def test_what_is_not_one_plain_number_has_a_remedy(tmp_path, content, settings, flaw):
-    if isinstance(content, str):
-        content = content.encode()
-    (tmp_path / "out").write_bytes(content)
     with pytest.raises((ValueError, LookupError), match=re.escape(flaw)):
-        Output(file="out", **settings).read(tmp_path)
+        read_output(tmp_path, content, settings)
 
 
 @pytest.mark.parametrize(

@@ -143,8 +143,6 @@ def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     assert 10 < met.sum() < 54
     assert (table.status[~met] == "infeasible").all()
     assert np.isfinite(table.F[met]).all()
-    if "heat" in table.schema.outputs:
-        assert np.isfinite(table.column("heat")[met]).all()
     assert {*table.to_frame()["violated"][~met]} == {"slender: height <= 2*width"}
     run = minimize(Required(make()), PSI(64))
     assert run.algorithm.table.equals(table)

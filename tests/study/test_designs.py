@@ -1,30 +1,26 @@
 """Options that are printed alike, and names that a study cannot have."""
 
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice
 
 from pymoo_psi import Restricted, investigate
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
-class Typed(ElementwiseProblem):
+def typed(*options):
     """A choice whose options differ in their types."""
-
-    def __init__(self, options=(12, "12", "oak")):
-        super().__init__(vars={"a": Choice(options=options)}, n_obj=1)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [len(str(x["a"]))]
+    variables = {"a": Choice(options=options)}
+    return Model(lambda x: {"F": len(str(x["a"]))}, vars=variables, n_obj=1)
 
 
 def test_models_of_options_that_look_alike_are_different(study_file):
-    investigate(Typed([12, "oak"]), 4, study=study_file)
+    investigate(typed(12, "oak"), 4, study=study_file)
     refused(
         "another model.*choices",
         investigate,
-        Typed(["12", "oak"]),
+        typed("12", "oak"),
         4,
         study=study_file,
         error=StudyMismatchError,
@@ -32,10 +28,22 @@ def test_models_of_options_that_look_alike_are_different(study_file):
 
 
 def test_an_option_is_restricted_by_its_type():
-    refused("one of 12, '12', 'oak'", Restricted, Typed(), {"a": 12.0}, error=ArgumentValueError)
+    refused(
+        "one of 12, '12', 'oak'",
+        Restricted,
+        typed(12, "12", "oak"),
+        {"a": 12.0},
+        error=ArgumentValueError,
+    )
 
 
 @pytest.mark.parametrize("suffix", ["-journal", "-wal", "-SHM", ".pymoo-psi-lock"])
 def test_files_that_belong_to_a_study_are_refused(suffix, study_file):
     name = f"{study_file}{suffix}"
-    refused("study must be a database with a name such as", investigate, Typed(), 4, study=name)
+    refused(
+        "study must be a database with a name such as",
+        investigate,
+        typed(12, "12", "oak"),
+        4,
+        study=name,
+    )

@@ -75,32 +75,28 @@ def test_an_output_that_a_share_lacks_is_unknown(tmp_path):
     assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole | {"heat": heat})
 
 
-def test_a_share_of_another_problem_is_refused(tmp_path):
-    (tmp_path / "a").mkdir()
+OTHER = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
+
+
+@pytest.mark.parametrize(
+    ("of", "head", "message"),
+    [
+        (2, OTHER, r"share-1-of-2.db is a share of other points"),
+        (3, HEAD, "is one of 2 shares, not of 3"),
+    ],
+)
+def test_a_share_of_another_problem_is_refused(tmp_path, of, head, message):
+    shares(tmp_path, 2, 10, [1])
+    refused(message, shares, tmp_path, of, 10, [2], head, error=StudyMismatchError)
+
+
+def test_a_share_of_another_problem_is_no_part_of_a_folder(tmp_path):
     (tmp_path / "b").mkdir()
-    other = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
-    shares(tmp_path / "a", 2, 10, [1])
-    refused(
-        r"share-1-of-2.db is a share of other points",
-        shares,
-        tmp_path / "a",
-        2,
-        10,
-        [2],
-        other,
-        error=StudyMismatchError,
-    )
-    refused(
-        "is one of 2 shares, not of 3", shares, tmp_path / "a", 3, 10, [2], error=StudyMismatchError
-    )
-    shares(tmp_path / "b", 2, 10, [2], other)
-    shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
-    refused(
-        r"share-2-of-2.db is a share of other points.*1-of-2.db",
-        read_folder,
-        tmp_path / "a",
-        error=StudyMismatchError,
-    )
+    shares(tmp_path, 2, 10, [1])
+    shares(tmp_path / "b", 2, 10, [2], OTHER)
+    shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path)
+    message = r"share-2-of-2.db is a share of other points.*1-of-2.db"
+    refused(message, read_folder, tmp_path, error=StudyMismatchError)
 
 
 @pytest.mark.parametrize("content", [b"", b"no study", b"SQLite format 3\0 and nothing else"])

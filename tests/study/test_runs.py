@@ -1,7 +1,6 @@
 """Several runs in one study: a design is tested once, whichever run asks for it first."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -24,8 +23,6 @@ from pymoo_psi.study import Study
 from pymoo_psi.table import Schema
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
-
-ROOT = Path(__file__).parents[2]
 
 
 class Counted(ElementwiseProblem):
