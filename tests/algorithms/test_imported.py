@@ -137,13 +137,12 @@ def test_values_outside_the_bounds_are_named(options):
     assert tests.remarks[1:] == ("x1 is outside 0 to 5 in 2 tests, the first 6.",)
 
 
-def test_choices_outside_a_box_are_tests_too(tmp_path):
+def test_choices_outside_a_box_are_tests_too(tmp_path, study_file):
     variables = {"x": Real(bounds=(0, 1)), "m": Choice(options=["steel", 12, "12"])}
     material = Model(lambda x: {"F": x["x"]}, vars=variables, n_obj=1)
-    study = tmp_path / "whole.db"
-    whole = investigate(material, 12, study=study)
+    whole = investigate(material, 12, study=study_file)
     part = Restricted(material, {"m": ["steel"]})
-    tests = import_tests(part, study, RunOptions(study=tmp_path / "part.db"))
+    tests = import_tests(part, study_file, RunOptions(study=tmp_path / "part.db"))
     assert tests.X.tolist() == whole.X.tolist()
 
 

@@ -173,8 +173,6 @@ def test_a_repeated_design_is_evaluated_once_but_for_workers():
         problem = Teeth()
         workers = ExecutorRunner(threads, workers=2)
         assert investigate(problem, 40, runner=workers).equals(table)
-    few = investigate(Teeth(), 40, keep="pareto", block_size=4)
-    assert few.equals(table.take(table.pareto()))
 
 
 def test_an_algorithm_is_set_up_once():

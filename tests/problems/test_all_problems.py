@@ -105,11 +105,10 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
         *(".\\mesh", "\\\\host\\mesh", "meshes/", "meshes\\"),
     ],
 )
-def test_paths_are_not_compared(tmp_path, path):
-    study = tmp_path / "model.db"
-    table = investigate(Model(), 4, study=study)
+def test_paths_are_not_compared(study_file, path):
+    table = investigate(Model(), 4, study=study_file)
     for title in (path, [path, 1]):
-        assert investigate(Model(title=title), 4, study=study).equals(table)
+        assert investigate(Model(title=title), 4, study=study_file).equals(table)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +139,7 @@ def test_other_texts_are_compared_whatever_is_on_the_disk(tmp_path, monkeypatch,
     refused("belongs to another model", investigate, Model(), 4, study="study.db")
 
 
-def test_arrays_belong_to_a_study(tmp_path):
+def test_arrays_belong_to_a_study(study_file):
     loads, parts = np.array([1.0, 2.0]), (np.array([1, 2]), np.float64(3))
 
     class Loaded(ElementwiseProblem):
@@ -153,11 +152,10 @@ def test_arrays_belong_to_a_study(tmp_path):
         def _evaluate(self, x, out, *args, **kwargs):
             out["F"] = [x @ self.loads + self.parts[0][0], (1 - x) @ self.loads]
 
-    study = tmp_path / "model.db"
     table = investigate(Loaded(), 8)
     for same in (Loaded(), Loaded(loads.copy(), (np.array([1, 2]), 3.0))):
-        assert investigate(same, 8, study=study).equals(table)
+        assert investigate(same, 8, study=study_file).equals(table)
     changed = Loaded()
     changed.loads[0] = 5.0  # in its place: the default value changes, too
     for other in (changed, Loaded(np.array([1.0, 3.0])), Loaded(parts=(np.array([2, 2]), 3.0))):
-        refused("belongs to another model", investigate, other, 8, study=study)
+        refused("belongs to another model", investigate, other, 8, study=study_file)

@@ -403,14 +403,13 @@ def test_programs_are_on_the_path_or_in_the_folder(tmp_path, monkeypatch):
     assert problem.run({"x": 0.5}).outputs == {"m": 2.0}
 
 
-def test_another_exit_code_may_mean_success(tmp_path):
+def test_another_exit_code_may_mean_success(tmp_path, study_file):
     outputs = {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}}
     problem = shell(tmp_path, "echo m = 5; exit 1", outputs)
     allowed = shell(tmp_path, "echo m = 5; exit 1", outputs, exit_codes=[0, 1])
     # A study goes on with it; the tests that failed may be made again.
-    study = tmp_path / "runs.db"
-    assert investigate(problem, 1, study=study).reasons[1].startswith("exit code 1: m = 5")
-    assert investigate(allowed, 1, study=study, retry="failed").F.tolist() == [[5]]
+    assert investigate(problem, 1, study=study_file).reasons[1].startswith("exit code 1: m = 5")
+    assert investigate(allowed, 1, study=study_file, retry="failed").F.tolist() == [[5]]
 
 
 @pytest.mark.parametrize(

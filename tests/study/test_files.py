@@ -218,10 +218,9 @@ def test_a_file_that_was_cut_is_recognised(tmp_path, whole):
         "ALTER TABLE tests DROP COLUMN f2",
     ],
 )
-def test_edits_by_hand_that_cannot_be_read_are_reported(tmp_path, whole, statement):
-    path = tmp_path / "s.db"
-    path.write_bytes(whole[0])
-    edit(path, statement)
-    before = path.read_bytes()
-    refused(r"s.db", read, path, error=StudyError)
-    assert path.read_bytes() == before
+def test_edits_by_hand_that_cannot_be_read_are_reported(study_file, whole, statement):
+    study_file.write_bytes(whole[0])
+    edit(study_file, statement)
+    before = study_file.read_bytes()
+    refused(r"s.db", read, study_file, error=StudyError)
+    assert study_file.read_bytes() == before
