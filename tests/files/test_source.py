@@ -709,3 +709,8 @@ def test_results_of_pymoo_keep_feasibility(least):
         np.testing.assert_array_equal(table.H, individuals.get("H"))
     if least > 1:
         refused("a result of pymoo with feasible designs, got infeasible", explain, result, 0)
+
+
+def test_a_file_of_results_alone_has_no_objective():
+    source = "status,violated,reason,pareto\nok,,,True\n"
+    refused("objectives must be one of no names", read, source, Formulation(["f1"]))

@@ -534,8 +534,9 @@ def require_designs(
     naming = {label}
     if label is None:
         naming = {*labels}
-        if texts[:1] == [*columns][:1]:
-            naming.add(texts[0])
+        for name in [*columns][:1]:  # of a file of results alone none is left
+            if name in texts:
+                naming.add(name)
     fewest = 3
     for name, column in columns.items():
         if name in naming:
