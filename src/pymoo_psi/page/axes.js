@@ -158,8 +158,6 @@ const axes = (() => {
     for (const [text, place, width] of parts) {
       const isAbove = isCrossed(lane, 0, place, place + width) && !isCrossed(lane, 1, place, place + width)
       const height = isAbove ? y - 17 : y + 18
-      g.fillStyle = INK.panel
-      g.fillRect(place - 3, height - 7, width + 6, 14)
       drawText(g, text, place, height, "left")
     }
     // Counted only where there are some: the least of all rows takes a tenth of the time.

@@ -45,14 +45,16 @@ function drawText(g, text, x, y, textAlign, colour = INK.muted, textBaseline = "
   g.fillText(text, x, y)
 }
 
-// What a limit rejects.
+// What a limit rejects: one path, as single lines take the browser much longer.
 function drawHatch(g, x, y, width, height) {
-  g.save()
   g.beginPath()
-  g.rect(x, y, width, height)
-  g.clip()
-  for (let at = -height; at < width; at += 6) drawLine(g, INK.context, x + at, y + height, x + at + height, y)
-  g.restore()
+  for (let at = 6 - height; at < width; at += 6) {
+    const [from, to] = [max(0, at), min(width, at + height)] // where a line enters and leaves the box
+    g.moveTo(x + from, y + height + at - from)
+    g.lineTo(x + to, y + height + at - to)
+  }
+  Object.assign(g, {strokeStyle: INK.context, lineWidth: 1})
+  g.stroke()
 }
 
 // A text in lines that are at most so wide; a longer word is a line.
@@ -196,7 +198,8 @@ function picture(section) {
       draw(node.parentElement, word, range.getBoundingClientRect())
     }
   }
-  for (const field of section.querySelectorAll("select")) draw(field, field.selectedOptions[0].text, field.getBoundingClientRect())
-  for (const field of section.querySelectorAll("input[type=text]")) draw(field, ` ${field.value}`, field.getBoundingClientRect())
+  for (const field of section.querySelectorAll("select, input[type=text]")) {
+    draw(field, field.selectedOptions?.[0].text ?? ` ${field.value}`, field.getBoundingClientRect())
+  }
   return canvas
 }

@@ -21,7 +21,7 @@ function markDesigns() {
 
 let formerEnds = ""
 function showCharts(everything) {
-  const ends = limitable.map((column) => Object.values(scaleOf(column)).join()).join()
+  const ends = JSON.stringify(limitable.map(scaleOf))
   for (const chart of [axes, ...plots]) chart.draw(everything || ends !== formerEnds)
   formerEnds = ends
   const looks = new Set(marks.map(({look}) => look))

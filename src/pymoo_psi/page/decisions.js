@@ -40,13 +40,13 @@ function checked(data, anything) {
     return values
   }
   const isText = (value) => typeof value === "string"
-  const isList = (list, fits, least, most) => Array.isArray(list) && list.length >= least && list.length <= most && list.every(fits)
-  const isTexts = (list) => isList(list, isText, 0, Infinity)
+  const isList = (list, fits, most = Infinity) => Array.isArray(list) && list.length <= most && list.every(fits)
+  const isTexts = (list) => isList(list, isText)
   const isName = (name) => data.by.has(name)
   const isDesign = (name) => isText(name) && data.rowOf.has(name)
   const isDate = (text) => isText(text) && (text === "" || timeOf(text) !== "")
-  const isAnswer = (answer) => isList(answer, isText, 3, 3) && RELATIONS.includes(answer[1])
-  const isPair = (pair) => isList(pair, (end) => end === null || isNumber(end), 2, 2) && pair.some(isNumber) && !(pair.every(isNumber) && pair[0] > pair[1])
+  const isAnswer = (answer) => isList(answer, isText, 3) && isText(answer[2]) && RELATIONS.includes(answer[1])
+  const isPair = (pair) => isList(pair, (end) => end === null || isNumber(end)) && pair.length === 2 && pair.some(isNumber) && !(pair.every(isNumber) && pair[0] > pair[1])
   const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by) || (order.by === "column" && isName(order.name)))
   const isDecided = (one) => isObject(one) && isDesign(one.chosen) && [[one.date], one.agree, one.dissent].every(isTexts)
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.
@@ -75,7 +75,7 @@ function checked(data, anything) {
     dominated: entryOf(anything, "dominated") === true,
     // The rows of objectives: their order, those that are hidden, those with the other scale.
     rows: byName(["order", "hidden", "turned"].map((key) => [key, items(key, isName, rows)])),
-    plot: fitting("plot", (names) => isList(names, isName, 0, 4), []), // across and up of both
+    plot: fitting("plot", (names) => isList(names, isName, 4), []), // across and up of both
     pins: items("pins", isDesign).slice(0, MOST_PINS),
     answers: items("answers", isAnswer),
     chosen: fitting("chosen", isDesign, null),

@@ -5,6 +5,7 @@ const $ = (id) => document.getElementById(id)
 const without = ({...object}, name) => { delete object[name]; return object }
 const onClicks = (actions) => { for (const [id, action] of entriesOf(actions)) $(id).onclick = action }
 const copyOf = (id) => $(id).content.firstElementChild.cloneNode(true) // of a template
+const toggled = (list, item) => list.includes(item) ? list.filter((one) => one !== item) : [...list, item]
 const show = (id, on) => { $(id).hidden = !on }
 
 // Children are elements, texts, lists of them, and nothing where a condition does not hold.

@@ -13,7 +13,7 @@ function showPositions() {
     make("div.buttons",
       make("label", make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
       button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {ariaLabel: `Show: ${one.name}`}),
-      button("×", () => change({positions: positions.filter((other) => other !== one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})))))
+      button("×", () => change({positions: toggled(positions, one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key

@@ -25,8 +25,8 @@ function shownColumns() {
     .sort((a, b) => a.row.offsetTop - b.row.offsetTop).map(({column}) => column)
 }
 
-function changeRows(changes) {
-  change({rows: {...state.rows, ...changes}})
+function toggleRow(key, name) {
+  change({rows: {...state.rows, [key]: toggled(state.rows[key], name)}})
 }
 function moveRow(column, to, done = true) {
   const names = objectivesInOrder().map(({name}) => name).filter((name) => name !== column.name)
@@ -110,13 +110,10 @@ function rowOfColumn(column) {
     grip.ariaLabel = `Move ${name}`
     listenToGrip(grip, column)
     hide.ariaLabel = `Hide ${name}`
-    hide.onclick = () => changeRows({hidden: [...state.rows.hidden, name]})
+    hide.onclick = () => toggleRow("hidden", name)
   }
   if (!isObjective(column) || data.objectives.length === 1) for (const button of [grip, hide]) button.remove()
-  log.onclick = () => {
-    const {turned} = state.rows
-    changeRows({turned: turned.includes(name) ? turned.filter((one) => one !== name) : [...turned, name]})
-  }
+  log.onclick = () => toggleRow("turned", name)
   if (!(low > 0 && high >= 100 * low)) log.remove()
   controls.set(column, {column, row, inputs, thumbs, cells, log, axis, note, fill})
   return row
@@ -167,7 +164,7 @@ function showRows() {
   const limited = folded.filter(limitOf).length
   show("fold", folded.length)
   renew("fold", isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`)
-  renew("hidden", state.rows.hidden.map((name) => button(`Show ${name}`, () => changeRows({hidden: state.rows.hidden.filter((one) => one !== name)}))))
+  renew("hidden", state.rows.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
   renew("value-head", verdict ? roleOf(verdict.row) : "none")
   for (const control of controls.values()) if (control.row.isConnected) showRow(control)
   for (const group of $("further").children) {

@@ -186,12 +186,14 @@ function scatter(section, place, name) {
   // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
   function drawEdges(g) {
     const [w, h] = frame()
-    const points = picked(shownRows, isKnown)
-    const beyond = points.length - picked(points, isInside).length
-    const missing = shownRows.length - points.length
+    let [missing, beyond] = [0, 0]
+    for (const row of shownRows) {
+      if (!isKnown(row)) missing++
+      else if (!isInside(row)) beyond++
+    }
     const words = [beyond && `${exact(beyond)} beyond the edge`, missing && `${exact(missing)} without a value`]
     drawText(g, words.filter(Boolean).join(", "), LEFT + w, TOP + h - 9, "right", INK.accent)
-    drawn = {points: points.length, missing, beyond}
+    drawn = {points: shownRows.length - missing, missing, beyond}
   }
 
   // Names beside their points: none covers another, a point or a line, and none is nearer to another
@@ -232,44 +234,46 @@ function scatter(section, place, name) {
     const [names, ties] = [[], []]
     for (const row of rows) {
       const taken = [...points, ...names, ...ties]
-      const fits = (one) => one.tie.length ? one.tie.every((spot) => isFree(spot, taken)) : isNearest(one, points)
+      const fits = (one) => one.isTied ? lineTo(one).every((spot) => isFree(spot, taken)) : isNearest(one, points)
       const obstacles = wanted.includes(row) ? [[...taken, ...lines], taken, names] : [[...taken, ...lines]]
       let name
       for (const boxes of obstacles) name ??= places.get(row).find((one) => isFree(one, boxes) && fits(one))
-      if (wanted.includes(row)) name ??= places.get(row).find((one) => one.tie.length && isFree(one, names))
+      if (wanted.includes(row)) name ??= places.get(row).find((one) => one.isTied && isFree(one, names))
       if (!name) continue
-      names.push(name)
-      ties.push(...name.tie)
+      names.push({...name, tie: name.isTied ? lineTo(name) : []})
+      ties.push(...names.at(-1).tie)
     }
     return names
   }
   const squareAround = (row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12})
   const isFree = (a, boxes) => !boxes.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
+  // The nearest place in a box to a point, and how far it is.
   const nearestIn = ({x, y, width, height}, row) => [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
-  const away = ({x, y, width, height}, row) => {
-    const [across, down] = [max(x - u(row), 0, u(row) - x - width), max(y - v(row), 0, v(row) - y - height)]
-    return sqrt(across * across + down * down)
+  const away = (box, row) => {
+    const [x, y] = nearestIn(box, row)
+    return hypot(x - u(row), y - v(row))
   }
-  const isNearest = (box, points) => {
-    const most = away(box, box.row) + 3
-    return points.every(({row}) => row === box.row || away(box, row) > most)
+  const isNearest = (box, points) => points.every(({row}) => row === box.row || away(box, row) > away(box, box.row) + 3)
+  // The line from a point to a box, as spots.
+  const lineTo = (box) => {
+    const {row} = box
+    const [x, y] = nearestIn(box, row)
+    const spots = []
+    for (let share = 6 / away(box, row); share < 1; share += 0.1) {
+      spots.push({row, x: u(row) + share * (x - u(row)), y: v(row) + share * (y - v(row)), width: 0, height: 0})
+    }
+    return spots
   }
 
-  // Where a name of a size may be, beside its point first, then at a distance with a line, its `tie`.
+  // Where a name of a size may be, beside its point first, then at a distance, tied to it by a line.
   function placesOf(row, words, width) {
     const [w, h] = frame()
     const height = 14 * words.length
     const places = []
     for (const reach of AWAY) for (const [across, down] of SIDES) {
       const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
-      const box = {row, words, width, height, tie: [], x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
-      if (box.x <= LEFT || box.x + width >= LEFT + w + RIGHT || box.y < TOP - 8 || box.y + height >= TOP + h) continue
-      if (reach > AWAY[0]) {
-        const [x, y] = nearestIn(box, row)
-        const from = 6 / hypot(x - u(row), y - v(row))
-        for (let share = from; share < 1; share += 0.1) box.tie.push({row, x: u(row) + share * (x - u(row)), y: v(row) + share * (y - v(row)), width: 0, height: 0})
-      }
-      places.push(box)
+      const box = {row, words, width, height, isTied: reach > AWAY[0], x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
+      if (box.x > LEFT && box.x + width < LEFT + w + RIGHT && box.y >= TOP - 8 && box.y + height < TOP + h) places.push(box)
     }
     return places
   }

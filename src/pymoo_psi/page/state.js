@@ -173,7 +173,7 @@ function choose(row) {
 
 function pin(row) {
   if (row < 0) return
-  const pins = isPinned(row) ? state.pins.filter((name) => name !== called(row)) : [...state.pins, called(row)]
+  const pins = toggled(state.pins, called(row))
   if (pins.length > MOST_PINS) return say([`Five designs are pinned. Unpin one before you pin ${called(row)}.`])
   change({pins})
 }

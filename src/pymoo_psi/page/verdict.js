@@ -70,8 +70,8 @@ function showSteps() {
   const {steps} = verdict ?? {steps: []}
   show("steps", steps.length)
   renew("steps-list", steps.map(({row, text}) => {
-    const [gain, ...costs] = tied(text).split(". ")
-    return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs.length && `${costs.join(". ")}.`), pinButton(row))
+    const [gain, costs] = tied(text).split(/\. (?=But )/)
+    return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs && `${costs}.`), pinButton(row))
   }))
 }
 
