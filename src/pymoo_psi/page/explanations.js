@@ -105,8 +105,9 @@ function explain(data, ranking, row) {
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
   F.forEach((column, j) => {
+    const [value, length] = [own[j], lengths[j]]
     for (const i of front) {
-      const share = (column[i] - own[j]) / lengths[j]
+      const share = (column[i] - value) / length
       if (share > loss[i]) loss[i] = share
     }
   })
@@ -118,17 +119,19 @@ function explain(data, ranking, row) {
     return rows.filter((_, k) => away[k] <= reach).reduce((a, b) => (key[b] < key[a] ? b : a))
   }
   const neighbours = F.map((column, j) => {
+    const value = own[j]
     const leastLosses = (step) => { // of those that gain so much
       let [some, reach] = [[], Number.MAX_VALUE]
       for (const i of front) {
-        if (!(loss[i] <= reach && column[i] < own[j] && own[j] - column[i] >= step)) continue
+        if (!(loss[i] <= reach && column[i] < value && value - column[i] >= step)) continue
         reach = min(reach, loss[i] + TIE)
         some.push(i)
       }
       return some.filter((i) => loss[i] <= reach)
     }
-    const rows = [STEP * lengths[j], 0].map(leastLosses).find((list) => list.length)
-    return rows ? nearest(rows, column) : -1
+    let rows = leastLosses(STEP * lengths[j])
+    if (!rows.length) rows = leastLosses(0)
+    return rows.length ? nearest(rows, column) : -1
   })
   const least = leastOf(loss, front)
   const dominatedBy = pareto[row] ? -1 : nearest([...picked(front, (i) => loss[i] === least)], loss)
@@ -167,16 +170,17 @@ function costsOf(data, ranking, behind, shares) {
 }
 
 function standingOf(data, ranking, row, dominatedBy) {
-  const {front, best, place, mask, frame} = ranking
+  const {front, best, mask, frame} = ranking
   const design = data.names[row]
   if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
   if (!mask[row]) return `${capital(design)} is beyond the limits.`
   if (dominatedBy >= 0) return sentence("dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
   if (front.length === 1) return sentence("single", {design})
   const names = data.objectives.filter((_, j) => frame.low[j] < frame.high[j] && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const parts = {design, best: names.length ? sentence("best", {objectives: listed(names)}) : "", place: place[row], front: front.length}
+  const parts = {design, best: names.length ? sentence("best", {objectives: listed(names)}) : "", front: front.length}
+  if (!best.includes(row)) return sentence("ranked", {...parts, place: ranking.place[row]})
   const ties = best.length > 1 ? ` ${sentence("ties", {count: best.length})}` : ""
-  return place[row] > 1 ? sentence("ranked", parts) : sentence("optimum", parts) + ties
+  return sentence("optimum", parts) + ties
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;
@@ -189,9 +193,9 @@ function verdictOn(data, ranking, chosen, key = "instead") {
   if (row < 0 || !ranking.count) return null
   const first = data.whole.best[0]
   const remarks = []
-  if (ranking.place[first] !== 1) {
+  if (!ranking.best.includes(first)) {
     remarks.push(against(data, ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
-  const isProposed = ranking.place[row] === 1
+  const isProposed = ranking.best.includes(row)
   return {...explain(data, ranking, row), remarks, instead: isProposed ? "" : against(data, ranking, key, row, proposed)}
 }

@@ -61,9 +61,9 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
     const mask = new Uint8Array(data.total)
     for (const i of rows) if (looser ? sign * values[i] <= steps[step] : sign * values[i] < steps[step]) mask[i] = 1
     const {last} = data
-    const {best, place} = ranked(data, mask, now.fixed)
+    const {best} = ranked(data, mask, now.fixed)
     data.last = last
-    const isSame = first < 0 ? !best.length : place[first] === 1
+    const isSame = first < 0 ? !best.length : best.includes(first)
     return isSame ? null : best[0] ?? -1
   }
   const exact = steps.length <= MOST_STEPS

@@ -100,14 +100,18 @@ function ranked(data, mask, fixed = null) {
   const all = rows.length ? joined(rows, data.prototypes) : rows
   const [mu, units] = frame.measured(F, all, total)
   for (let k = 0; k < front.length; k++) pareto[front[k]] = 1
-  const {byPlace, place} = placesOf(front, mu[0], frame.noise(units[0]))
-  const best = [...picked(front, (i) => place[i] === 1)]
+  const [nearness, noise] = [mu[0].slice(), frame.noise(units[0])] // in the unit of μ1
+  const reach = leastOf(nearness, front) + noise
+  const best = [...picked(front, (i) => nearness[i] <= reach)]
   mu.forEach((column, k) => {
     for (let at = 0; at < all.length; at++) column[all[at]] *= units[k]
   })
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
-  return {mask, rows, count: rows.length, front, byPlace, pareto, place, mu1: mu[0], mu2: mu[1], mu3: mu[2],
-    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, fixed}
+  let places // found when they are asked for: sorting takes long, and what decides needs the best only
+  const found = () => places ??= placesOf(front, nearness, noise)
+  return {mask, rows, count: rows.length, front, pareto, mu1: mu[0], mu2: mu[1], mu3: mu[2],
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, fixed,
+    get byPlace() { return found().byPlace }, get place() { return found().place }}
 }
 
 // The places of the Pareto-optimal rows, by row: 1 and the number of those that are nearer to the

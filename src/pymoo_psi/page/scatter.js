@@ -120,17 +120,17 @@ function scatter(section, place, name) {
     const [x, y] = columns
     if (!columns.every(isObjective)) return []
     const values = data.F[data.objectives.indexOf(y)]
-    const best = new Map()
+    const best = new Int32Array(ceil(size.width) + 1).fill(-1)
     for (const row of ranking.front) {
       const pixel = floor(u(row))
-      if (!(values[row] >= values[best.get(pixel)])) best.set(pixel, row)
+      if (best[pixel] < 0 || values[row] < values[best[pixel]]) best[pixel] = row
     }
     let least = Infinity
     const front = []
-    for (const pixel of [...best.keys()].sort((a, b) => x.maximize ? b - a : a - b)) {
-      const row = best.get(pixel)
-      if (values[row] < least) front.push(row)
-      least = min(least, values[row])
+    for (const row of x.maximize ? best.reverse() : best) {
+      if (row < 0 || values[row] >= least) continue
+      front.push(row)
+      least = values[row]
     }
     return front
   }
