@@ -145,8 +145,10 @@ function scatter(section, place, name) {
     const outside = data.n - left.count - rejected.length
     for (const row of rejected) drawShape(g, {shape: "dot", size: 2.5, colour: INK.field}, u(row), v(row))
     const front = frontOfTwo()
-    const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "more" : "less"} ${name}`)
-    renew(hint, better.length && `Better: ${better.join(" and ")}. `, front.length > 1 && "The line is their front. ", rejected.length && `Grey dots are rejected${outside ? `; ${exact(outside)} more are beyond the axes` : ""}.`)
+    const words = columns.filter(isObjective).map(({name, maximize}) => [maximize ? "more" : "less", name])
+    const isAlike = words.length > 1 && words[0][0] === words[1][0]
+    const better = isAlike ? `${upper(words[0][0])} is better in both. ` : words.length && `Better: ${words.map((two) => two.join(" ")).join(" and ")}. `
+    renew(hint, better, front.length > 1 && "The line is their front. ", rejected.length && `Grey dots are rejected${outside ? `; ${exact(outside)} more are beyond the axes` : ""}.`)
     // Between two designs there is none: the front goes by the worse values of both.
     const corners = front.flatMap((row, k) => [[u(row), v(front[k - 1] ?? row)], [u(row), v(row)]])
     g.beginPath()

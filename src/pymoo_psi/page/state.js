@@ -174,7 +174,7 @@ function choose(row) {
 function pin(row) {
   if (row < 0) return
   const pins = toggled(state.pins, called(row))
-  if (pins.length > MOST_PINS) return say([`Five designs are pinned. Unpin one before you pin ${called(row)}.`])
+  if (pins.length > MOST_PINS) return say([`Five designs are compared. Take one out before ${called(row)}.`])
   change({pins})
 }
 

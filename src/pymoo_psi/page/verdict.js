@@ -50,18 +50,18 @@ function showVerdict() {
 
 function showCounts() {
   const set = entriesOf(state.limits).length
+  const within = set ? ` within the limit${set > 1 ? "s" : ""}` : ""
   renew("count", left.count === 0 ? "No design is left"
-    : set ? `${exact(left.count)} of ${exact(data.n)} within the limit${set > 1 ? "s" : ""}` : counted(data.n, "design"))
+    : set ? `${exact(left.count)} of ${exact(data.n)}${within}` : counted(data.n, "design"))
   $("count").classList.toggle("warning", left.count === 0)
   // Not disabled in earnest: a key that is held would go on with the button beside it.
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   renew("axis-head", `worst → best of all ${exact(data.n)}`)
-  const what = `${exact(shownRows.length)} designs${state.dominated ? "" : " that no other dominates"}`
-  const within = set ? " within the limits" : ""
+  const what = `${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}`
   const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
-  renew("foot", shownRows.length > 1 && `Lines: the ${what}${within}. Per cent: ${measure}.`)
+  renew("foot", shownRows.length > 1 && `Lines: the ${what}. Per cent: ${measure}.`)
   const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
