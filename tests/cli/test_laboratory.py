@@ -88,7 +88,7 @@ def test_two_files_in_turns_lose_nothing(alloy, told):
     designs = pd.concat([first, second])[["a [kg]", "b", "c", "mould"]]
     assert len(designs.drop_duplicates()) == 5
     assert designs[["a [kg]", "b", "c"]].sum(axis=1).to_numpy() == pytest.approx(1, abs=1e-12)
-    told(filled(second, [1]))
+    assert "no outputs of the study: heat." in told(filled(second, [1]).assign(heat=7))
     repeated = filled(first, [0, 2])
     repeated = pd.concat([repeated, repeated.tail(1)], ignore_index=True)
     repeated.loc[3, "strength [MPa]"] = 231.5

@@ -322,6 +322,9 @@ def _results_in(
     for name in head.get("expressions", {}):
         if name in columns:  # what people give is compared with what is computed
             kinds.setdefault(name, Kind.REAL)
+    others = [name for name in columns if name not in kinds]
+    if others:
+        remarks.append(f"Not taken, as they are no outputs of the study: {', '.join(others)}.")
     lacking = []
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
