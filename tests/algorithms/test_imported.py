@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.core.variable import Choice, Real
+from pymoo.core.variable import Binary, Choice, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -144,6 +144,31 @@ def test_choices_outside_a_box_are_tests_too(tmp_path, study_file):
     part = Restricted(material, {"m": ["steel"]})
     tests = import_tests(part, study_file, RunOptions(study=tmp_path / "part.db"))
     assert tests.X.tolist() == whole.X.tolist()
+
+
+def kiln(x):
+    if x["x"] > 0.8:
+        raise ValueError
+    return {"F": x["x"], "heat": x["x"] + x["lid"]}
+
+
+@pytest.mark.parametrize("of_two_runs", [False, True])
+def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, tmp_path):
+    """Those of a frame, too; a binary variable has no bounds."""
+    problem = Model(kiln, vars={"x": Real(bounds=(0, 1)), "lid": Binary()}, n_obj=1)
+    study = tmp_path / "a.db"
+    table = investigate(problem, 16, study=study)
+    source = study
+    if of_two_runs:
+        minimize(problem, SurrogatePSI(4, study=study))
+        table = read_table(study)
+        source = table.to_frame()
+    tests = import_tests(problem, source, RunOptions(study=tmp_path / "b.db"))
+    ran = table.status != "failed"
+    np.testing.assert_array_equal(tests["heat"], table["heat"][ran])
+    taken, left_out = tests.remarks
+    assert taken.startswith(f"{ran.sum()} of ")
+    assert left_out.startswith(f"{len(table) - ran.sum()} ")
 
 
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):

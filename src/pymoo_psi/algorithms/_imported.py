@@ -21,7 +21,16 @@ from pymoo_psi.algorithms._sources import RunOptions
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import read_table
 from pymoo_psi.problems import known_expressions, problem_identity
-from pymoo_psi.table import Formulation, TestTable, choice_texts, error_column, first_of, units_of
+from pymoo_psi.study import ADDED
+from pymoo_psi.table import (
+    PROPOSAL_ROUND,
+    Formulation,
+    TestTable,
+    choice_texts,
+    error_column,
+    first_of,
+    units_of,
+)
 
 
 def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
@@ -78,6 +87,8 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
     remarks = [*table.facts]
+    if len(tested) < len(table):
+        remarks.append(f"{counted(len(table) - len(tested), 'failed test')} left out.")
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
@@ -134,11 +145,12 @@ def _results_of(model: Model, table: TestTable) -> Columns:
         for cell, place in zip(cells.tolist(), table.names, strict=True):
             values.append(design_value(cell, f"{place}, {name}", kind, options))
         results[name] = np.array(values, DTYPES[kind])
-    outputs = (*model.default_limits, *getattr(model.inner, "outputs", ()))
-    for name in (*schema.objectives, *schema.constraints, *outputs):
-        results[name] = np.full(n, np.nan)
-        if name in table.schema.values:
-            results[name] = table.column(name)
+    outputs = dict.fromkeys(getattr(model.inner, "outputs", table.schema.outputs))
+    for name in (*schema.objectives, *schema.constraints, *model.default_limits, *outputs):
+        if name not in results and name not in (*ADDED, PROPOSAL_ROUND):  # those of other runs
+            results[name] = np.full(n, np.nan)
+            if name in table.schema.values:
+                results[name] = table.column(name)
     return results
 
 
@@ -150,7 +162,7 @@ def _beyond_bounds(model: Model, results: Columns) -> list[str]:
         schema.variables, schema.kinds, schema.lower, schema.upper, strict=True
     ):
         values = results[name]
-        if kind is Kind.CHOICE:
+        if kind in (Kind.BINARY, Kind.CHOICE):
             continue
         beyond = values[values != np.clip(values, low, high)]
         if len(beyond):

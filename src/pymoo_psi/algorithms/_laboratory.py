@@ -195,8 +195,9 @@ def _points_of_sequence(
     is_met = (model.violations(X) <= 0).all(axis=1)
     designs = _unknown_designs(model, X[is_met], known, n)
     if len(designs) < n:
-        rule = f"at most {len(designs)}, the new designs up to point {n_points}"
-        remedy = "ask for fewer, or loosen the requirements"
+        others = f"all others up to point {n_points} are known or violate requirements"
+        rule = f"at most {len(designs)}, as {others}"
+        remedy = "ask for fewer, widen the bounds, or loosen the requirements"
         raise invalid("the number of designs", rule, n, remedy)
     return designs
 
