@@ -711,6 +711,6 @@ def test_results_of_pymoo_keep_feasibility(least):
         refused("a result of pymoo with feasible designs, got infeasible", explain, result, 0)
 
 
-def test_a_file_of_results_alone_has_no_objective():
+def test_a_file_of_results_alone_has_no_objective(read):
     source = "status,violated,reason,pareto\nok,,,True\n"
     refused("objectives must be one of no names", read, source, Formulation(["f1"]))
