@@ -72,6 +72,7 @@ minimize = ["cost", "weight"]
     assert "psi+nsga3" in set(algorithms)
 
 
+@pytest.mark.slow
 def test_small_probabilities_of_tests_are_not_zero(said, tmp_path):
     """Two algorithms of which every run differs."""
     words = ["zdt1", "--evaluations", 256, "--seeds", 9, "--algorithms", "psi-scrambled,nsga3"]

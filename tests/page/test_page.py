@@ -45,7 +45,7 @@ def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
     assert names == ["f1", "f2", "x1", "x2"]
 
 
-def test_tests_of_several_runs_have_the_names_of_the_terminal(said, in_folder):
+def test_tests_of_several_runs_have_the_names_of_the_terminal(said, in_folder, undrawn):
     """The report of a decision names the design as the page does, too."""
     said("solve", "bnh", "--points", 16, "--study", "s.db")
     printed = said("solve", "bnh", "--points", 16, "--bounds", "x1=0:2.5", "--study", "s.db")
