@@ -10,6 +10,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
 from tests.algorithms.test_noisy import Queue
+from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
@@ -83,7 +84,7 @@ def test_what_has_no_tests_of_the_problem_is_refused(lab, options, frame, messag
     assert not options.study.exists()
 
 
-@pytest.mark.parametrize("form", ["study", "csv", "table", "frame"])
+@pytest.mark.parametrize("form", ["study", "csv", *rarely("table", "frame")])
 def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     first, options = tmp_path / "a.db", RunOptions(study=tmp_path / "b.db")
     investigate(Queue(), 8, repeat=3, study=first)

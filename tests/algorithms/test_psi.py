@@ -21,6 +21,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.files import read_table
+from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
@@ -131,7 +132,7 @@ def test_limits_on_outputs_of_no_test_are_refused(keep, tmp_path):
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 @pytest.mark.parametrize("block_size", [7, 64, 1000])
-@pytest.mark.parametrize("name", ["bnh", "osy", "dtlz2"])
+@pytest.mark.parametrize("name", ["bnh", "osy", *rarely("dtlz2")])
 def test_investigate_is_psi_without_objects(keep, block_size, name):
     problem = get_problem(name)
     whole = minimize(problem, PSI(300, first=3)).algorithm.table

@@ -851,6 +851,7 @@ def test_paper_has_one_page_with_the_decision(reader):
         assert not control.is_visible()
 
 
+@pytest.mark.slow
 def test_narrow_windows_have_no_controls_outside(reader):
     for width in (1100, 760, 390):
         reader.page.set_viewport_size({"width": width, "height": 844})

@@ -73,6 +73,7 @@ def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: 
     assert reader.state["positions"][-1]["answers"] == json.loads(json.dumps(kept["answers"]))
 
 
+@pytest.mark.slow
 def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F811
     reader = visit(page_of(CARS, tmp_path / "cars.html"))
     shares = {}
