@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.text import Annotation
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._numbers import NumberFormat
@@ -36,7 +35,7 @@ from pymoo_psi.pareto import (
     ranked_row,
     with_units,
 )
-from pymoo_psi.plots._points import PARETO, opened_table, points_of_table
+from pymoo_psi.plots._points import NAMED, PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
@@ -44,11 +43,11 @@ from pymoo_psi.plots._style import (
     WIDTH,
     Drawing,
     Style,
+    add_key,
     curves,
+    head_axes,
     literal,
-    name_above,
     name_axis,
-    name_ends,
     name_lines,
     name_points,
     new_figure,
@@ -68,30 +67,33 @@ MATRIX = 6  # variables, or objectives, beside which the text on the axes is sti
 _MANY = 50  # lines; more of them are fainter and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
-_NAMED = 8  # designs whose lines all have names
 _PAIRS = 4  # pairs of objectives
-_ROW = 11.7  # height of a row in mm
+_ROW = 10.0  # height of a row in mm
 _LOW_ROW = 8.0  # and of one among many
 _FEW = 12  # rows of full height
-_NAME = 26  # letters of the name of a row
-_HEAD = -0.95  # level of the head, in rows
+_ABOVE = 9.0  # above the first row in mm, for the head
+_BELOW = 6.0  # below the last row in mm
+_NAMES = 8.5  # and above and below for names of all lines
+_NAME = 26  # letters of the name of a row or a line
+_LIFT = 17.0  # points from the first row to the head
+_APART = 8.0  # points from the axes to texts
 _LETTER = 4.4  # width of a digit in points, and a little more
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
-_SOLID: Style = {"color": ACCENT, "linewidth": 2.0}
-_DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--"}
+_SOLID: Style = {"color": ACCENT, "linewidth": 2.0, "linestyle": "-", "markersize": 5.5}
+_DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--", "markersize": 5.5}
 
 _PANELS = 3  # panels side by side
 # Indicators with their labels.
 _INDICATORS = {
-    "hypervolume": "hypervolume of all evaluated\ndesigns (share of the box)",
-    "igd_plus": "IGD+ (units of N − U)",
-    "epsilon": "additive epsilon (units of N − U)",
-    "optimum_distance": "optimum distance (units of N − U)",
+    "hypervolume": "hypervolume of all designs as a share of the box",
+    "igd_plus": "IGD+ in units of N − U",
+    "epsilon": "additive epsilon in units of N − U",
+    "optimum_distance": "optimum distance in units of N − U",
 }
-# How the stairs of a histogram are drawn, and the boxes of their names.
-_ALL: Style = {"facecolor": "0.9"}
-_WITHIN: Style = {"facecolor": "0.7"}
-_OPTIMAL: Style = {"facecolor": "none", "edgecolor": ACCENT, "linewidth": 1.2}
+# How the stairs of a histogram are drawn.
+_ALL: Style = {"fill": True, "color": "0.9"}
+_WITHIN: Style = {"fill": True, "color": "0.7"}
+_OPTIMAL: Style = {"edgecolor": ACCENT, "linewidth": 1.2}
 
 
 # Histograms, and objectives against variables
@@ -162,13 +164,7 @@ def plot_table(
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             ax.label_outer()
-        names = {
-            f"{table.feasible().sum()} within the limits": _WITHIN,
-            f"{table.pareto().sum()} {PARETO}": _OPTIMAL,
-        }
-        if {*tops} & {*schema.variables}:
-            names = {f"all {len(table)}": _ALL, **names}
-        name_above(figure, names)
+        add_key(figure, *axes[: n + 1 : n])
         figure.is_divisible = not rows
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
@@ -190,15 +186,15 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     if table.schema[bars.variable].kind is Kind.LOG:
         axes.set_xscale("log")
     groups = [
-        (bars.tested, len(table), _ALL),
-        (bars.feasible, table.feasible().sum(), _WITHIN),
-        (bars.pareto, table.pareto().sum(), _OPTIMAL),
+        ("within the limits", bars.feasible, table.feasible(), _WITHIN),
+        (PARETO, bars.pareto, table.pareto(), _OPTIMAL),
     ]
-    if bars.variable not in table.schema.variables:
-        # The intervals of a dependent column span the feasible designs; others are outside.
-        del groups[0]
-    for counts, n, style in groups:
-        axes.stairs(100.0 * counts / max(n, 1), bars.edges, fill="edgecolor" not in style, **style)
+    # The intervals of a dependent column span the feasible designs; others are outside.
+    if bars.variable in table.schema.variables:
+        groups.insert(0, ("in all", bars.tested, table.feasible() | True, _ALL))
+    for name, counts, rows, style in groups:
+        shares = 100.0 * counts / max(rows.sum(), 1)
+        axes.stairs(shares, bars.edges, label=f"{rows.sum()} {name}", **style)
 
 
 def _outside(histograms: Sequence[Histogram]) -> str:
@@ -268,8 +264,7 @@ def plot_objectives(
         for ax, first, second in planes:
             points.draw(ax, first, second)
             points.note_outside(ax, first, second)
-            places = np.column_stack([points.columns[name].places for name in (first, second)])
-            name_points(figure, ax, places, points.names())
+            points.name(figure, ax, first, second)
         figure.describe(title, points.counts(table))
     figure.resize(width)
     return figure
@@ -319,7 +314,7 @@ def plot_ranking(
 
     Example:
         >>> figure = plot_ranking([[1, 5], [2, 2], [5, 1]])
-        >>> [text.get_text() for text in figure.axes[0].texts[5:9]]
+        >>> [text.get_text() for text in figure.axes[0].texts[4:8]]
         ['f1', '5', '1', '2']
     """
     source = ranking
@@ -328,35 +323,51 @@ def plot_ranking(
     marked = best
     if row is not None:
         marked = ranked_row("row", row, source, ranking)
+    styles = {marked: _SOLID}
+    if marked != best:
+        styles[best] = _DASHED
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     is_near = ranking.place[front] <= _NEAR
-    if len(front) <= _NAMED:
+    note = ""
+    above = _ABOVE
+    below = _BELOW
+    if len(front) <= NAMED:
         is_near[:] = True
+        above += _NAMES
+        below += _NAMES
+    if not is_near.all():
+        note = f"darker: places up to {ranking.place[front][is_near].max()}"
+    word = ""
+    if values:
+        word = "proposed" if marked == best else "marked"
     n = len(ranking.objectives.names)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    with new_figure((n + 1.6) * height) as figure:
+    with new_figure(above + (n - 1) * height + below) as figure:
         ax = figure.add_subplot()
-        word = ""
-        if values:
-            word = "proposed" if marked == best else "marked"
-        head = "better →"
-        if not is_near.all():
-            head += f"   darker: places up to {ranking.place[front][is_near].max()}"
-        places = _draw_axes(ax, ranking, marked, word, head)
+        places, texts = _draw_axes(ax, ranking, marked, word)
+        _write_rows(ax, texts, note)
         _draw_lines(ax, places[front], is_near)
-        names = [_draw_marked(ax, places[marked], ranking.name_of(marked), _SOLID)]
-        if marked != best:
-            names.append(_draw_marked(ax, places[best], ranking.name_of(best), _DASHED))
-        if len(front) <= _NAMED:
-            # From the middle outwards, so that no leader meets a name nearer to the axes.
-            for other in front[np.argsort(np.abs(places[front, 0] - 0.5), kind="stable")]:
-                if other not in (marked, best):
-                    name = literal(ranking.name_of(other), _NAME)
-                    names.append(_name_ends(ax, places[other], name))
-        figure.placed += ((name_ends, ax, names),)
-        ax.set(xlim=(min(0.0, places[front].min()), 1), ylim=(n - 0.4, _HEAD - 0.3))
+        named = list(styles)
+        if len(front) <= NAMED:
+            # From the ends of the axis inwards, as most room is in the middle.
+            named += front[np.argsort(-np.abs(places[front, 0] - 0.5), kind="stable")].tolist()
+        names = []
+        dots: list[Any] = []
+        for design in dict.fromkeys(named):
+            ends = [(places[design, -1], n - 1), (places[design, 0], 0)]
+            looks: Style = {"color": "0.3"}
+            if design in styles:
+                style = styles[design]
+                ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
+                looks = {"color": style["color"], "fontweight": "bold"}
+            looks["text"] = literal(ranking.name_of(design), _NAME)
+            names.append((looks, list(zip(ends, "SN", strict=True))))
+            dots += ends
+        name_points(figure, ax, np.array(dots), names)
+        ax.set(xlim=(min(0.0, places[front].min()), 1))
+        ax.set(ylim=(n - 1 + below / height, -above / height))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
@@ -370,11 +381,14 @@ def plot_ranking(
     return figure
 
 
-def _draw_axes(ax: Axes, ranking: EfficiencyRanking, row: int, word: str, head: str) -> Array:
-    """Draw a row for each objective, with the value of a design below a word, if there is one.
+def _draw_axes(
+    ax: Axes, ranking: EfficiencyRanking, row: int, word: str
+) -> tuple[Array, list[list[str]]]:
+    """Draw a row for each objective.
 
     Returns:
-        ``(n, m)`` where the designs are in each row.
+        ``(n, m)`` where the designs are in each row, and the texts of the head and of each row: the
+        name, the worst and the best value, and that of a design below a word, if there is one.
     """
     objectives = ranking.objectives
     places = np.empty(objectives.values.shape)
@@ -394,24 +408,27 @@ def _draw_axes(ax: Axes, ranking: EfficiencyRanking, row: int, word: str, head: 
         if not word:
             value = ""
         texts.append([heading, worst, best, value])
-    _write_rows(ax, texts, head)
-    return places
+    return places, texts
 
 
-def _write_rows(ax: Axes, texts: Sequence[Sequence[str]], head: str) -> None:
+def _write_rows(ax: Axes, texts: Sequence[Sequence[str]], note: str) -> None:
     """Write the texts of a ranking, the head and then the objectives, beside the axes."""
-    width = _LETTER * max(len(text) for row in texts for text in row[2:])
-    style: Style = BESIDE | {"color": "0.3", "ha": "right", "va": "center", "fontsize": 7}
-    bold = style | {"color": INK, "fontweight": "bold"}
-    ax.annotate(head, (0.5, _HEAD), (0, 0), **style | {"ha": "center"})
-    for level, (name, worst, best, value) in zip([_HEAD, *range(len(texts))], texts, strict=False):
-        below = -5
-        if level == _HEAD:
-            below = 0
-        ax.annotate(name, (0, level), (-4, 4.5), **bold)
-        ax.annotate(worst, (0, level), (-4, below), **style)
-        ax.annotate(best, (1, level), (width + 4, 0), **style)
-        ax.annotate(value, (1, level), (2 * width + 10, 0), **bold | {"color": ACCENT})
+    _, _, bests, values = zip(*texts, strict=True)
+    right = 2 * _APART + _LETTER * (len(max(bests, key=len)) + len(max(values, key=len)))
+    style: Style = BESIDE | {"color": "0.3", "va": "center", "fontsize": 7}
+    left = style | {"ha": "right"}
+    bold = left | {"color": INK, "fontweight": "bold"}
+    shifts = [_LIFT + 6, _LIFT, _LIFT]  # the head has no name
+    for j, (name, worst, best, value) in enumerate(texts):
+        level = max(j - 1, 0)
+        above, below, beside = shifts
+        ax.annotate(name, (0, level), (-_APART, above), **bold)
+        ax.annotate(worst, (0, level), (-_APART, below), **left)
+        ax.annotate(best, (1, level), (_APART, beside), **style)
+        ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
+        shifts = [4.5, -5.0, 0.0]
+    if note:
+        ax.annotate(note, (0.5, 0), (0, _LIFT), **style | {"ha": "center"})
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
@@ -427,34 +444,9 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
         clip_on=False,
     )
     ax.add_collection(lines)
-    if n <= _NAMED:
+    if n <= NAMED:
         levels = np.tile(np.arange(m), n)
         ax.plot(places.ravel(), levels, "o", markersize=2.6, color="0.5", clip_on=False)
-
-
-def _draw_marked(ax: Axes, places: Array, name: str, style: Style) -> Sequence[Annotation]:
-    """Draw the line of a marked design, and return its names, the lower one first."""
-    levels = np.arange(len(places))
-    ax.plot(places, levels, marker="o", markersize=5.5, zorder=5, clip_on=False, **style)
-    bold: Style = {"color": style["color"], "fontweight": "bold"}
-    return _name_ends(ax, places, literal(name), **bold)[::-1]
-
-
-def _name_ends(ax: Axes, places: Array, name: str, **style: Any) -> Sequence[Annotation]:
-    """Return the names of a line above its first and below its last place, within the axes."""
-    names = []
-    for level, side in ((0, "bottom"), (len(places) - 1, "top")):
-        place = places[level]
-        align = "left"
-        if place > 0.5:
-            align = "right"
-        corner = (float(align == "right"), float(side == "top"))
-        leader = {"arrowstyle": "-", "lw": 0.5, "color": "0.4", "relpos": corner}
-        leader |= {"shrinkA": 0, "shrinkB": 0}
-        looks: Style = {"fontsize": 7, "color": "0.3", "arrowprops": leader} | style
-        text = ax.annotate(name, (place, level), (0, 0), ha=align, va=side, **BESIDE, **looks)
-        names.append(text)
-    return names
 
 
 # Sensitivities
@@ -661,5 +653,6 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.margins(x=0.1)
     ax.set(xlabel="evaluations", ylabel=_INDICATORS[indicator])
+    head_axes(ax)
     if len(finite) < values.size:
         ax.set_title("infinite values are not drawn", loc="right", fontsize=7)

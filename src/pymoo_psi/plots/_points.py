@@ -20,14 +20,17 @@ from pymoo_psi.analysis import written_limits
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import explain, nondominated
 from pymoo_psi.plots._style import (
+    ABOVE,
     ACCENT,
     BESIDE,
     HALO,
     INK,
     SHAPES,
+    Drawing,
     Style,
     literal,
     name_axis,
+    name_points,
     set_log,
     spans_decades,
     view,
@@ -41,14 +44,13 @@ Groups = Mapping[str, tuple[Style, Mask]]
 PARETO = "dominated by no other"
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
-_NAMED = 8  # designs that are named where there is room
+NAMED = 8  # designs that all have names; of more only some have
 _LETTERS = 26  # of their names
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
-_BETTER = {1: "less is better", -1: "more is better", 0: ""}
-# The best corner of two objectives, by their signs, and the arrow that points to it.
-_BEST_CORNERS = {(1, 1): "↙", (1, -1): "↖", (-1, 1): "↘", (-1, -1): "↗"}
+_REJECTED = "0.95"  # the ground beyond limits
+_RIGHT = ("axes fraction", "data")  # coordinates of names on the right
 _NOTED = 3  # designs outside the axes whose values are at the edge
 _WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
 _NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
@@ -101,7 +103,7 @@ class Column:
         low, high = self.ends
         return (self.places >= low) & (self.places <= high)
 
-    def set_axis(self, axes: Axes, letter: str, better: str) -> None:
+    def set_axis(self, axes: Axes, letter: str) -> None:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
         axes.set(**{f"{letter}lim": self.ends})
         if self.log:
@@ -111,21 +113,23 @@ class Column:
         draw_line = getattr(axes, f"ax{across}line")
         for limit, end in zip(self.limits, self.ends, strict=True):
             if np.isfinite(limit):
-                draw_span(*sorted((limit, end)), facecolor="0.93", linewidth=0, zorder=0)
-                draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=1.5)
+                draw_span(*sorted((limit, end)), facecolor=_REJECTED, linewidth=0, zorder=0)
+                draw_line(limit, color="0.4", ls="--", lw=0.8, zorder=1.5)
                 if self.ends[0] < limit < self.ends[1]:
                     self._name_limit(axes, letter, limit)
-        name_axis(axes, letter, self.label, self.options, better)
+        name_axis(axes, letter, self.label, self.options, self.sign)
 
     def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
-        """Write the value of a limit at its line: above the axes, or on the right in them."""
+        """Write the value of a limit at its line: above the axes, or on its rejected side."""
         text = literal(f"limit {number(limit)} {self.unit}")
-        if letter == "y":
-            style: Style = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
-            axes.annotate(text, (1, limit), (-2, 2), **_NOTE, **style)
+        if letter == "x":
+            axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **_NOTE)
             return
-        style = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "bottom"}
-        axes.annotate(text, (limit, 1), (0, 2), **_NOTE, **style)
+        side: Style = {"va": "bottom", "xytext": (-2, 2)}
+        if limit == self.limits[0]:
+            side = {"va": "top", "xytext": (-2, -2)}
+        box = {"facecolor": _REJECTED, "linewidth": 0, "pad": 1}
+        axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", bbox=box, **side, **_NOTE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,9 +153,8 @@ class Points:
         x = self.columns[first]
         y = self.columns[second]
         visible = x.visible & y.visible
-        for row, name in list(self.named.items())[:1]:
-            label = f"{self.word}: {literal(name, _LETTERS)}"
-            axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
+        for row in list(self.named)[:1]:
+            axes.plot(x.places[row], y.places[row], label=self.word, **_MARKED)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
             if n:
@@ -165,12 +168,10 @@ class Points:
                     "rasterized": n > _RASTERIZED,
                 }
                 axes.plot(x.places[rows], y.places[rows], label=f"{n} {name}", **looks)
-        better = [_BETTER[x.sign], _BETTER[y.sign]]
         if PARETO in self.groups and x.sign * y.sign != 0:
-            better = ["", ""]  # the arrow says so
             _draw_front(axes, x, y, visible & self.groups[PARETO][1])
-        x.set_axis(axes, "x", better[0])
-        y.set_axis(axes, "y", better[1])
+        x.set_axis(axes, "x")
+        y.set_axis(axes, "y")
 
     def note_outside(self, axes: Axes, first: str, second: str) -> None:
         """Draw arrows to the few designs outside the axes, or write how many there are."""
@@ -181,12 +182,10 @@ class Points:
         if len(rows) == 0:
             return
         if len(rows) > _NOTED:
-            side: Any = "left"
-            for limit in x.limits:  # whose value is above the axes, too
-                place = axes.transData.transform((limit, y.ends[0]))[0]
-                if axes.bbox.x0 < place < (axes.bbox.x0 + axes.bbox.x1) / 2:
-                    side = "right"
-            axes.set_title(f"{len(rows)} outside", loc=side, fontsize=7)
+            height = axes.yaxis.label.get_window_extent().y0 - axes.bbox.y1
+            axes.set_title(
+                f"{len(rows)} outside", loc="right", fontsize=7, pad=height * 72 / axes.figure.dpi
+            )
             return
         for row in rows.tolist():
             point = (np.clip(x.places[row], *x.ends), np.clip(y.places[row], *y.ends))
@@ -200,14 +199,15 @@ class Points:
             style = _NOTE | {"ha": "center", "va": "center", "arrowprops": arrow}
             axes.annotate(", ".join(texts), point, (away[0], away[1]), **style)
 
-    def names(self) -> dict[int, Style]:
-        """Return the names by row as they are written, the first one in the accent."""
-        names = {
-            row: {"text": literal(name, _LETTERS), "color": INK} for row, name in self.named.items()
-        }
-        for style in list(names.values())[:1]:
-            style |= {"color": ACCENT, "fontweight": "bold"}
-        return names
+    def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
+        """Write the names of designs beside them, the first one in the accent."""
+        places = np.column_stack([self.columns[first].places, self.columns[second].places])
+        names = []
+        style: Style = {"color": ACCENT, "fontweight": "bold"}
+        for row, name in self.named.items():
+            names.append((style | {"text": literal(name, _LETTERS)}, [(places[row], "EWNS")]))
+            style = {"color": INK}
+        name_points(figure, axes, places, names)
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -240,11 +240,6 @@ def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
     across, up = u[front].repeat(2)[1:], v[front].repeat(2)[:-1]
     style: Style = {"color": "0.6", "linewidth": 0.8, "zorder": 2.5}
     axes.plot(across, up, label="best of the two objectives", **style)
-    corner = ((1 - x.sign) / 2, (1 - y.sign) / 2)
-    side: Style = {"ha": "left" if x.sign > 0 else "right", "va": "bottom" if y.sign > 0 else "top"}
-    text = f"{_BEST_CORNERS[x.sign, y.sign]} better"
-    inward = (3 * x.sign, 3 * y.sign)
-    axes.annotate(text, corner, inward, xycoords="axes fraction", **_NOTE, **side)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
@@ -285,7 +280,9 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         if not marked or start in ranking.salukvadze:
             word = "proposed"
         steps = explain(ranking, row=int(start)).steps.rows
-        rows += ranking.rows[[*steps, *best]].tolist()
+        rows += ranking.rows[[start, *steps]].tolist()
+        if len(best) <= NAMED:
+            rows += ranking.rows[best].tolist()
     columns = {name: _column(table, name, marked) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
@@ -297,7 +294,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         "dominated": (_DOMINATED, feasible & ~pareto),
         "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    named = {row: table.names[row] for row in list(dict.fromkeys(rows))[:_NAMED]}
+    named = {row: table.names[row] for row in list(dict.fromkeys(rows))[:NAMED]}
     return Points(columns, groups, named, word)
 
 

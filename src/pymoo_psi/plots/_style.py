@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO, StringIO
-from itertools import cycle, product
+from itertools import cycle
 from pathlib import Path
 from string import ascii_lowercase
 from textwrap import fill
@@ -25,11 +25,12 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.path import Path as Line
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
-from matplotlib.ticker import LogLocator, NullLocator
-from matplotlib.transforms import Bbox
+from matplotlib.ticker import Formatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.transforms import Bbox, IdentityTransform, ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._numbers import NumberFormat, number
@@ -46,24 +47,24 @@ INK = "#1A1A1A"
 _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
-_WIDEST = 0.6  # share of the width of axes that the longest name in them may take
-_REACHES = (6.0, 12.0, 20.0)  # points from a point to its name
-_AWAY = 4.5  # points from the end of a line to its name
-_LEVELS = 3  # lines of names above and below lines
-_SIDES: Any = ("E", "W", "N", "S", "NE", "NW", "SE", "SW")
-_MARK = 4.0  # half the size of a marker
-_CROSSED = 30.0  # a line between a name and its point is as bad as so many points of distance
+_BESIDE = 5.0  # points from a point to its name
+_REACHES = (_BESIDE, _BESIDE + _LINE, _BESIDE + 2 * _LINE, _BESIDE + 3 * _LINE)
+_SHARES = np.array([0.5, 0.0, 1.0, 0.25, 0.75])  # of a name that are left of its point
+_MARK = 4.0  # half the size of a marker, in points
+_CROWDED = 4.0  # a point at the line to a name is as bad as so many points of distance
+_BAD = 1000.0  # and a point or a line in its way as so many
 HALO = withStroke(linewidth=1.8, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
-# Names from the second reach on have a line to their point.
-_WITH_LEADER: Style = {
-    "zorder": 8,
+# Names beside points. From the second reach on they have a line to their point.
+_NAME: Style = BESIDE | {
     "fontsize": 7,
     "va": "bottom",
-    "arrowprops": {"arrowstyle": "-", "lw": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3},
     "path_effects": [HALO],
+    "zorder": 8,
+    "in_layout": False,
 }
+_LEADER: Style = {"color": "0.4", "linewidth": 0.5, "transform": IdentityTransform()}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 # Shapes in words, for captions.
 SHAPES = {
@@ -79,15 +80,24 @@ SHAPES = {
     "<": "triangles that point to the left",
     "*": "a star",
 }
-_MM_OF_LETTER = 2.0  # width of a letter in labels of axes
-_LETTERS_OF_Y = 22  # of the label of a vertical axis
-_LETTERS_OF_TICK = 5  # and of a number at it, with the room beside it
-_ARROWS = {"less is better": "↓", "more is better": "↑"}  # where there is no room for the words
+_MM_OF_LETTER = 1.4  # width of a letter in labels of axes
+_MM_OF_TICKS = 12.0  # left of axes
+_LETTERS_OF_Y = 36  # of the name of a vertical axis, at least
+_LETTERS_OF_TICK = 6  # and of a number at it, with the room beside it
+_MOST_TICKS = 6
+_LETTERS_OF_MARK = 6  # in a key
+# Where better values are, by the sign of an objective.
+_BETTER = {
+    "x": {1: "← {}, less is better", -1: "{}, more is better →", 0: "{}"},
+    "y": {1: "↓ {}, less is better", -1: "↑ {}, more is better", 0: "{}"},
+}
+ABOVE = ("data", "axes fraction")  # coordinates of names above axes
 _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _FEW_PAIRS = 4  # pairs that stand in two columns
 _NARROW = 120.0  # narrower figures have half as many panels side by side
+_LOWER = 0.85  # and these are so much lower
 WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
@@ -102,6 +112,7 @@ _SETTINGS: Any = {
     "axes.titlesize": 7.5,
     "axes.labelsize": 7.5,
     "figure.labelsize": 7.5,
+    "figure.constrained_layout.h_pad": 0.08,
     "axes.linewidth": 0.6,
     "axes.edgecolor": "0.45",
     "axes.spines.top": False,
@@ -138,6 +149,10 @@ class Drawing(Figure):
     axis_names: tuple[tuple[Any, ...], ...] = ()
     is_divisible = False
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.key: dict[str, list[Any]] = {}
+
     def draw(self, renderer: RendererBase) -> None:
         """Draw the figure, its names where there is room in its present size."""
         layout = self.get_layout_engine()
@@ -170,15 +185,12 @@ class Drawing(Figure):
             grid: Any = self.add_gridspec(-(-n // n_columns), n_columns)
             for ax, place in zip(self.axes, grid, strict=False):
                 ax.set_subplotspec(place)
-            size[1] *= grid.nrows / before.nrows
+            size[1] *= _LOWER * grid.nrows / before.nrows
         self.set_size_inches(width / 25.4, size[1])
         if is_narrow:
-            legends: list[Any] = self.legends
-            self.legends = []
-            for legend in legends:
-                texts = [text.get_text() for text in legend.get_texts()]
+            if self.key:
                 with rc_context(_SETTINGS):
-                    self.legend(legend.legend_handles, texts, loc="outside upper left", ncols=2)
+                    add_key(self)
             for ax in self.axes:
                 ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
             names = self.axis_names
@@ -255,7 +267,7 @@ def pair_panels(
 ) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
     """Yield a figure and a panel for each pair of columns, with their names across and upwards.
 
-    On leaving, what is labelled in the first panel has a key above all, or in a free place.
+    On leaving, what is labelled in the first panel has a key above all.
     """
     n = len(pairs)
     n_columns = 1
@@ -269,15 +281,11 @@ def pair_panels(
     with panels(n, n_columns, head=16.0, height=height) as (figure, axes):
         figure.is_divisible = True
         yield figure, [(ax, *pair) for ax, pair in zip(axes, pairs, strict=True)]
-        key = axes[0].get_legend_handles_labels()
-        if n_columns == 2 and n % 2:  # in the free place
-            figure.legend(*key, loc="center", bbox_to_anchor=(0.76, 0.25))
-        else:
-            figure.legend(*key, loc="outside upper left", ncols=3)
+        add_key(figure, axes[0])
 
 
 def name_axis(
-    axes: Axes, letter: str, label: str, options: Sequence[object] = (), better: str = ""
+    axes: Axes, letter: str, label: str, options: Sequence[object] = (), sign: int = 0
 ) -> None:
     """Write name and ticks of the axis "x" or "y", as much text as fits beside others.
 
@@ -286,26 +294,24 @@ def name_axis(
         letter: Which axis.
         label: Its name.
         options: Texts at 0, 1, …; empty for an axis of numbers.
-        better: Which of its values are better, behind the name or below it.
+        sign: 1 where less is better, -1 where more is better, else 0.
     """
     axis: Any = getattr(axes, f"{letter}axis")
     figure: Any = axes.figure
-    figure.axis_names += ((axes, letter, label, options, better),)  # again in another width
+    figure.axis_names += ((axes, letter, label, options, sign),)  # again in another width
     grid: Any = axes.get_gridspec()
-    room = int(figure.get_figwidth() * 25.4 / _MM_OF_LETTER) // grid.ncols
+    room = int((figure.get_figwidth() * 25.4 / grid.ncols - _MM_OF_TICKS) / _MM_OF_LETTER)
+    n_ticks = int(np.clip(room // _LETTERS_OF_TICK, 1, _MOST_TICKS))
     if letter == "y":
-        room = _LETTERS_OF_Y
-    n_ticks = min(4, max(1, room // _LETTERS_OF_TICK))
-    text = literal(label, room)
-    if len(better) > room:
-        text += f" {_ARROWS[better]}"
-    elif better:
-        apart = " "
-        if letter == "y" or len(f"{text}, {better}") > room:
-            apart = "\n"
-        text = f"{text},{apart}{better}"
+        room = max(room, _LETTERS_OF_Y)
+        n_ticks = _MOST_TICKS - 1
     if label:
-        axis.set_label_text(text)
+        text = _BETTER[letter][sign]
+        if len(label) + len(text) > room:
+            text = re.sub(",.*better", "", text)
+        axis.set_label_text(text.format(literal(label, room)))
+    if letter == "y":
+        head_axes(axes)
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
         names = [literal(option, 14) for option in options[::step]]
@@ -315,9 +321,34 @@ def name_axis(
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear":
-        axis.get_major_locator().set_params(nbins=n_ticks)
+        axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(_Ticks())
     else:
         axis.get_major_locator().set_params(numticks=n_ticks + 1)
+
+
+def head_axes(axes: Axes) -> None:
+    """Move the name of the vertical axis above it, and above what is named there."""
+    above = _BESIDE
+    for text in axes.texts:
+        if getattr(text, "xycoords", "") == ABOVE:
+            above = _BESIDE + _LINE
+    shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
+    axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
+    axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
+
+
+class _Ticks(Formatter):
+    """Numbers at ticks, in one format."""
+
+    def __call__(self, value: float, position: int | None = None) -> str:
+        """Return the number at one tick."""
+        return self.format_ticks([value])[0]
+
+    def format_ticks(self, values: list[float]) -> list[str]:
+        """Return the numbers at all ticks."""
+        text = NumberFormat.of(values, minus="−").text
+        return [raised(text(value)) for value in values]
 
 
 def curves() -> Iterator[Style]:
@@ -327,17 +358,21 @@ def curves() -> Iterator[Style]:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def name_above(figure: Drawing, styles: Mapping[str, Style]) -> None:
-    """Write names in a line above all axes, each in a box that looks like what it names."""
-    name: Any = None
-    for text, box in styles.items():
-        style: Style = {"fontsize": 7, "bbox": {"pad": 2, "edgecolor": "none", **box}}
-        if name is None:
-            name = figure.suptitle(text, x=0.01, ha="left", **style)
-        else:
-            style |= BESIDE | {"va": "center", "xycoords": name}
-            name = figure.axes[0].annotate(text, (1, 0.5), (7, 0), **style)
-            name.set_in_layout(False)
+def add_key(figure: Drawing, *axes: Axes) -> None:
+    """Write what is labelled in axes in a line above all of them, or in two columns.
+
+    Marks of the same label are one over the other.
+    """
+    for ax in axes:
+        for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            figure.key.setdefault(label, []).append(mark)
+    n_letters = sum(len(label) + _LETTERS_OF_MARK for label in figure.key)
+    n_columns = len(figure.key)
+    if n_letters > figure.get_figwidth() * 25.4 / _MM_OF_LETTER:
+        n_columns = 2 if figure.get_figwidth() * 25.4 < _NARROW else 3
+    figure.legends.clear()
+    marks: Any = [tuple(marks) for marks in figure.key.values()]
+    figure.legend(marks, list(figure.key), loc="outside upper left", ncols=n_columns)
 
 
 def name_lines(figure: Drawing, axes: Axes) -> None:
@@ -361,138 +396,118 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
         name.xyann = (5, level - end)
 
 
-def name_points(figure: Drawing, axes: Axes, places: Array, names: Mapping[int, Style]) -> None:
-    """Write names beside points, each where there is room.
+def name_points(
+    figure: Drawing,
+    axes: Axes,
+    places: Array,
+    names: Iterable[tuple[Style, Sequence[tuple[Any, str]]]],
+) -> None:
+    """Write names beside points, each where there is room when the figure is drawn.
 
     Args:
         figure: The figure.
         axes: Its axes.
         places: ``(n, 2)`` all points, which names avoid.
-        names: Names as arguments of ``annotate`` by the row of their point, the most important
-            first.
+        names: Names as arguments of ``annotate``, the most important first, each with the points
+            that it may stand beside, and on which sides of them: "EWNS" or some of these.
     """
-    texts = []
-    for row, style in names.items():
-        name = axes.annotate(xy=places[row], xytext=(0, 0), **_WITH_LEADER, **BESIDE, **style)
-        name.set_in_layout(False)
-        texts.append(name)
-    figure.placed += ((_place, axes, places, texts),)
+    placed = []
+    for style, anchors in names:
+        name = axes.annotate(xy=anchors[0][0], xytext=(0, 0), **_NAME | style)
+        leader = figure.add_artist(Line2D([], [], **_LEADER))
+        placed.append((name, leader, anchors))
+    figure.placed += ((_place, axes, places, placed),)
 
 
-def _place(axes: Axes, places: Array, names: list[Annotation]) -> None:
-    """Move each name to the best free place around its point; without one it is not shown.
+def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, Any]]) -> None:
+    """Move each name to the best place; without one it is not shown.
 
-    None is on a point, and none but the first on a line. Axes that are narrow beside their names
-    have none.
+    No name is over another, and none but the first over a point or a line, or behind a line.
     """
+    point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
-    lines = []
-    for drawn in axes.lines:
-        if drawn.get_linestyle() != "None":
-            lines.append(drawn.get_transform().transform_path(drawn.get_path()))
-    for name in names:
+    paths = []
+    for line in axes.lines:
+        if line.get_linestyle() != "None":
+            paths.append(line.get_transform().transform_path(line.get_path()))
+    movable = [name for name, _, _ in names]
+    taken = [Text.get_window_extent(text) for text in axes.texts if text not in movable]
+    best = np.inf
+    for name, leader, anchors in names:
         name.set_visible(True)  # an invisible one has no size
-    texts = [Text.get_window_extent(name).padded(1) for name in names]
-    has_room = max((text.width for text in texts), default=0) <= _WIDEST * axes.bbox.width
-    point = axes.figure.dpi / 72
-    taken = [Text.get_window_extent(text) for text in axes.texts if text not in names]
-    for name, text in zip(names, texts, strict=True):
-        dot = axes.transData.transform(name.xy)
-        free = {}
-        if has_room:
-            free = _free_places(axes, dot, text, dots, lines, taken)
-            if not free and name is names[0]:  # rather over a line than without its name
-                free = _free_places(axes, dot, text, dots, [], taken)
-        name.set_visible(len(free) > 0)
-        if free:
-            box, reach = free[min(free)]
-            name.xyann = tuple((box.p0 - dot) / point)
-            arrow: Any = name.arrow_patch
-            arrow.set_visible(reach > _REACHES[0])
+        size: Any = Text.get_window_extent(name).padded(point).size
+        place: Any = None
+        for xy, sides in anchors:
+            dot = axes.transData.transform(xy)
+            others = dots[(dots != dot).any(axis=1)]
+            for box in _boxes_around(dot, size, sides, point):
+                cost = _cost(axes, dot, box, others, paths, taken)
+                if cost < best:
+                    best = cost
+                    place = (xy, dot, box)
+        name.set_visible(place is not None)
+        leader.set_data([], [])
+        if place is not None:
+            name.xy, dot, box = place
+            name.xyann = tuple((box.p0 - dot) / point + 1)
+            way = _way(dot, box, point)
+            if best >= _REACHES[1]:
+                leader.set_data(*np.transpose(way.vertices))
+            paths.append(way)
             taken += [box, Bbox([dot, dot]).padded(_MARK * point)]
+        best = _BAD
 
 
-def _free_places(
-    axes: Axes, dot: Array, text: Bbox, dots: Array, lines: list[Line], taken: list[Bbox]
-) -> dict[float, tuple[Bbox, float]]:
-    """Return the boxes of a text around its point, and how far away they are, by their cost."""
-    size = np.array(text.size)
-    free: dict[float, tuple[Bbox, float]] = {}
-    for reach, side in product(_REACHES, _SIDES):
-        away = size + reach * axes.figure.dpi / 72
-        box = text.anchored(side, Bbox([dot - away, dot + away]))
-        leader = Line([dot, box.p0 + size / 2])
-        is_free = axes.bbox.count_contains(box.corners()) == 4
-        is_free = is_free and box.padded(_MARK * axes.figure.dpi / 72).count_contains(dots) == 0
-        if reach == _REACHES[0]:  # without a leader it would name the nearest point
-            gaps = np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
-            own = np.hypot(*(np.clip(dot, box.p0, box.p1) - dot))
-            is_free = is_free and not (gaps < own).any()
-        for other in taken:
-            is_free = is_free and not (other.overlaps(box) or leader.intersects_bbox(other))
-        n_crossed = 0
-        for line in lines:
-            is_free = is_free and not line.intersects_bbox(box, filled=False)
-            n_crossed += line.intersects_path(leader, filled=False)
-        if is_free:
-            free.setdefault(_CROSSED * n_crossed + reach, (box, reach))
-    return free
+def _boxes_around(dot: Array, size: Array, sides: str, point: float) -> Iterator[Bbox]:
+    """Yield the boxes of a text on some sides of a point, the nearest first."""
+    x, y = dot
+    width, height = size
+    for reach in _REACHES:
+        gap = reach * point
+        for side in sides:
+            lefts = [*(x - width * _SHARES), x + gap, x - gap - width]
+            low = y + gap
+            if side == "S":
+                low = y - gap - height
+            elif side != "N":
+                low = y - height / 2
+                lefts = [x + gap]
+                if side == "W":
+                    lefts = [x - gap - width]
+            for left in lefts:
+                yield Bbox.from_bounds(left, low, width, height)
 
 
-def name_ends(axes: Axes, names: Sequence[Sequence[Annotation]]) -> None:
-    """Show the name of each line at the first free place above or below one of its ends.
-
-    Args:
-        axes: The axes.
-        names: The names of each line, one for each of its ends: above it where their vertical
-            alignment is "bottom", else below it.
-    """
-    dots = axes.transData.transform([name.xy for ends in names for name in ends])
-    # Beside its line a name is over no other dot, unless not all names have a place then.
-    for avoided in (dots, dots[:0]):
-        taken: list[Bbox] = []
-        n_placed = 0
-        for ends in names:
-            for name in ends:
-                name.set_visible(False)
-            for level, name in product(range(_LEVELS), ends):
-                if _place_end(axes, name, level, avoided, taken):
-                    n_placed += 1
-                    break
-        if n_placed == len(names):
-            break
+def _way(dot: Array, box: Bbox, point: float) -> Line:
+    """Return the line from the edge of a marker to a box."""
+    end = np.clip(dot, box.p0, box.p1)
+    return Line([dot + (end - dot) * _MARK * point / np.hypot(*(end - dot)), end])
 
 
-def _place_end(axes: Axes, name: Annotation, level: int, avoided: Array, taken: list[Bbox]) -> bool:
-    """Show the name of an end of a line on a level, unless others take its place.
-
-    Returns:
-        Whether it is shown.
-    """
+def _cost(
+    axes: Axes, dot: Array, box: Bbox, others: Array, paths: Sequence[Line], taken: Sequence[Bbox]
+) -> float:
+    """Return the cost of a box as the place of a name, in points of distance from its point."""
     point = axes.figure.dpi / 72
-    name.set_visible(True)  # an invisible one has no size
-    width, height = Text.get_window_extent(name).size
-    x, y = axes.transData.transform(name.xy)
-    away = (_AWAY + level * _LINE) * point
-    low = y + away
-    if name.get_verticalalignment() == "top":
-        low = y - away - height
-    left = x
-    if name.get_horizontalalignment() == "right":
-        left = x - width
-    box = Bbox.from_bounds(left, low, width, height)
-    leader = Bbox([(x - 1, min(y, low)), (x + 1, max(y, low))])
-    is_free = not any(box.overlaps(other) or leader.overlaps(other) for other in taken)
-    if level == 0:
-        others = avoided[avoided[:, 0] != x]
-        is_free = is_free and box.padded(2 * _AWAY * point).count_contains(others) == 0
-    name.set_visible(is_free)
-    if is_free:
-        name.xyann = (0, np.sign(low - y) * away / point)
-        arrow: Any = name.arrow_patch
-        arrow.set_visible(level > 0)
-        taken += [box, leader]
-    return is_free
+    area = axes.bbox
+    if not axes.axison:  # beside the rows of a ranking there is room, too
+        area = Bbox([(0, area.y0), (axes.figure.bbox.x1, area.y1)])
+    way = _way(dot, box, point)
+    if area.count_contains(box.corners()) < 4:
+        return np.inf
+    for other in taken:
+        if other.overlaps(box) or way.intersects_bbox(other):
+            return np.inf
+    n_bad = box.padded(_MARK * point).count_contains(others)
+    for path in paths:
+        n_bad += path.intersects_bbox(box, filled=False)
+        n_bad += path.intersects_path(way, filled=False)
+    distance = np.hypot(*(np.clip(dot, box.p0, box.p1) - dot))
+    if distance < _REACHES[1] * point:  # without a leader it would name the nearest point
+        gaps = np.hypot(*(np.clip(others, box.p0, box.p1) - others).T)
+        n_bad += (gaps < distance + point).any()
+    n_near = way.get_extents().padded(2 * point).count_contains(others)
+    return float(distance / point + _CROWDED * n_near + _BAD * n_bad)
 
 
 def literal(name: object, most: int = 40) -> str:
