@@ -77,8 +77,11 @@ def probabilities(
         steps = _random_steps(generator, means.shape, degrees)
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         is_pareto = nondominated(sample)
-        distance = ranking.frame.around(sample[is_pareto]).distances(sample)[:, 0]
+        frame = ranking.frame.around(sample[is_pareto])
+        distance = frame.distances(sample)[:, 0]
         least = distance[is_pareto].min()
+        if np.isinf(frame.scale).all():  # one design is the best in all: no other is near
+            distance[~is_pareto] = np.inf
         counts[:, 0] += is_pareto
         counts[:, 1] += is_pareto & (distance <= least * (1 + _ROUNDING))
         counts[:, 2] += distance <= least * (1 + NEAR_BEST)
