@@ -32,7 +32,8 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._executor import PieceTask
-from pymoo_psi.algorithms._run import Run, by_number, progress_bar, repeated_tests, run_of_sequence
+from pymoo_psi.algorithms._progress import progress_bar
+from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._sources import ByName, Keep, PointSequence, Retry, RunOptions
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
