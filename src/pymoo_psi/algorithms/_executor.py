@@ -57,6 +57,10 @@ class Block(NamedTuple):
     is_called: Mask
     seconds: Array
 
+    def n_up_to(self, last: int) -> int:
+        """Return how many of the points have at most this number."""
+        return int(np.count_nonzero(self.numbers <= last))
+
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
         tests = self.tests.take(rows)

@@ -95,6 +95,8 @@ class Run:
     def _reset(self) -> None:
         """Begin again with the first point."""
         self._n_awaited = 0  # how many of the points, the first ones, are awaited
+        self._last_awaited = 0  # the number of the last one
+        self._n_missing = 0  # how many of them have no test yet
         # The points up to this number are submitted to the executor, or have a test.
         self._last_started = 0
         self._ready: list[Block] = []  # tests that are stored and not taken
@@ -127,6 +129,7 @@ class Run:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._n_awaited = LAST
+        self._last_awaited = LAST
         try:
             while self._advance():
                 yield from self._take(LAST)
@@ -161,17 +164,20 @@ class Run:
             All their tests, by number, unless the run was stopped.
         """
         points = self.next_points(count)
+        last = int(points.numbers.max(initial=0))
         self._n_awaited = len(points)
+        self._last_awaited = last
+        self._n_missing = len(points) - sum(block.n_up_to(last) for block in self._ready)
         with stored_at_termination(self.store):
             try:
-                while self._n_ready < self._n_awaited and self._advance():
+                while self._n_missing > 0 and self._advance():
                     pass
                 if self.executor.queue.n_pending == 0:
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        return by_number([*self._take(points.numbers.max(initial=0))] or [self.store.empty])
+        return by_number([*self._take(last)] or [self.store.empty])
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
@@ -194,17 +200,6 @@ class Run:
             self._lock.close()
             self._lock = None
 
-    @property
-    def _last_awaited(self) -> int:
-        """The number of the last point that is awaited, as far as the source has returned it."""
-        return int(self._points.numbers[: self._n_awaited].max(initial=0))
-
-    @property
-    def _n_ready(self) -> int:
-        """How many tests of awaited points are ready."""
-        last = self._last_awaited
-        return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._ready)
-
     def _take(self, last: int) -> Iterator[TestTable]:
         """Take the ready tests of the points up to a number."""
         ready = self._ready
@@ -220,7 +215,9 @@ class Run:
             yield block.tests
 
     def _drop(self, numbers: Numbers) -> None:
-        self._points = self._points.at(~np.isin(self._points.numbers, numbers))
+        is_left = np.ones(len(self._points), dtype=bool)
+        is_left[np.searchsorted(self._points.numbers, numbers)] = False
+        self._points = self._points.at(is_left)
 
     # What people ask for
 
@@ -354,6 +351,7 @@ class Run:
         """Report stored tests to the source; they are ready."""
         self.source.tell(block.tests)
         self._ready.append(block)
+        self._n_missing -= block.n_up_to(self._last_awaited)
 
 
 def run_of_sequence(
