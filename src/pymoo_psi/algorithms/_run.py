@@ -129,7 +129,7 @@ class Run:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._n_awaited = LAST
-        self._last_awaited = LAST
+        self._n_missing = LAST
         try:
             while self._advance():
                 yield from self._take(LAST)
@@ -144,6 +144,7 @@ class Run:
         """
         least = count or 1
         self._n_awaited = 0
+        self._n_missing = 0
         while len(self._points) < least:
             self._follow_requests()
             if self._steered == "stop":
@@ -303,7 +304,9 @@ class Run:
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
-        is_complete = queue.n_pending == 0 or queue.first_pending > self._last_awaited
+        is_complete = queue.n_pending == 0
+        if self._n_missing <= executor.n_evaluated:
+            is_complete = is_complete or queue.first_pending > self._last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 

@@ -153,7 +153,7 @@ class JoblibRunner(Runner):
             answers = (answer for answer in parallel(islice(calls(), n_calls)))
             try:
                 for answer in answers:
-                    yield from queue.results_of(answer)
+                    yield from queue.results_of(*answer)
             finally:
                 with warnings.catch_warnings():  # joblib warns of calls that are given up
                     warnings.simplefilter("ignore")

@@ -13,12 +13,13 @@ import secrets
 import statistics
 import sys
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError
 from contextlib import closing, suppress
 from pickle import PickleError
 from queue import Empty, SimpleQueue
 from threading import Thread
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 import cloudpickle
@@ -190,11 +191,9 @@ class Queue:
         """Forget whatever was added."""
         self.waiting: Waiting = deque()
         self.is_paused = False
-        self._pending: dict[int, None] = {}  # the indices of what is not done, in their order
         self._under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
         self._results: Generator[Result | None] | None = None
-        # those of the modules that were accepted, from the first answer on
-        self._versions: dict[str, bytes] | None = None
+        self._versions: dict[str, bytes] = {}  # those of the modules that were accepted
         self._sent: dict[Any, Job] = {}  # by the future of the job
         self._done: SimpleQueue[Any] = SimpleQueue()  # futures
         self._sent_again: set[int] = set()  # the indices of jobs that an engine gave up
@@ -204,16 +203,18 @@ class Queue:
     @property
     def n_pending(self) -> int:
         """How many of what was added have no result yet, and are not held by a pause."""
-        if self.is_paused:
-            return len(self._pending) - len(self.waiting)
-        return len(self._pending)
+        n_pending = len(self._under_way)
+        if not self.is_paused:
+            n_pending += len(self.waiting)
+        return n_pending
 
     @property
     def first_pending(self) -> int:
         """The first index without a result; the largest number if there is none."""
-        if self._in_pieces:  # joblib may cut one at the same time, in another thread
-            return min([*self._pending], default=sys.maxsize)
-        return next(iter(self._pending), sys.maxsize)
+        indices = [*self._under_way]
+        with suppress(IndexError):  # of the waiting ones, the first is the least
+            indices.append(self.waiting[0][0])
+        return min(indices, default=sys.maxsize)
 
     @property
     def n_waiting(self) -> int:
@@ -224,9 +225,7 @@ class Queue:
 
     def add(self, designs: Iterable[tuple[int, Any]]) -> None:
         """Add designs with their indices."""
-        for index, design in designs:
-            self._pending[index] = None
-            self.waiting.append((index, design))
+        self.waiting.extend(designs)
 
     def wait(self) -> Result | None:
         """Return another result, or ``None`` after a moment without one.
@@ -240,10 +239,7 @@ class Queue:
         """
         if self._results is None:
             self._results = self.runner.results(self)
-        result = next(self._results)
-        if result is not None:
-            del self._pending[result[0]]
-        return result
+        return next(self._results)
 
     def __iter__(self) -> Iterator[Result]:
         """Yield results until nothing is pending, in any order."""
@@ -255,7 +251,7 @@ class Queue:
     def close(self) -> None:
         """Give up what is not done; workers with nothing to do are kept."""
         if self._results is not None:
-            if not self._pending:
+            if not self._under_way and not self.waiting:
                 next(self._results, None)  # the end, where workers become idle
             self._results.close()
         self._reset()
@@ -270,29 +266,22 @@ class Queue:
     def evaluated_here(self) -> Generator[Result]:
         """Evaluate what waits in this process; yield the results."""
         while self.is_ready:
-            designs = self.waiting
-            if self._in_pieces:
-                designs = self.take()
-            for index, values, seconds in evaluate_here(self.function, designs):
-                points = self._under_way.pop(index, None)
-                if points is not None:
-                    self._samples.append((len(points), seconds / len(points)))
-                yield index, values, seconds
+            yield from self.results_of(evaluate_here(self.function, self.take()))
 
     def take(self) -> Waiting:
         """Take the designs of the next job, or the next piece of the points that wait."""
         size = self._size()
-        if not self._in_pieces:
-            taken = deque(self.waiting.popleft() for _ in range(min(size, len(self.waiting))))
-        else:
-            first, points = self.waiting.popleft()
-            rest = points.at(slice(size, None))
-            if len(rest):
-                number = int(rest.numbers[0])
-                self._pending[number] = None
-                self.waiting.appendleft((number, rest))
+        taken = deque(self.waiting[i] for i in range(min(size, len(self.waiting))))
+        if self._in_pieces:
+            first, points = self.waiting[0]
             taken = deque([(first, points.at(slice(0, size)))])
+        # Only then removed, as the reader may look at the same time: joblib has threads of its own.
         self._under_way.update(taken)
+        for _ in taken:
+            self.waiting.popleft()
+        if self._in_pieces and len(points) > size:
+            rest = points.at(slice(size, None))
+            self.waiting.appendleft((int(rest.numbers[0]), rest))
         return taken
 
     def _size(self) -> int:
@@ -318,17 +307,26 @@ class Queue:
     def _job_seconds(self) -> float:
         return max(self._seconds, _SECONDS_OF_WORKER * self.runner.n_workers)
 
-    def results_of(self, answer: Answer) -> Iterator[Result]:
-        """Yield the results of an answer; what they are of is under way no more.
+    def results_of(
+        self,
+        results: Iterable[Result],
+        failure: EvaluationError | None = None,
+        versions_of_worker: Mapping[str, bytes] = MappingProxyType({}),
+    ) -> Generator[Result]:
+        """Yield the results of a job; what they are of is under way no more.
+
+        Args:
+            results: The results.
+            failure: The error that ended the job.
+            versions_of_worker: The versions of the modules that its worker has imported.
 
         Raises:
             EvaluationError: A design raised or was lost.
             WorkerError: The worker has another version of a module than this process or others.
         """
-        results, failure, versions_of_worker = answer
-        if self._versions is None:
-            self._versions = versions()
-        accept(self._versions, versions_of_worker)
+        if versions_of_worker:
+            self._versions = self._versions or versions()
+            accept(self._versions, versions_of_worker)
         n_measured = 0
         measured_seconds = 0.0
         for index, values, seconds in results:
@@ -348,9 +346,11 @@ class Queue:
         """Evaluate by another runner what was under way when workers were lost."""
         with closing(Queue(self.function, runner)) as queue:
             queue.add(self._under_way.items())
-            self._under_way.clear()
             while queue.n_pending:
-                yield queue.wait()
+                result = queue.wait()
+                if result is not None:
+                    del self._under_way[result[0]]
+                yield result
 
     # Jobs that a runner is given by ``submit``
 
@@ -400,7 +400,7 @@ class Queue:
         except Exception as error:
             yield from self._given_up(job, error)
             return
-        yield from self.results_of(answer)
+        yield from self.results_of(*answer)
         for index, _ in reversed(job.designs):
             if index in self._under_way:
                 self.waiting.appendleft((index, self._under_way.pop(index)))
@@ -425,7 +425,7 @@ class Queue:
                 raise _unusable(error) from error
             else:
                 reason = f"its worker was lost ({one_line(error)})"
-                yield from self.results_of(([(index, OSError(reason), 0.0)], None, {}))
+                yield from self.results_of([(index, OSError(reason), 0.0)])
 
 
 def gone(error: BaseException) -> WorkerError:
