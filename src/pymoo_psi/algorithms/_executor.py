@@ -11,9 +11,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Array, Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import EvaluationError
@@ -48,14 +49,14 @@ class Block(NamedTuple):
     Attributes:
         numbers: ``(n,)`` the numbers of the points.
         tests: Their tests; fewer where an executor filters.
-        is_called: ``(n,)`` for which of the points the model was called.
+        is_called: Whether the model was called for them.
         seconds: ``(n,)`` what the evaluation of each took.
     """
 
     numbers: Numbers
     tests: TestTable
-    is_called: Mask
-    seconds: Array
+    is_called: bool = False
+    seconds: ArrayLike = 0.0
 
     def n_up_to(self, last: int) -> int:
         """Return how many of the points have at most this number."""
@@ -63,8 +64,7 @@ class Block(NamedTuple):
 
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
-        tests = self.tests.take(rows)
-        return Block(self.numbers[rows], tests, self.is_called[rows], self.seconds[rows])
+        return Block(self.numbers[rows], self.tests.take(rows), self.is_called)
 
 
 class PieceTask:
@@ -159,8 +159,8 @@ class Executor:
 
     def _clear(self) -> None:
         """Forget what is evaluated."""
-        self._results: list[Any] = []  # of designs
-        self._pieces: list[Block] = []
+        self._results: list[Any] = []  # of designs, or of pieces
+        self._n_called = 0  # of how many points
         self._answers: dict[int, Values] = {}  # of points for which the model is not called
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -245,53 +245,55 @@ class Executor:
             raise_original(error)
         if result is None:
             return 0.0
+        self._results.append(result)
         _, values, seconds = result
         if self.has_designs:
-            self._results.append(result)
+            self._n_called += 1
         else:
-            points, tests = values
-            n = len(points)
-            of_each = np.full(n, seconds / n)
-            self._pieces.append(Block(points.numbers, tests, np.ones(n, dtype=bool), of_each))
+            self._n_called += len(values[0])
         return seconds
 
     @property
     def n_evaluated(self) -> int:
         """How many points are evaluated and not taken yet."""
-        in_pieces = sum(len(block.numbers) for block in self._pieces)
-        return len(self._results) + in_pieces + len(self._answers)
+        return self._n_called + len(self._answers)
 
-    def take(self, points: Points) -> Block:
+    def take(self, points: Points) -> list[Block]:
         """Return the tests of the evaluated ones of points."""
-        blocks = self._pieces
+        blocks = []
         if self._results:
             numbers, values, seconds = zip(*self._results, strict=True)
-            blocks.append(self._block(points, numbers, values, np.array(seconds)))
-        for block in blocks:
-            self._learn(block.tests)
+            if self.has_designs:
+                block = self._block(points, numbers, values)
+                blocks.append(block._replace(is_called=True, seconds=seconds))
+            else:
+                blocks.append(_block_of_pieces(values, seconds))
+            self._learn(blocks[0].tests)
         if self._answers:
-            n = len(self._answers)
-            block = self._block(points, [*self._answers], [*self._answers.values()], np.zeros(n))
-            blocks.append(block._replace(is_called=np.zeros(n, dtype=bool)))
-        numbers, tests, *others = zip(*blocks, strict=True)
+            answers = [*self._answers.values()]
+            blocks.append(self._block(points, [*self._answers], answers))
         self._clear()
-        whole = tests[0]
-        if len(tests) > 1:  # otherwise it takes as long as a commit
-            whole = whole.extended(*tests[1:])
-        return Block(np.concatenate(numbers), whole, *map(np.concatenate, others))
+        return blocks
 
-    def _block(
-        self, points: Points, numbers: Sequence[int], values: Sequence[Values], seconds: Array
-    ) -> Block:
+    def _block(self, points: Points, numbers: Sequence[int], values: Sequence[Values]) -> Block:
         """Return the tests of designs, by the numbers of their points and their values."""
         points = points.at(np.searchsorted(points.numbers, numbers))
-        tests = self._model.tests(points, values)
-        return Block(points.numbers, tests, np.ones(len(points), dtype=bool), seconds)
+        return Block(points.numbers, self._model.tests(points, values))
 
     def close(self) -> None:
         """Drop points that are pending or not taken; workers with nothing to do are kept."""
         self.queue.close()
         self._reset()
+
+
+def _block_of_pieces(pieces: Sequence[tuple[Points, TestTable]], seconds: Sequence[float]) -> Block:
+    """Return the tests of pieces, each of which took some seconds."""
+    numbers = np.concatenate([points.numbers for points, _ in pieces])
+    (_, whole), *others = pieces
+    if others:  # otherwise it takes as long as a commit
+        whole = whole.extended(*(tests for _, tests in others))
+    sizes = [len(points) for points, _ in pieces]
+    return Block(numbers, whole, True, np.repeat(np.divide(seconds, sizes), sizes))
 
 
 def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue:

@@ -212,7 +212,8 @@ class Run:
                 block = block.rows(is_due)
             self._drop(block.numbers)
             self.n_taken += len(block.numbers)
-            self.n_called += int(np.count_nonzero(block.is_called))
+            if block.is_called:
+                self.n_called += len(block.numbers)
             yield block.tests
 
     def _drop(self, numbers: Numbers) -> None:
@@ -336,19 +337,17 @@ class Run:
             stored = self.store.recall(points)
         if len(stored):
             points = points.at(~np.isin(points.numbers, stored.numbers))
-            not_called = np.zeros(len(stored), dtype=bool)
-            self._report(Block(stored.numbers, stored, not_called, np.zeros(len(stored))))
+            self._report(Block(stored.numbers, stored))
         if len(points):
             self.executor.submit(points)
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
-        if self.executor.n_evaluated:
-            block = self.executor.take(self._points)
+        for block in self.executor.take(self._points):
             self.store.keep(block.tests, block.seconds)
             self._report(block)
-            self._last_commit = time.monotonic()
-            self._computed = 0.0
+        self._last_commit = time.monotonic()
+        self._computed = 0.0
 
     def _report(self, block: Block) -> None:
         """Report stored tests to the source; they are ready."""
