@@ -30,9 +30,9 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
 from time import monotonic, sleep
@@ -121,41 +121,37 @@ def evaluate(job: Job) -> Answer:
             versions of a module.
     """
     environment = job.environment or environment_now(job.identity, threads=1)
-    designs = list(job.designs)
     results: list[Result] = []
     versions: dict[str, bytes] = {}
-    n_at_loss = -1  # how many results there were when a process was lost
+    n_at_loss = -1  # how many results there were when a process died
     while not _is_given_up(job.run):
-        worker = _hire(environment, job.run)
-        left = designs[len(results) :]
         n_before = len(results)
-        try:
+        left = [*job.designs][n_before:]
+        with _hired(environment, job.run) as worker:
             if not worker.begins(job, left):
                 continue
             end = worker.finish(job, left, results)
             if len(results) > n_before:
                 accept(versions, worker.versions)
-        except BaseException:
-            worker.end()
-            raise
-        finally:
-            _BUSY.pop(worker, None)
         if not isinstance(end, OSError):
-            _IDLE.append(worker)
             return results, end, versions
         if not isinstance(end, TimeoutError):
-            if n_at_loss != len(results):
+            if n_at_loss != len(results):  # its design is tried once more
                 n_at_loss = len(results)
                 continue
             end = OSError(f"its worker process died ({end}, 2 times)")
-        index, _ = designs[len(results)]
+        index, _ = job.designs[len(results)]
         results.append((index, end, 0.0))
         return results, None, versions
     raise CancelledError
 
 
-def _hire(environment: Values, run: str) -> _Worker:
-    """Return a worker that is idle under the environment, or else a new one."""
+@contextmanager
+def _hired(environment: Values, run: str) -> Iterator[_Worker]:
+    """Yield a worker that was idle under the environment, or a new one.
+
+    It is idle afterwards if it has not ended.
+    """
     for worker in _IDLE[::-1]:
         if worker.environment == environment:
             with suppress(ValueError):  # other threads take them, too
@@ -166,7 +162,15 @@ def _hire(environment: Values, run: str) -> _Worker:
     _BUSY[worker] = run
     if _is_given_up(run):  # by another thread
         worker.hang_up()
-    return worker
+    try:
+        yield worker
+    except BaseException:
+        worker.end()
+        raise
+    finally:
+        _BUSY.pop(worker, None)
+    if worker.process.returncode is None:
+        _IDLE.append(worker)
 
 
 def _is_given_up(run: str) -> bool:
