@@ -263,10 +263,15 @@ class Queue:
         """Whether there is something that may be begun."""
         return len(self.waiting) > 0 and not self.is_paused
 
-    def evaluated_here(self) -> Generator[Result]:
-        """Evaluate what waits in this process; yield the results."""
+    def evaluated_here(self) -> Generator[Result | None]:
+        """Evaluate what waits in this process; yield results, and ``None`` when a pause begins."""
         while self.is_ready:
-            yield from self.results_of(evaluate_here(self.function, self.take()))
+            designs = self.take()
+            for result in self.results_of(evaluate_here(self.function, designs)):
+                yield result
+                if self.is_paused:
+                    self._wait_again(designs)
+                    yield None
 
     def take(self) -> Waiting:
         """Take the designs of the next job, or the next piece of the points that wait."""
@@ -401,9 +406,15 @@ class Queue:
             yield from self._given_up(job, error)
             return
         yield from self.results_of(*answer)
-        for index, _ in reversed(job.designs):
+        self._wait_again(job.designs)
+
+    def _wait_again(self, designs: Waiting) -> None:
+        """Let designs of a job that are not evaluated wait for another one."""
+        while designs:
+            index, design = designs.pop()
             if index in self._under_way:
-                self.waiting.appendleft((index, self._under_way.pop(index)))
+                del self._under_way[index]
+                self.waiting.appendleft((index, design))
 
     def _given_up(self, job: Job, error: Exception) -> Iterator[Result]:
         """Send designs again, each alone, whose job the engine gave up; lose them the next time.
