@@ -16,7 +16,7 @@ from pymoo_psi._validation import AnyArray, Array, Integers, Mask, Names
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
 from pymoo_psi.problems import known_expressions
-from pymoo_psi.table import Decision, Expression, Limit, Schema, TestTable
+from pymoo_psi.table import Decision, Expression, Limit, TestTable
 
 # A predicted equality counts as met within this many standard deviations.
 _EQUALITY_TOLERANCE = 0.01
@@ -29,14 +29,12 @@ class _Output(NamedTuple):
         least: The least value allowed, as the output is minimised.
         greatest: The greatest value allowed, as the output is minimised.
         sign: -1 if it is minimised as the negative of its column.
-        is_tested: Whether it is a column as tested.
         is_limited: Whether it is learned for its limits only, neither objective nor constraint.
     """
 
     least: float
     greatest: float
     sign: float
-    is_tested: bool
     is_limited: bool
 
     def known_or_beyond(self, values: Array) -> Array:
@@ -116,7 +114,7 @@ class Goal:
             model,
             len(schema.objectives),
             outputs,
-            _operands(table.evaluated, outputs, expressions),
+            _operands(table, outputs, expressions),
             expressions,
             [names.index(name) for name in allowed if name in names],
             texts,
@@ -277,7 +275,6 @@ def _outputs(table: TestTable, allowed: Mapping[str, Limit], model: Model) -> di
         allowed: What constraints allow, and limits that are numbers, by column.
         model: The model of the tests.
     """
-    tested = table.evaluated
     schema = table.schema
     outputs = {}
     for name in dict.fromkeys((*schema.objectives, *allowed)):
@@ -289,11 +286,8 @@ def _outputs(table: TestTable, allowed: Mapping[str, Limit], model: Model) -> di
             sign = -1.0
         limit = allowed.get(name, Limit())
         least, greatest = sorted((sign * limit.lower, sign * limit.upper))
-        # An equality that is an objective counts by its absolute value.
-        is_absolute = is_objective and name in tested.of_role("equality")
-        is_tested = name in tested.names and not is_absolute
         is_limited = not is_objective and name not in schema.constraints
-        outputs[name] = _Output(least, greatest, sign, is_tested, is_limited)
+        outputs[name] = _Output(least, greatest, sign, is_limited)
     return outputs
 
 
@@ -343,11 +337,15 @@ def _expressions_of_problem(model: Model) -> Mapping[str, Expression]:
 
 
 def _operands(
-    tested: Schema, outputs: Mapping[str, _Output], expressions: Mapping[str, Expression]
+    table: TestTable, outputs: Collection[str], expressions: Mapping[str, Expression]
 ) -> list[str]:
     """Return the columns as tested that expressions need beside known and learned ones."""
+    tested = table.evaluated
     operands: set[str] = set()
     for expression in expressions.values():
         operands.update(expression.columns)
-    learned = {name for name, output in outputs.items() if output.is_tested}
-    return sorted((operands & {*tested.names}) - {*tested.variables} - {*expressions} - learned)
+    operands &= {*tested.names}
+    # An equality that is an objective is learned by its absolute value.
+    absolute = {*table.schema.objectives} & {*tested.of_role("equality")}
+    learned = {*outputs} - absolute
+    return sorted(operands - {*tested.variables} - {*expressions} - learned)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, FilePath, integer
+from pymoo_psi._validation import Array, FilePath, Values, integer
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
@@ -343,10 +343,9 @@ class SurrogateSource(Source):
         others = store.others()
         self._others = others.take(model.space.are_near(others.X, REACH))
         self._tests = store.empty
-        # The points of the next round, while they are being made; what is stored with each of them,
-        # how many tests there were, and how many ended while the last round was made.
-        self._round: Future[Array] | None = None
-        self._content: dict[str, Any] = {}
+        # What is stored of each point of the next round, while it is being made; how many tests
+        # there were at its start, and how many ended while the last round was made.
+        self._round: Future[list[Values]] | None = None
         self._n_at_start = 0
         self._n_meanwhile = 0
         # What the last and the next round follow, and the number of the request for it.
@@ -419,22 +418,17 @@ class SurrogateSource(Source):
                 return Points.none()
             self._round = None
             self._n_meanwhile = len(self._tests) - self._n_at_start
-            self._keep(finished.result(), first, round_number)
+            proposals = []
+            for number, content in enumerate(finished.result(), first):
+                proposals.append(Proposal(number, round_number, "surrogates", content))
+            # Another process may have stored the same round meanwhile, which then counts: all
+            # processes on one file test the same designs.
+            self._proposals.extend(self._store.propose(proposals))
             points = self._stored_points(round_number)
         self._ends.append(len(self._points) + len(points))
         numbers = first + np.arange(len(points))
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
-
-    def _keep(self, points: Array, first: int, round_number: int) -> None:
-        """Store the ``(n, d)`` points of a round, whose numbers begin with ``first``."""
-        proposals = []
-        for number, point in enumerate(points.tolist(), first):
-            entries = {"point": point} | self._content
-            proposals.append(Proposal(number, round_number, "surrogates", entries))
-        # Another process may have stored the same round meanwhile, which then counts: all
-        # processes on one file test the same designs.
-        self._proposals.extend(self._store.propose(proposals))
 
     @cached_property
     def _proposals(self) -> list[Proposal]:  # read when the first round is due
@@ -448,39 +442,40 @@ class SurrogateSource(Source):
                 points.append(proposal.content["point"])
         return np.array(points)
 
-    def _started_round(self) -> Future[Array]:
+    def _started_round(self) -> Future[list[Values]]:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
         if self._direction != self._next_direction:
             self._direction = self._next_direction
             self._n_fitted = 0
         pending = self._pending()
-        self._content = {}
+        content: Values = {}
         if len(pending):  # all tests before the round were known but these
-            self._content["pending"] = pending.numbers.tolist()
+            content["pending"] = pending.numbers.tolist()
         _, request = self._direction
         if request:
-            self._content["request"] = request
+            content["request"] = request
         self._n_at_start = len(self._tests)
         table = self._table()
         size = self._size(int(table.feasible().sum()))
         is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
         n_uniform = len(self._others) + int(np.count_nonzero(is_first))
-        points: Future[Array] = Future()
+        made: Future[list[Values]] = Future()
 
         def make() -> None:
             try:
                 # On matrices as small as these, several threads take ten times as long where other
                 # work is going on, and their sums differ in the last digits from those of one.
                 with threadpool_limits(limits=1, user_api="blas"):
-                    points.set_result(self._proposed(size, pending, table, n_uniform))
+                    points = self._proposed(size, pending, table, n_uniform)
+                made.set_result([{"point": point} | content for point in points.tolist()])
             except BaseException as error:
-                points.set_exception(error)
+                made.set_exception(error)
 
         if self._is_asynchronous:
             Thread(target=make, daemon=True).start()
         else:
             make()
-        return points
+        return made
 
     def _size(self, n_eligible: int) -> int:
         """Return the size of the next round; ``n_eligible`` tests are eligible."""
