@@ -137,24 +137,17 @@ class Points:
     rounds: Array | None = None
     designs: Designs | None = None
 
-    def __post_init__(self) -> None:
-        """Write a range of numbers out."""
-        numbers: Any = self.numbers
-        if isinstance(numbers, range):  # asarray takes a hundred times as long
-            numbers = np.arange(numbers.start, numbers.stop)
-        object.__setattr__(self, "numbers", np.asarray(numbers, dtype=np.int64))
-
     @classmethod
     def none(cls) -> Points:
         """Return no points."""
         return cls(np.zeros(0, dtype=np.int64), 0)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Send consecutive numbers as a range: half a megabyte takes as long as 7000 designs."""
-        numbers: Any = self.numbers
+        """Send consecutive numbers as two: half a megabyte takes as long as 7000 designs."""
+        others = self.n_dim, self.coordinates, self.rounds, self.designs
         if self._consecutive:
-            numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
-        return Points, (numbers, self.n_dim, self.coordinates, self.rounds, self.designs)
+            return _consecutive_points, (int(self.numbers[0]), len(self), *others)
+        return Points, (self.numbers, *others)
 
     @property
     def _consecutive(self) -> bool:
@@ -202,6 +195,10 @@ class Points:
         return self._with(
             numbers, lambda array, name: np.concatenate([array, getattr(others, name)])
         )
+
+
+def _consecutive_points(first: int, n: int, *others: Any) -> Points:
+    return Points(np.arange(first, first + n), *others)
 
 
 class Source:
