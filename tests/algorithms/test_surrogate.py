@@ -227,7 +227,7 @@ class InAnyOrder(ProcessRunner):
         at = []
         while queue.waiting or at:
             while queue.waiting and len(at) < self.n_jobs:
-                at.append(queue.waiting.popleft())
+                at.append(queue.take().popleft())
                 self.given += 1
             self.most = max(self.most, len(at))
             if len(at) < self.n_jobs and self.given < self.total:
@@ -238,7 +238,7 @@ class InAnyOrder(ProcessRunner):
                 raise KeyboardInterrupt
             self.until = until - 1
             index, design = at.pop(self.random.integers(len(at)))
-            yield index, queue.function(design), 1.0
+            yield from queue.results_of([(index, queue.function(design), 1.0)])
 
 
 @pytest.mark.parametrize(
