@@ -270,9 +270,11 @@ class ExecutorRunner(Runner):
         # Python cancels nothing that it has sent to these workers, and waits for it at its end.
         if isinstance(self.executor, ProcessPoolExecutor):
             mark = _mark_of_end(run)
-            mark.touch()
-            wait([future for future in futures if not future.cancelled()], _PATIENCE)
-            mark.unlink()
+            try:
+                mark.touch()
+                wait([future for future in futures if not future.cancelled()], _PATIENCE)
+            finally:  # a second interrupt ends the wait
+                mark.unlink(missing_ok=True)
 
     def __copy__(self) -> ExecutorRunner:
         """Return the runner itself: executors are not copied."""
