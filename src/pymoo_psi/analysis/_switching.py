@@ -138,7 +138,8 @@ def _change(
     rows = rows[np.argsort(values[rows], kind="stable")]
     steps, places = np.unique(values[rows], return_inverse=True)
     F = without_rounding(np.vstack([table.F[rows], table.F[best]]))
-    F, b = F[:-1], F[-1]
+    b = F[-1]
+    F = F[:-1]
     # The limit lets in the designs up to a place. These places are tried in order; at the last one
     # the best design is left out or dominated.
     if direction == "tighter":
@@ -178,16 +179,11 @@ def _doubtful(
     """
     if not lasting.all():  # leave out those that are dominated as soon as they come in
         kept = nondominated(np.column_stack([F, places]))
-        F, places, lasting = F[kept], places[kept], lasting[kept]
-    U, N = np.resize(frame.ideal, F.shape), np.resize(frame.nadir, F.shape)
-    if not frame.is_fixed:
-        U, N = np.minimum.accumulate(F), _nadirs(F, lasting)
-    inverse = np.full(F.shape, 1 / (np.abs(F - b).max(initial=0.0) or 1.0))  # no square overflows
-    if frame.normalize:
-        with np.errstate(over="ignore"):  # of a denormal range: it is ranked
-            inverse = 1 / unit_lengths(U, N)
+        F = F[kept]
+        places = places[kept]
+        lasting = lasting[kept]
     last_rows = np.searchsorted(places, tried, side="right") - 1
-    measures = np.column_stack([U, inverse])[last_rows]
+    measures = _measures(F, lasting, b, frame)[last_rows]
     waiting = [(0, len(tried), np.arange(len(F)))]
     while waiting:
         start, stop, rows = waiting.pop()
@@ -204,6 +200,23 @@ def _doubtful(
             nearer = rows[may_be_nearer[k] & (places[rows] <= last_place)]
             if len(nearer):
                 waiting.append((cuts[k], cuts[k + 1], nearer))
+
+
+def _measures(F: Array, lasting: Mask, b: Array, frame: UtopianFrame) -> Array:
+    """Return ``(n, 2m)`` ideal points of the designs up to each of n, and reciprocal lengths."""
+    if frame.is_fixed:
+        U = np.resize(frame.ideal, F.shape)
+        N = np.resize(frame.nadir, F.shape)
+    else:
+        U = np.minimum.accumulate(F)
+        N = _nadirs(F, lasting)
+    if frame.normalize:
+        with np.errstate(over="ignore"):  # of a denormal range: it is ranked
+            inverse = 1 / unit_lengths(U, N)
+    else:
+        greatest = np.abs(F - b).max(initial=0.0) or 1.0
+        inverse = np.full(F.shape, 1 / greatest)  # no square overflows
+    return np.column_stack([U, inverse])
 
 
 def _nadirs(F: Array, lasting: Mask) -> Array:

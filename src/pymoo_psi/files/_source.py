@@ -470,7 +470,8 @@ def _names_of_roles(
     guessed = [name for name in free if re.fullmatch(r"[xu]\d+", name)]
     # One column called f1 without any x1 is no numbering, and says nothing about the others.
     if "f1" not in numbered or len(numbered) + len(guessed) < 2:
-        numbered, guessed = [], []
+        numbered = []
+        guessed = []
     named = formulation.objectives or stated
     objectives = [name for name in named if name not in formulation.computed] or numbered
     if not objectives:

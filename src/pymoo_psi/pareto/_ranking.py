@@ -236,7 +236,9 @@ class Objectives:
         labels = None
         kind = source_type(F)
         if kind == "frame":
-            names, labels, F = tuple(F.columns), F.index, _numbers(F)
+            names = tuple(F.columns)
+            labels = F.index
+            F = _numbers(F)
         elif kind == "result" and hasattr(F, "F"):  # an algorithm has none
             F = _objectives_of_result(F)
         values = objective_matrix("F", F).copy()

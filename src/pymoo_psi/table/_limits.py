@@ -217,7 +217,8 @@ class Limit(NamedTuple):
             >>> Limit(texts=("tin", "oak")).in_words("material")
             'material = tin or oak'
         """
-        low, high = number(self.lower, _AS_TYPED), number(self.upper, _AS_TYPED)
+        low = number(self.lower, _AS_TYPED)
+        high = number(self.upper, _AS_TYPED)
         if self.texts is not None:
             allowed = f"= {listed(self.texts or ['nothing'], 'or')}"
         elif self.lower == -math.inf:
