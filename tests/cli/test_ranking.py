@@ -139,11 +139,13 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said,
 
 
 def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
-    Path("set.csv").write_text("name,cost,mass\nA,1,9\nB,3,3\nC,9,1\n")
+    Path("set.csv").write_text("name,cost,mass\nA,1,9\nB,3,3\nC,9,1\nD,4.000001,4\n")
     reason = "It is light, " * 30
     positions = [
         {"name": "Cleo", "chosen": "C", "reason": reason},
         {"name": "Ana", "chosen": "B", "limits": {"mass": 5}},
+        {"name": "Dora", "chosen": "D"},
+        {"name": "Emil", "chosen": "E"},
     ]
     decision = Decision(
         Formulation(limits={"cost": 4}), chosen="B", reason=reason, positions=positions
@@ -154,6 +156,8 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     text = " ".join(printed.split())
     assert f"Cleo wants C: beyond cost at most 4 (9). “{reason.strip()}" in text
     assert "Ana wants B. Under mass<=5." in text
+    assert "Dora wants D: beyond cost at most 4 (4.000001)." in text
+    assert "Emil wants E, which is not among these." in text
     assert text.count("equally near") + text.count("is as near") == 1
 
 

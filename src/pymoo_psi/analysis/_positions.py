@@ -20,11 +20,12 @@ from pymoo_psi.pareto import (
     unit_lengths,
     without_rounding,
 )
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import Limit, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
+_ALL_DIGITS = 17  # of a float64
 _TIE = 1e-9  # regrets that differ by less are equal
 
 
@@ -76,11 +77,24 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
     texts = {}
     for k in np.flatnonzero(mask[row]):
         value = table.column(columns[k])[row]
+        limit = table.limits.get(columns[k])
         if isinstance(value, float):
-            value = number(value, 5)
+            value = _text_beyond(value, limit)
         value = f"{value} {table.schema.units.get(columns[k], '')}".strip()
         texts[columns[k]] = f"{words[k]} ({value})"
     return texts
+
+
+def _text_beyond(value: float, limit: Limit | None) -> str:
+    """Return a number that is beyond a limit, with the digits that show it; None is a constraint.
+
+    Five digits of 4.000001 would be within a limit of 4.
+    """
+    digits = 5
+    if limit is not None:
+        while digits < _ALL_DIGITS and limit.lower <= float(f"{value:.{digits}g}") <= limit.upper:
+            digits += 1
+    return number(value, digits)
 
 
 def position_sentences(table: TestTable) -> list[str]:
@@ -93,6 +107,8 @@ def position_sentences(table: TestTable) -> list[str]:
             beyond = beyond_limits(table, names.index(record["choice"]))
             if beyond:
                 text += f": beyond {listed([*beyond.values()])}"
+        elif record["choice"] != "none":
+            text += ", which is not among these"
         text += "."
         if record.get("under"):
             text += f" Under {record['under']}."
