@@ -3,8 +3,10 @@
 import os
 
 import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
 
-from pymoo_psi import QMCSampling, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, QMCSampling, VectorizedSphereChute, investigate
 from pymoo_psi.files import read_table
 from tests.helpers.refusals import refused
 
@@ -36,3 +38,26 @@ def test_processes_give_the_table_of_one_core(tmp_path):
     again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
     assert again.equals(investigate(CHUTE, 3500))
     assert os.listdir(tmp_path) == ["s.db"]
+
+
+class Recurring(ElementwiseProblem):
+    """A model whose designs recur in several shares."""
+
+    def __init__(self, noisy):
+        super().__init__(n_var=1, n_obj=2, xl=0, xu=4, vtype=int)
+        self.noisy = noisy
+
+    def _evaluate(self, x, out, *args, seed=0, **kwargs):
+        out["F"] = [x[0] + seed, -x[0]]
+
+
+@pytest.mark.parametrize("noisy", [False, True])
+def test_designs_of_several_shares_are_those_of_one_run(noisy, tmp_path):
+    """Under the same numbers; the tests of a noisy model all count."""
+    problem = Recurring(noisy)
+    for part in (1, 2, 3):
+        minimize(problem, PSI(12, share=(part, 3), study=tmp_path / "shares"))
+    minimize(problem, PSI(12, study=tmp_path / "s.db"))
+    whole = read_table(tmp_path / "s.db", average_by=False)
+    assert len(whole) == (12 if noisy else 5)
+    assert read_table(tmp_path / "shares", average_by=False).to_frame().equals(whole.to_frame())

@@ -293,7 +293,7 @@ class Database:
     def append(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> int:
         """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
         self.widen(columns)
-        self._fill(run, columns, self._keys(columns), repeat, noisy=noisy)
+        self._fill(run, columns, self.keys(columns), repeat, noisy=noisy)
         n_changed = 0
         if self.count("block WHERE test NOT NULL"):
             n_changed = self._change(run)
@@ -322,7 +322,8 @@ class Database:
         """
         return self._integers(query, json.dumps(keys))
 
-    def _keys(self, columns: Columns) -> Sequence[str | None]:
+    def keys(self, columns: Columns) -> Sequence[str | None]:
+        """Return a key of the design of each test; ``None`` if there are no variables."""
         head = self.head
         designs = [columns[name] for name in head["variables"]]
         if not designs:  # no design is another's
