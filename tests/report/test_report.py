@@ -426,6 +426,13 @@ def test_no_design_left_reports_what_stands_in_the_way():
 
 
 @undrawn
+def test_the_nearest_value_is_beyond_the_limit():
+    frame = pd.DataFrame({"mass": [4.000001, 5.0], "cost": [2.0, 1.0]})
+    report = decision_report(read_table(frame, Formulation(["mass", "cost"], limits={"mass": 4})))
+    assert "The nearest: 4.000001." in lines(report, "What limits do")[1]
+
+
+@undrawn
 def test_limits_on_integers_among_other_kinds_are_reported():
     X = np.array([[0.5, 2], [0.25, 3]], dtype=object)
     schema = Schema.of(2, 1, kinds=["real", "integer"])

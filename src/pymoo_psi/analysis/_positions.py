@@ -79,13 +79,13 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
         value = table.column(columns[k])[row]
         limit = table.limits.get(columns[k])
         if isinstance(value, float):
-            value = _text_beyond(value, limit)
+            value = text_beyond(value, limit)
         value = f"{value} {table.schema.units.get(columns[k], '')}".strip()
         texts[columns[k]] = f"{words[k]} ({value})"
     return texts
 
 
-def _text_beyond(value: float, limit: Limit | None) -> str:
+def text_beyond(value: float, limit: Limit | None) -> str:
     """Return a number that is beyond a limit, with the digits that show it; None is a constraint.
 
     Five digits of 4.000001 would be within a limit of 4.

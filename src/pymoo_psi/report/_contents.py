@@ -35,6 +35,7 @@ from pymoo_psi.analysis import (
     positions_frame,
     ranking_without_limits,
     switching_values,
+    text_beyond,
     within_limits,
 )
 from pymoo_psi.errors import ArgumentValueError, PsiError
@@ -403,10 +404,14 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     if np.isnan(cost["lower"]):  # allowed texts
         return ""
     name = cost["column"]
-    excess = Limit(cost["lower"], cost["upper"]).excess(name, table.column(name))
+    limit = Limit(cost["lower"], cost["upper"])
+    excess = limit.excess(name, table.column(name))
     if excess.min() == 0:
         return "Some are within it."
-    nearest = _cell(table.column(name)[excess.argmin()])
+    value = table.column(name)[excess.argmin()]
+    nearest = _cell(value)
+    if isinstance(value, float) and np.isfinite(value):
+        nearest = text_beyond(value, limit)
     return f"The nearest: {_with_unit(table, name, nearest)}."
 
 
