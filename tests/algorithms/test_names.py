@@ -43,8 +43,7 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
     assert told.schema.maximize == ("gain",)
     assert told.schema["heat"].heading == "heat [K]"
     assert np.array_equal(told.column("gain"), -told.F[:, 1])
-    given = investigate(Model(), 16, **TOLD)
-    assert given.equals(told)
+    assert investigate(Model(), 16, **TOLD).equals(told)
     assert minimize(Model(), PSI(16, **TOLD)).algorithm.table.equals(told)
     assert minimize(Model(**TOLD), PSI(16)).algorithm.table.equals(told)
     # A tolerant problem has the attributes of the one that it wraps; arguments win.

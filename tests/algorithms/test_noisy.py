@@ -71,8 +71,7 @@ def test_a_study_makes_only_the_tests_that_are_missing(study_file):
 def test_designs_that_are_not_run_stay_infeasible():
     rule = {"low": "x1 <= 0.5"}
     table = investigate(Queue(), 16, repeat=2, requirements=rule)
-    once = investigate(Queue(), 16, requirements=rule)
-    assert np.array_equal(table.status, once.status)
+    assert np.array_equal(table.status, investigate(Queue(), 16, requirements=rule).status)
     assert "infeasible" in table.status
     assert not table.reasons
 
@@ -109,8 +108,7 @@ def test_an_export_keeps_every_test_of_a_design(program, tmp_path, study_file, c
     said(*solve, study_file)
     for name in ("tests.csv", "copy.db"):
         said("export", study_file, "--out", tmp_path / name)
-    tests = read_table(tmp_path / "tests.csv")
-    assert len(tests) == 4
+    assert len(read_table(tmp_path / "tests.csv")) == 4
     # nothing is left to test
     assert "This run: no new test." in said(*solve, tmp_path / "copy.db")
 

@@ -172,8 +172,7 @@ def test_a_repeated_design_is_evaluated_once_but_for_workers():
     assert (problem.n_designs, table.repeats.sum()) == (6, 34)
     with ThreadPoolExecutor(2) as threads:
         problem = Teeth()
-        workers = ExecutorRunner(threads, workers=2)
-        assert investigate(problem, 40, runner=workers).equals(table)
+        assert investigate(problem, 40, runner=ExecutorRunner(threads, workers=2)).equals(table)
 
 
 def test_an_algorithm_is_set_up_once():

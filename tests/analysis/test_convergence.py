@@ -77,7 +77,6 @@ def test_too_little_to_tell():
     found = convergence(table)
     assert found["optimum"][:3].tolist() == [0, 0, 0]
     assert np.isinf(found["mu1"][:3]).all()
-    said = convergence_sentence(found)
-    assert said.startswith("Too few tests to tell: 24 of 64 are feasible")
+    assert convergence_sentence(found).startswith("Too few tests to tell: 24 of 64 are feasible")
     refused("of 8 tests or more, got 7 tests", convergence, table.take(np.arange(7)))
     refused("with a feasible design", convergence, table.take(np.arange(16)))

@@ -51,8 +51,7 @@ def test_every_algorithm_spends_exactly_its_budget(algorithm, budget):
     assert (problem.xu >= X).all()
     F = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
     best = F[nondominated(F)]
-    found = result.runs[0].F
-    assert sorted(map(tuple, found)) == sorted(map(tuple, best))
+    assert sorted(map(tuple, result.runs[0].F)) == sorted(map(tuple, best))
 
 
 @pytest.mark.parametrize("algorithm", ["nsga2", lambda n: SPEA2(pop_size=20)])

@@ -43,8 +43,7 @@ def test_the_command_reads_and_writes_it(formats, said, tmp_path):
     words = ["--limits", "f1<=60", "--units", "f1=kg"]
     ranked = said("rank", "t.records", *words, "--out", "r.records")
     assert ranked.replace("t.records", "s.db") == said("rank", "s.db", *words, "--out", "r.records")
-    designs = read_table("r.records")
-    assert designs.schema.units == {"f1": "kg"}
+    assert read_table("r.records").schema.units == {"f1": "kg"}
     Path("t.records").rename("pipe")  # recognized by its content
     assert read_table("pipe").equals(read_table("s.db"))
 

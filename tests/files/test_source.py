@@ -433,8 +433,7 @@ def test_objects_of_json_are_designs(tmp_path):
     table = read_table(frame, Formulation(["cost", "mass"]))
     assert table.to_frame()["begun"].tolist() == ["2026-01-02 03:04:05", "2026-01-03 00:00:01"]
     (tmp_path / "set.json").write_text(frame.to_json(orient="records", date_format="iso"))
-    read = read_table(tmp_path / "set.json")
-    np.testing.assert_array_equal(read.F, table.F)
+    np.testing.assert_array_equal(read_table(tmp_path / "set.json").F, table.F)
     for text in ('{"a": 1}', '[{"a": 1}, 2]', '[{"a": 1'):
         (tmp_path / "set.json").write_text(text)
         refused("no list of designs", read_table, tmp_path / "set.json")
@@ -657,8 +656,8 @@ def test_equal_rows_of_a_file_count_once(read, path):
     table = read("name,cost,mass\nA,1,2\nB,2,1\nA,1,2\nA,1,3\nB,2,1\n")
     assert table.numbers.tolist() == [1, 2, 4]
     assert table.remarks[0] == "2 rows left out: equal to another one in all cells."
-    labels = read("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n")  # labels are no numbers
-    assert labels.names == ["1.1", "1.10"]
+    # Labels are no numbers.
+    assert read("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n").names == ["1.1", "1.10"]
     assert len(read_table(pd.DataFrame(np.ones((3, 2))))) == 3
 
 

@@ -116,8 +116,7 @@ def test_a_failed_program_keeps_its_folder(beam, tmp_path, mode, reason):
 
 
 def test_a_hanging_program_ends_with_all_it_started(beam, tmp_path):
-    script = "sleep 71 & echo $! > pid; sleep 72"
-    (tmp_path / "model" / "hang.sh").write_text(script)
+    (tmp_path / "model" / "hang.sh").write_text("sleep 71 & echo $! > pid; sleep 72")
     changed = [(f"{sys.executable} solver.py", "sh hang.sh"), ("files =", "timeout = 2\nfiles =")]
     table = investigate(beam(*changed), 1)
     assert table.reasons[1].startswith("timed out after 2 s")
@@ -136,8 +135,7 @@ def test_a_hanging_program_ends_with_all_it_started(beam, tmp_path):
     ],
 )
 def test_what_cannot_be_read_fails_the_design(beam, old, new, match):
-    table = investigate(beam((old, new)), 1)
-    assert re.search(match, table.reasons[1])
+    assert re.search(match, investigate(beam((old, new)), 1).reasons[1])
 
 
 def shell(tmp_path, script, outputs, template=None, **program):
@@ -274,8 +272,7 @@ ProgramProblem(
 def test_all_wrong_outputs_of_a_run_are_reported(tmp_path):
     outputs = {name: {"file": "stdout.txt", "pattern": f"{name} = (.*)"} for name in "abcd"}
     outputs |= {"e": {"expression": "2*b"}, "f": {"expression": "2*d"}}
-    problem = shell(tmp_path, "echo a = 1; echo c = x; echo d = 3", outputs)
-    run = problem.run({"x": 0.5})
+    run = shell(tmp_path, "echo a = 1; echo c = x; echo d = 3", outputs).run({"x": 0.5})
     assert run.outputs == {"a": 1.0, "d": 3.0, "f": 6.0}
     assert run.flaws == [
         "output b: stdout.txt has no match of 'b = (.*)'",

@@ -166,5 +166,4 @@ def test_numbers_and_arrays_of_numpy_are_values_too(read):
     ],
 )
 def test_constraints_have_all_digits_of_their_limits(read, limit, text):
-    problem = read(toml_file(FILE | {"limits": {"stress": limit}}))
-    assert problem.names["g1"] == text
+    assert read(toml_file(FILE | {"limits": {"stress": limit}})).names["g1"] == text

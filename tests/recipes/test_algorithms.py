@@ -279,8 +279,7 @@ def test_mixed_variables(make, n_obj):
     )
     survival = {} if n_obj == 1 else {"survival": RankAndCrowdingSurvival()}
     genetic = MixedVariableGA(pop_size=N, sampling=result.pop, **survival)
-    went_on = minimize(Mixed(n_obj), genetic, ("n_gen", 2), seed=1)
-    assert went_on.algorithm.evaluator.n_eval == N
+    assert minimize(Mixed(n_obj), genetic, ("n_gen", 2), seed=1).algorithm.evaluator.n_eval == N
 
 
 # parallelization

@@ -40,8 +40,7 @@ def test_the_reference_point_by_its_definition(F, normalize, data):
     front, d = in_shares(F, point, normalize)
     keys = [(round(max(t), 9), round(sum(t), 9)) for t in (d * weights).tolist()]
     expected = [i for i, key in zip(front.tolist(), keys, strict=True) if key == min(keys)]
-    selector = ReferencePoint(point, weights=weights, normalize=normalize)
-    assert selector.do(F).tolist() == expected
+    assert ReferencePoint(point, weights=weights, normalize=normalize).do(F).tolist() == expected
 
 
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))

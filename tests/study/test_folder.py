@@ -117,8 +117,7 @@ def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
 def test_a_study_is_never_written_over_another(study_file):
     write_study(study_file, HEAD, block(1, 10))
     assert bits(read(study_file)[1]) == bits(block(1, 10))
-    study = begun(study_file)
-    assert study.append(block(9, 4)) == 2
+    assert begun(study_file).append(block(9, 4)) == 2
     refused(
         "exists already and was left as it is",
         write_study,
