@@ -227,6 +227,7 @@ def test_mistakes(n, options, message):
         (lambda: investigate(CHUTE, 4, repeat=2), "^repeat must be 1 .* got 2; .*noisy"),
         (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
+        (lambda: PSI(8, more=True), "more must be used with a study"),
         (lambda: PSI(8, share=(1, 2, 3)), "share must be a pair"),
         (lambda: PSI(8, share="12"), "share must be a pair"),
         (lambda: PSI(8, share=3), r"share must be a pair \(k, n\), the k-th of n parts, got 3"),

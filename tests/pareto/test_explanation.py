@@ -142,16 +142,12 @@ def labelled(labels):
 
 def table_of(labels=None):
     """Tests 10 to 14, of which the first is infeasible and the last dominated."""
+    X, G = np.linspace(0, 1, 5)[:, None], [[1.0], [0.0], [0.0], [0.0], [0.0]]
     schema = Schema.of(1, ["a", "b"], ["g"], units={"a": "kg"})
-    notes = {}
-    label = None
-    if labels is not None:
-        notes = {"name": labels}
-        label = "name"
-    X = np.linspace(0, 1, 5)[:, None]
-    G = [[1.0], [0.0], [0.0], [0.0], [0.0]]
-    numbers = [10, 11, 12, 13, 14]
-    return TestTable.of(numbers, X, [[0.0, 0.0], *ROWS], G, schema=schema, notes=notes, label=label)
+    table = TestTable.of(range(10, 15), X, [[0.0, 0.0], *ROWS], G, schema=schema)
+    if labels is None:
+        return table
+    return table.with_notes({"name": labels}, "name")
 
 
 ARRAY = np.array(ROWS)

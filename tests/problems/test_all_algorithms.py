@@ -2,8 +2,6 @@
 
 import contextlib
 import inspect
-import pkgutil
-from importlib import import_module
 
 import numpy as np
 import pymoo.algorithms.moo
@@ -20,6 +18,7 @@ from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant
+from tests.helpers.parts import parts
 
 DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=9)
 ARGUMENTS = {
@@ -35,17 +34,10 @@ UNCONSTRAINED = {"MOEAD", "ParallelMOEAD", "KGB", "DNSGA2"}  # refuse problems w
 def algorithms():
     """Algorithms by name; those that cannot be made with what is installed are left out."""
     found = {}
-    for info in pkgutil.iter_modules(pymoo.algorithms.moo.__path__):
-        try:
-            module = import_module(f"pymoo.algorithms.moo.{info.name}")
-        except Exception:  # age needs numba, kgb scikit-learn
-            continue
-        for name, value in vars(module).items():
-            own = inspect.isclass(value) and value.__module__ == module.__name__
-            if own and issubclass(value, Algorithm):
-                with contextlib.suppress(TypeError):  # PINSGA2 of pymoo 0.6.1.5
-                    made(value)
-                    found[name] = value
+    for kind in parts(pymoo.algorithms.moo, Algorithm):
+        with contextlib.suppress(TypeError):  # PINSGA2 of pymoo 0.6.1.5
+            made(kind)
+            found[kind.__name__] = kind
     return found
 
 

@@ -1,10 +1,7 @@
 """Problems of other people: every problem of pymoo."""
 
 import contextlib
-import importlib
-import inspect
 import pathlib
-import pkgutil
 import warnings
 
 import numpy as np
@@ -14,6 +11,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 
 from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
+from tests.helpers.parts import parts
 from tests.helpers.refusals import refused
 
 
@@ -28,19 +26,9 @@ def made(kind):
     return None
 
 
-def problems(package):
-    for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-        with contextlib.suppress(ImportError):  # some need packages of their own
-            module = importlib.import_module(info.name)
-            for kind in [*vars(module).values()]:
-                own = inspect.isclass(kind) and kind.__module__ == info.name
-                if own and issubclass(kind, Problem) and (problem := made(kind)) is not None:
-                    yield problem
-
-
 @pytest.mark.filterwarnings("ignore")  # of the models
 def test_every_problem_gives_its_own_values():
-    found = [*problems(pymoo.problems)]
+    found = [*filter(None, map(made, parts(pymoo.problems, Problem)))]
     assert len(found) > 60
     for problem in found:
         table = investigate(problem, 4)

@@ -70,7 +70,6 @@ def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
         algorithm.next()
     assert len(investigate(model, 8, study=study_file, more=True)) == 32
     assert len(investigate(model, 8, study=study_file, more=True)) == 40
-    refused("more must be used with a study", PSI, 8, more=True)
 
 
 def test_results_in_another_unit_are_refused(model, study_file):

@@ -48,7 +48,6 @@ def test_the_first_proposals_under_a_number_stay(study):
     made = [(n, 2, "métal", {"point": [0.1, None, 1e-300], "n": n}) for n in (7, 8, 9)]
     assert proposed(study, made) == made
     assert proposed(study, [(n, 3, "other", {}) for n in (7, 8)]) == made[:2]
-    assert study.proposals() == made
     refused("must hold plain values", study.begin, changed(parameters={"n": np.int64(3)}))
     assert Study(study.path).proposals() == made
     assert str(read(study.path)) == str(nothing)  # they are no tests
