@@ -287,7 +287,7 @@ def test_tests_of_other_bounds_are_learned_where_they_are(study_file):
     wide = FunctionalProblem(3, [sphere], xl=0, xu=10)
     minimize(wide, PSI(40, study=study_file))
     part = Restricted(wide, dict.fromkeys(("x1", "x2", "x3"), (0.0, 1.0)))
-    table = run(part, 40, study=study_file).table
+    table = run(part, 40, study=study_file, batch=None).table
     assert (table["proposal_round"] == 0).sum() >= 18  # one or two of the 40 are within these
     assert table["f1"].min() < 1e-6
 
