@@ -121,13 +121,13 @@ def test_means_of_tests_are_no_tests(tmp_path):
 
 def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_path):
     problem = get_problem("bnh")
-    table = investigate(problem, 64)
+    table = investigate(problem, 96)
     table.to_csv(tmp_path / "old.csv")
     tests = import_tests(problem, tmp_path / "old.csv", options)
-    assert tests.remarks[0] == "64 of 64 tests taken, 0 known already."
+    assert tests.remarks[0] == "96 of 96 tests taken, 0 known already."
     assert tests.status.tolist() == table.status.tolist()
     new = minimize(problem, SurrogatePSI(4, study=options.study), seed=1).algorithm.table
-    assert (new["proposal_round"] > 0).all()  # the 64 tests stand for the first points
+    assert (new["proposal_round"] > 0).all()  # the 96 tests stand for the first points
 
 
 def test_values_outside_the_bounds_are_named(options):

@@ -16,6 +16,7 @@ from pymoo_psi import (
     PSI,
     ExecutorRunner,
     JoblibRunner,
+    SurrogatePSI,
     VectorizedSphereChute,
     investigate,
 )
@@ -86,6 +87,13 @@ def test_a_model_that_kills_its_process(processes, study_file):
     assert {*table.reasons} == {*plain.numbers[failed].tolist()} != set()
     assert {*table.reasons.values()} == {"its worker process died (exit code 3, 2 times)"}
     np.testing.assert_array_equal(table.F[~failed], plain.F[~failed])
+
+
+@posix
+def test_surrogates_on_an_executor(processes, study_file):
+    problem = Sum(elementwise_runner=ExecutorRunner(processes))
+    search = minimize(problem, SurrogatePSI(32, study=study_file), seed=1)
+    assert len(search.algorithm.table) == len(read_table(study_file)) == 32
 
 
 class Endless(Sum):
