@@ -136,6 +136,14 @@ def test_an_equal_answer_draws_two_designs_together():
     assert person.shares[2] > far[2]  # between them
 
 
+def test_contradictions_count_against_each_other():
+    person = Preferences(FIVE)
+    for better, worse in ((0, 1), (1, 2), (2, 0)) * 20:
+        person.answer(better, worse)
+    assert np.isfinite(person.regret)
+    assert person.shares.sum() == pytest.approx(1)
+
+
 @pytest.mark.parametrize("F", [[[1.0, 2.0]], [[1.0, 2.0]] * 3, [[1.0], [2.0]]])
 def test_sets_of_one_and_of_equal_designs_ask_nothing(F):
     person = Preferences(F)

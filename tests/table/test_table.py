@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -243,6 +244,11 @@ def test_designs_are_called_by_their_label():
         table = PLAIN.with_notes({"id": cells}, "id")
         assert table.names == names
         assert table.best().names[0] in explain(table).sentences[0]
+
+
+def test_a_joined_table_has_the_facts_of_both():
+    other = replace(TestTable.of([3], [[0.0]], [[1.0, 2.0]], [[0.0]]), facts=("from a file",))
+    assert PLAIN.extended(other).remarks == ("from a file",)
 
 
 confusable = st.sampled_from(
