@@ -91,7 +91,9 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
 def sometimes(x):
     """A model that gives a further output of every fourth design only."""
     results = {"F": [x[0] + x[1], (x[0] - 1) ** 2 - x[1]]}
-    return results | ({"heat": x[1]} if x[0] >= 0.75 else {})
+    if x[0] >= 0.75:
+        results["heat"] = x[1]
+    return results
 
 
 SOMETIMES = Model(sometimes, n_var=2)
@@ -111,23 +113,12 @@ def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
-def test_limits_on_outputs_of_no_test_are_refused(keep, tmp_path):
+def test_limits_on_outputs_of_no_test_are_refused(keep, study_file):
     """Only then is it known that no test has it; what was computed is in the study."""
-    problem, limits, study = (
-        Model(lambda x: {"F": [x[0], -x[1]]}, n_var=2),
-        {"heat": 0.5},
-        tmp_path / "s.db",
-    )
-    refused(
-        "a name in limits must be one of .*'heat'",
-        investigate,
-        problem,
-        32,
-        limits=limits,
-        keep=keep,
-        study=study,
-    )
-    assert read_table(study).equals(investigate(problem, 32))
+    problem = Model(lambda x: {"F": [x[0], -x[1]]}, n_var=2)
+    options = {"limits": {"heat": 0.5}, "keep": keep, "study": study_file}
+    refused("a name in limits must be one of .*'heat'", investigate, problem, 32, **options)
+    assert read_table(study_file).equals(investigate(problem, 32))
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
