@@ -166,7 +166,9 @@ def test_penalties_do_not_blind_the_surrogates():
     def penalised(x, penalty):
         away = 1 + 4 * ((x[1:] - 0.37) ** 2).sum()
         F = [x[0] * away, (1 - np.sqrt(x[0])) * away]
-        return {"F": [penalty, penalty] if x[0] < 0.4 else F, "G": [0.4 - x[0]]}
+        if x[0] < 0.4:
+            F = [penalty, penalty]
+        return {"F": F, "G": [0.4 - x[0]]}
 
     tables = []
     for penalty in (np.inf, 1e9):
