@@ -6,6 +6,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
+    PSI,
     ProcessRunner,
     ProgramProblem,
     Restricted,
@@ -66,6 +67,36 @@ def test_a_study_makes_only_the_tests_that_are_missing(study_file):
     table = investigate(problem, 12, repeat=3, study=study_file)
     assert len(problem.calls) == 36 - 16
     assert np.array_equal(table.F, investigate(Queue(), 12, repeat=3).F)
+
+
+class Die(ElementwiseProblem):
+    """A noisy model of few designs, whose tests may fail."""
+
+    noisy = True
+
+    def __init__(self, share_of_failures=0.0):
+        super().__init__(n_var=1, n_obj=2, xl=0, xu=4, vtype=int)
+        self.share_of_failures = share_of_failures
+
+    def fingerprint(self):
+        return {}
+
+    def _evaluate(self, x, out, *args, seed, **kwargs):
+        if np.random.default_rng(seed).random() < self.share_of_failures:
+            raise ValueError
+        out["F"] = [x[0] + seed, -x[0]]
+
+
+def test_failed_tests_of_designs_that_recur_are_made_again(study_file):
+    table = minimize(Die(0.4), PSI(20, study=study_file)).algorithm.table
+    n_failed = np.count_nonzero(table.status == "failed")
+    algorithm = minimize(Die(), PSI(20, study=study_file, retry="failed")).algorithm
+    assert algorithm.evaluator.n_eval == n_failed > 5
+    assert algorithm.table.equals(minimize(Die(), PSI(20)).algorithm.table)
+
+
+def test_each_test_of_a_noisy_model_counts_in_a_budget():
+    assert minimize(Die(), PSI(1000), ("n_eval", 10)).algorithm.evaluator.n_eval == 10
 
 
 def test_designs_that_are_not_run_stay_infeasible():

@@ -323,7 +323,7 @@ def _results_in(
     for name in head.get("expressions", {}):
         if name in columns:  # what people give is compared with what is computed
             kinds.setdefault(name, Kind.REAL)
-    others = [name for name in columns if name not in kinds]
+    others = [name for name in columns if name not in (*kinds, "index")]  # that of a frame
     if others:
         remarks.append(f"Not taken, as they are no outputs of the study: {', '.join(others)}.")
     lacking = []

@@ -170,7 +170,7 @@ class PointAlgorithm(WithTable, Algorithm):
         """Whether no point is known to a study, outside requirements, or perhaps a repeat."""
         if self.options.study is not None or without_requirements(problem) is not problem:
             return False
-        return not design_space(problem).finite
+        return getattr(problem, "noisy", False) or not design_space(problem).finite
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         # It says how many points an iteration tests, not how many are evaluated together.

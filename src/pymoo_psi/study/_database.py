@@ -472,8 +472,11 @@ class Database:
                 Received(f"other values for test point {wrong[0]} of run {run}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        changes = []
+        # a failed test that is made again stays the same one of its design
+        changes = ["repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)"]
         for name in (*_OF_TEST, *names):
+            if name == "repeat":
+                continue
             changes.append(
                 f"{name} = iif(coalesce(tests.status, 'failed') = 'failed', block.{name}, "
                 f"coalesce(tests.{name}, block.{name}))"
