@@ -12,6 +12,7 @@ from pymoo.algorithms.moo.spea2 import SPEA2
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
+from pymoo.problems.multi.bnh import BNH
 
 import pymoo_psi
 from pymoo_psi import PSI, VectorizedSphereChute
@@ -232,6 +233,10 @@ def test_runs_on_another_problem_are_refused(tmp_path):
 # Wrong arguments
 
 
+class Noisy(BNH):
+    noisy = True
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -239,6 +244,7 @@ def test_runs_on_another_problem_are_refused(tmp_path):
         ({"n_evaluations": []}, r"n_evaluations must be one or more integers, got \[\]"),
         ({"algorithms": []}, r"algorithms must be one or more, such as psi, .* got \[\]"),
         ({"problem": get_problem("sphere")}, "objectives of problem must be at least 2, got 1"),
+        ({"problem": Noisy()}, "the problem of a comparison must be one whose tests of a design"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
         ({"algorithms": {"a": NSGA2}}, "a name, an algorithm or a function.*give lambda n: NSGA2"),
         ({"reference_front": [[1, 2, 3]]}, r"reference_front must be of shape \(1, 2\)"),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Mask, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import EvaluationError
@@ -301,7 +301,7 @@ def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue
     if model.noisy:
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
-        raise invalid("problem", rule, model.inner, remedy)
+        raise invalid("problem", rule, Received("one for many designs"), remedy)
     smallest = _SMALLEST
     largest = _LARGEST
     if together:

@@ -66,8 +66,7 @@ class Recorded(WithTable, WrappedProblem):
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
-        ArgumentValueError: It has no finite bounds, its values depend on more than the design, or
-            the file is that of a ``Recorded`` within.
+        ArgumentValueError: It has no finite bounds, or its values depend on more than the design.
         StudyError: The study belongs to another model, is damaged or cannot be written; in use:
             another process is writing it.
         EvaluationError: In use: a design failed.

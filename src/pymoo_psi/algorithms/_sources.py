@@ -91,7 +91,9 @@ class RunOptions:
             integer("block_size", self.block_size, minimum=1)
         positive_number("study_wait", self.study_wait)
         if self.more and self.study is None:
-            raise invalid("more", "used with a study, which says what the run has", self.more)
+            raise invalid(
+                "more", "used with a study, which says what the run has", Received("none")
+            )
         if self.retry is not None:
             known_name("retry", self.retry, ("failed", "incomplete"))
         if self.formulation is not None:

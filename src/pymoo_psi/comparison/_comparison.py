@@ -27,6 +27,7 @@ from pymoo_psi._validation import (
     Array,
     Entries,
     FilePath,
+    Received,
     counted,
     integer,
     invalid,
@@ -417,6 +418,9 @@ def compare(
     problem = with_requirements(problem)
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
+    if getattr(problem, "noisy", False):
+        rule = "one whose tests of a design do not differ"
+        raise invalid("the problem of a comparison", rule, Received("a noisy one"))
     problem_schema(problem, design_space(problem))  # reports flaws before any run
     fronts = []
     if reference_front is not None:
