@@ -25,7 +25,6 @@ from pymoo_psi.plots._style import (
     BESIDE,
     HALO,
     INK,
-    SHAPES,
     Drawing,
     Style,
     literal,
@@ -51,7 +50,6 @@ _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
-_NOTED = 3  # designs outside the axes whose values are at the edge
 _WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
 _NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
 # How groups are drawn. Those of a higher zorder are on top.
@@ -174,30 +172,13 @@ class Points:
         y.set_axis(axes, "y")
 
     def note_outside(self, axes: Axes, first: str, second: str) -> None:
-        """Draw arrows to the few designs outside the axes, or write how many there are."""
-        x = self.columns[first]
-        y = self.columns[second]
+        """Write above axes how many designs are outside."""
         is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
-        rows = np.flatnonzero(is_drawn & ~(x.visible & y.visible))
-        if len(rows) == 0:
-            return
-        if len(rows) > _NOTED:
-            height = axes.yaxis.label.get_window_extent().y0 - axes.bbox.y1
-            axes.set_title(
-                f"{len(rows)} outside", loc="right", fontsize=7, pad=height * 72 / axes.figure.dpi
-            )
-            return
-        for row in rows.tolist():
-            point = (np.clip(x.places[row], *x.ends), np.clip(y.places[row], *y.ends))
-            texts = []
-            away = [0, 0]
-            for j, (column, place) in enumerate(zip((x, y), point, strict=True)):
-                if not column.visible[row]:
-                    texts.append(number(column.places[row]))
-                    away[j] = 18 if place == column.ends[0] else -18
-            arrow = {"arrowstyle": "-|>", "lw": 0.6, "color": "0.35", "shrinkA": 1, "shrinkB": 0}
-            style = _NOTE | {"ha": "center", "va": "center", "arrowprops": arrow}
-            axes.annotate(", ".join(texts), point, (away[0], away[1]), **style)
+        n = np.sum(is_drawn & ~(self.columns[first].visible & self.columns[second].visible))
+        if n:
+            away = axes.yaxis.label.get_window_extent().y0 - axes.bbox.y1
+            pad = away * 72 / axes.figure.dpi
+            axes.set_title(f"{n} outside", loc="right", fontsize=7, va="bottom", pad=pad)
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write the names of designs beside them, the first one in the accent."""
@@ -246,11 +227,11 @@ def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
 
 
 def groups_in_words(groups: Groups) -> str:
-    """Return how many designs are in each group, and what their markers are."""
+    """Return how many designs are in each group."""
     texts = []
-    for name, (style, mask) in groups.items():
+    for name, (_, mask) in groups.items():
         if mask.any():
-            texts.append(f"{mask.sum()} {name} ({SHAPES[style['marker']]})")
+            texts.append(f"{mask.sum()} {name}")
     return ", ".join(texts)
 
 

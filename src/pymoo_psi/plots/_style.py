@@ -66,20 +66,6 @@ _NAME: Style = BESIDE | {
 }
 _LEADER: Style = {"color": "0.4", "linewidth": 0.5, "transform": IdentityTransform()}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
-# Shapes in words, for captions.
-SHAPES = {
-    ".": "dots",
-    "x": "crosses",
-    "o": "circles",
-    "s": "squares",
-    "^": "triangles",
-    "D": "diamonds",
-    "v": "triangles that point down",
-    "P": "plus signs",
-    "X": "bold crosses",
-    "<": "triangles that point to the left",
-    "*": "a star",
-}
 _MM_OF_LETTER = 1.4  # width of a letter in labels of axes
 _MM_OF_TICKS = 12.0  # left of axes
 _LETTERS_OF_Y = 36  # of the name of a vertical axis, at least
@@ -92,7 +78,7 @@ _BETTER = {
     "y": {1: "↓ {}, less is better", -1: "↑ {}, more is better", 0: "{}"},
 }
 ABOVE = ("data", "axes fraction")  # coordinates of names above axes
-_RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
+_RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _FEW_PAIRS = 4  # pairs that stand in two columns
@@ -141,17 +127,15 @@ class Drawing(Figure):
         caption: Description of the figure in plain text.
         placed: Functions that place names when the figure is drawn, each with its arguments.
         axis_names: The arguments of :func:`name_axis`, whose texts follow from the width.
+        key: The axes whose marks have a key.
         is_divisible: Whether its panels can be arranged in fewer columns.
     """
 
     caption: str = ""
     placed: tuple[tuple[Any, ...], ...] = ()
     axis_names: tuple[tuple[Any, ...], ...] = ()
+    key: tuple[Axes, ...] = ()
     is_divisible = False
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        self.key: dict[str, list[Any]] = {}
 
     def draw(self, renderer: RendererBase) -> None:
         """Draw the figure, its names where there is room in its present size."""
@@ -190,7 +174,7 @@ class Drawing(Figure):
         if is_narrow:
             if self.key:
                 with rc_context(_SETTINGS):
-                    add_key(self)
+                    add_key(self, *self.key)
             for ax in self.axes:
                 ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
             names = self.axis_names
@@ -363,16 +347,20 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
 
     Marks of the same label are one over the other.
     """
+    figure.key = axes  # again in another width
+    marks: dict[str, Any] = {}
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
-            figure.key.setdefault(label, []).append(mark)
-    n_letters = sum(len(label) + _LETTERS_OF_MARK for label in figure.key)
-    n_columns = len(figure.key)
-    if n_letters > figure.get_figwidth() * 25.4 / _MM_OF_LETTER:
-        n_columns = 2 if figure.get_figwidth() * 25.4 < _NARROW else 3
+            marks[label] = (*marks.get(label, ()), mark)
+    n_letters = sum(len(label) + _LETTERS_OF_MARK for label in marks)
+    width = figure.get_figwidth() * 25.4
+    n_columns = len(marks)
+    if n_letters * _MM_OF_LETTER > width:
+        n_columns = 3
+    if width < _NARROW:
+        n_columns = 2
     figure.legends.clear()
-    marks: Any = [tuple(marks) for marks in figure.key.values()]
-    figure.legend(marks, list(figure.key), loc="outside upper left", ncols=n_columns)
+    figure.legend(list(marks.values()), list(marks), loc="outside upper left", ncols=n_columns)
 
 
 def name_lines(figure: Drawing, axes: Axes) -> None:
@@ -597,13 +585,7 @@ def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
     axis = getattr(axes, f"{letter}axis")
     axis.set_major_locator(LogLocator(subs=factors, numticks=5))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(lambda value, _: _tick(value))
-
-
-def _tick(value: float) -> str:
-    if 1e-3 <= value < 1e4:
-        return number(value)
-    return raised(NumberFormat(0, has_powers=True, minus="−").text(value))
+    axis.set_major_formatter(lambda value, _: raised(number(value)))
 
 
 def raised(text: str) -> str:
