@@ -53,6 +53,8 @@ def test_a_chosen_design_is_marked(chute):
     (marked,) = (line for line in ax.lines if line.get_label() == "marked")
     np.testing.assert_array_equal(marked.get_xydata(), chute.F[[6]][:, [0, 3]])
     assert {"marked", "test 7"} <= {*texts(figure)}
+    beyond = chute.under(limits={"f1": chute.F[6, 0] - 0.1})  # it cannot be proposed
+    assert "marked" in texts(plot_objectives(beyond, objectives=["f1", "f4"], design=7))
 
 
 def test_what_is_far_is_left_out_and_reported(osy):

@@ -69,6 +69,8 @@ _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
 _PAIRS = 4  # pairs of objectives
 _ROW = 9.5  # height of a row in mm
+_LOW_ROW = 7.0  # and of one among many
+_FEW = 12  # rows of full height
 _ABOVE = 9.0  # above the first row in mm, for the head
 _BELOW = 6.0  # below the last row in mm
 _NAMES = 8.5  # and above and below for names of all lines
@@ -339,7 +341,10 @@ def plot_ranking(
     if values:
         word = "proposed" if marked == best else "marked"
     n = len(ranking.objectives.names)
-    with new_figure(above + (n - 1) * _ROW + below) as figure:
+    height = _ROW
+    if n > _FEW:
+        height = _LOW_ROW
+    with new_figure(above + (n - 1) * height + below) as figure:
         ax = figure.add_subplot()
         places, texts = _draw_axes(ax, ranking, marked, word)
         _write_rows(ax, texts, note)
@@ -362,7 +367,7 @@ def plot_ranking(
             dots += ends
         name_points(figure, ax, np.array(dots), names)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
-        ax.set(ylim=(n - 1 + below / _ROW, -above / _ROW))
+        ax.set(ylim=(n - 1 + below / height, -above / height))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:

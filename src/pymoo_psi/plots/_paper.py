@@ -220,6 +220,7 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
     coordinates = np.hstack([case.designs.X, case.designs.F, case.ranking.criteria])
     n_columns = max(len(pairs), 2)
     with panels(2 * len(pairs), n_columns, head=10.0, height=150.0 / n_columns) as (figure, axes):
+        figure.is_divisible = True
         details = axes[len(pairs) :]
         for part, shown in ((axes[: len(pairs)], ranked | True), (details, ranked)):
             columns = {}

@@ -254,16 +254,17 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     word = "marked"
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
-        best = ranking.by_place[: ranking.pareto.sum()]
-        start = best[0]
-        if marked and marked[0] in ranking.rows:
-            start = np.flatnonzero(ranking.rows == marked[0])[0]
-        if not marked or start in ranking.salukvadze:
+        best = ranking.rows[ranking.by_place[: ranking.pareto.sum()]].tolist()
+        rows = rows or best[:1]
+        if rows[0] in ranking.rows[ranking.salukvadze]:
             word = "proposed"
-        steps = explain(ranking, row=int(start)).steps.rows
-        rows += ranking.rows[[start, *steps]].tolist()
+        start = best[0]
+        if rows[0] in ranking.rows:
+            start = rows[0]
+        (place,) = np.flatnonzero(ranking.rows == start)
+        rows += ranking.rows[[place, *explain(ranking, row=int(place)).steps.rows]].tolist()
         if len(best) <= NAMED:
-            rows += ranking.rows[best].tolist()
+            rows += best
     columns = {name: _column(table, name, marked) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()

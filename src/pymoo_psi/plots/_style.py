@@ -78,7 +78,7 @@ _BETTER = {
     "y": {1: "↓ {}, less is better", -1: "↑ {}, more is better", 0: "{}"},
 }
 ABOVE = ("data", "axes fraction")  # coordinates of names above axes
-_RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
+_RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _FEW_PAIRS = 4  # pairs that stand in two columns
@@ -156,29 +156,26 @@ class Drawing(Figure):
     def resize(self, width: float) -> None:
         """Set the width in mm; texts keep their size.
 
-        In a narrow figure panels that can be divided stand in half as many columns, and names such
-        as "f1, time" continue on another line.
+        In a narrow figure panels that can be divided stand in half as many columns.
         """
         _require_width(width)
         size = self.get_size_inches()
-        is_narrow = width < _NARROW <= size[0] * 25.4
-        if is_narrow and self.is_divisible:
+        if width < _NARROW <= size[0] * 25.4 and self.is_divisible:
             n = len(self.axes)
             before: Any = self.axes[0].get_gridspec()
             n_columns = max(before.ncols // 2, 1)
             grid: Any = self.add_gridspec(-(-n // n_columns), n_columns)
             for ax, place in zip(self.axes, grid, strict=False):
                 ax.set_subplotspec(place)
+                if place.is_first_col():
+                    ax.tick_params(labelleft=True)
             size[1] *= _LOWER * grid.nrows / before.nrows
         self.set_size_inches(width / 25.4, size[1])
-        if is_narrow:
+        names = self.axis_names
+        self.axis_names = ()
+        with rc_context(_SETTINGS):
             if self.key:
-                with rc_context(_SETTINGS):
-                    add_key(self, *self.key)
-            for ax in self.axes:
-                ax.xaxis.label.set_text(ax.xaxis.label.get_text().replace(", ", ",\n", 1))
-            names = self.axis_names
-            self.axis_names = ()
+                add_key(self, *self.key)
             for axes, letter, label, *further in names:
                 axis = getattr(axes, f"{letter}axis")
                 if not axis.get_label_text():  # that of the axes below or beside it is for both
@@ -214,7 +211,7 @@ def add_letters(figure: Figure) -> None:
     if not 1 < len(lettered) <= len(ascii_lowercase):
         return
     for letter, ax in zip(ascii_lowercase, lettered, strict=False):
-        ax.set_title(f"({letter})", loc="left")
+        ax.set_title(f"({letter})", loc="right")  # the name of the vertical axis is on the left
 
 
 @contextmanager
@@ -254,14 +251,10 @@ def pair_panels(
     On leaving, what is labelled in the first panel has a key above all.
     """
     n = len(pairs)
-    n_columns = 1
-    height = 72.0
-    if n > 1:
-        n_columns = 2
-        height = 54.0
+    n_columns = min(n, 2)
     if n > _FEW_PAIRS:
         n_columns = 3
-        height = 46.0
+    height = {1: 72.0, 2: 54.0, 3: 46.0}[n_columns]
     with panels(n, n_columns, head=16.0, height=height) as (figure, axes):
         figure.is_divisible = True
         yield figure, [(ax, *pair) for ax, pair in zip(axes, pairs, strict=True)]
@@ -585,7 +578,13 @@ def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
     axis = getattr(axes, f"{letter}axis")
     axis.set_major_locator(LogLocator(subs=factors, numticks=5))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(lambda value, _: raised(number(value)))
+    axis.set_major_formatter(lambda value, _: _tick(value))
+
+
+def _tick(value: float) -> str:
+    if 1e-3 <= value < 1e4:
+        return number(value)
+    return raised(NumberFormat(0, has_powers=True, minus="−").text(value))
 
 
 def raised(text: str) -> str:
