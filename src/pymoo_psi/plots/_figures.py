@@ -224,8 +224,9 @@ def plot_objectives(
 
     By default these are the pairs that conflict most, four at most; of objectives that are named
     they are all pairs. Names stand beside the proposed or marked design and the designs one step
-    away from it where there is room. The line is a staircase: it joins what designs reach in the
-    two objectives, and there is no design between two of them.
+    away from it, or all of eight Pareto-optimal designs and fewer, where there is room. The line is
+    a staircase: it joins what designs reach in the two objectives, and there is no design between
+    two of them.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
@@ -293,9 +294,9 @@ def plot_ranking(
 
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
-    Each design is a line. Of eight designs and fewer each has its name at an end of its line; of
-    more the lines of places up to 10 are darker. :func:`plot_objectives` draws the objectives of a
-    table in pairs.
+    Each design is a line. Of eight designs and fewer each has its name at an end of its line where
+    there is room; of more the lines of places up to 10 are darker. :func:`plot_objectives` draws
+    the objectives of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
