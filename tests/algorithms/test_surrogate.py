@@ -155,7 +155,7 @@ def test_designs_without_a_limited_value_are_not_promising(limit):
                 out["heat"] = 1 + x[0]
 
     silent = Silent(n_var=2, n_obj=2, xl=0, xu=1)
-    table = run(silent, 44, limits={"heat": limit}).table
+    table = run(silent, 44, batch=2, limits={"heat": limit}).table
     known = np.isfinite(table.column("heat"))
     assert known[:20].mean() < 0.6
     assert known[20:].mean() > 0.7
