@@ -43,6 +43,7 @@ def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, words, ou
     assert err.splitlines()[-1] == f"pymoo-psi: interrupted; {kept}"
 
 
+@pytest.mark.slow
 def test_a_program_with_a_logarithmic_variable_is_compared(said, tmp_path):
     program = """
 from pathlib import Path

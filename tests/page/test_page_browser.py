@@ -417,6 +417,7 @@ def member(visit, page_file, tmp_path):
     return saved
 
 
+@pytest.mark.slow
 def test_a_group_decides(visit, page_file, member, tmp_path):
     """Three people, one with a change of mind, one by keys alone; a dissent; one file of all."""
     files = [
@@ -466,6 +467,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert taken == [decision.decided, of_ben, {}]
 
 
+@pytest.mark.slow
 def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folder, undrawn):
     solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--bounds", "x1=0.1:0.9"]
     said(*solve, "--points", "32", "--study", "s.db")
@@ -563,6 +565,7 @@ def test_rows_are_moved_hidden_and_shown_again(reader):
     assert rows_of(reader) == ["mass", "strength", "cost, total"]
 
 
+@pytest.mark.slow
 def test_from_nine_on_rows_are_folded(show):
     rng = np.random.default_rng(4)
     names = [f"objective {k}" for k in range(12)]

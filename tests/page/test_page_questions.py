@@ -9,7 +9,6 @@ from pymoo_psi import Decision, Preferences, read_table
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Formulation
-from tests.helpers.draws import rarely
 from tests.page.test_page_browser import browser, visit, window  # noqa: F401
 
 CARS = pd.DataFrame(
@@ -99,7 +98,8 @@ def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F81
     assert len(reader.state["positions"][1]["answers"]) == 3  # the design may come back
 
 
-@pytest.mark.parametrize("n", [1, *rarely(2, 6)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [1, 2, 6])
 def test_few_or_equal_designs_leave_nothing_to_ask_in_the_end(visit, tmp_path, n):  # noqa: F811
     frame = CARS.iloc[[0, 4][:n]] if n < 6 else CARS * 0 + 1
     reader = visit(page_of(frame, tmp_path / "cars.html"))
