@@ -462,7 +462,8 @@ def _boxes_around(dot: Array, size: Array, sides: str, point: float) -> Iterator
 def _way(dot: Array, box: Bbox, point: float) -> Line:
     """Return the line from the edge of a marker to a box."""
     end = np.clip(dot, box.p0, box.p1)
-    return Line([dot + (end - dot) * _MARK * point / np.hypot(*(end - dot)), end])
+    length = np.hypot(*(end - dot)) or 1.0  # a point may be so far away that no gap is seen
+    return Line([dot + (end - dot) * _MARK * point / length, end])
 
 
 def _cost(
