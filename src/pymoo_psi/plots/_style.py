@@ -49,7 +49,9 @@ _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.0  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
 _REACHES = (_BESIDE, _BESIDE + _LINE, _BESIDE + 2 * _LINE, _BESIDE + 3 * _LINE)
+_LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
 _SHARES = np.array([0.5, 0.0, 1.0, 0.25, 0.75])  # of a name that are left of its point
+_APART = 2.0  # a name without such a line is that many times as far from other points
 _MARK = 4.0  # half the size of a marker, in points
 _CROWDED = 4.0  # a point at the line to a name is as bad as so many points of distance
 _BAD = 1000.0  # and a point or a line in its way as so many
@@ -432,7 +434,7 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
             name.xy, dot, box = place
             name.xyann = tuple((box.p0 - dot) / point + 1)
             way = _way(dot, box, point)
-            if best >= _REACHES[1]:
+            if _distance(dot, box) >= _LED * point:
                 leader.set_data(*np.transpose(way.vertices))
             paths.append(way)
             taken += [box, Bbox([dot, dot]).padded(_MARK * point)]
@@ -466,6 +468,11 @@ def _way(dot: Array, box: Bbox, point: float) -> Line:
     return Line([dot + (end - dot) * _MARK * point / length, end])
 
 
+def _distance(dots: Array, box: Bbox) -> Any:
+    """Return how far points are from a box."""
+    return np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
+
+
 def _cost(
     axes: Axes, dot: Array, box: Bbox, others: Array, paths: Sequence[Line], taken: Sequence[Bbox]
 ) -> float:
@@ -484,10 +491,9 @@ def _cost(
     for path in paths:
         n_bad += path.intersects_bbox(box, filled=False)
         n_bad += path.intersects_path(way, filled=False)
-    distance = np.hypot(*(np.clip(dot, box.p0, box.p1) - dot))
-    if distance < _REACHES[1] * point:  # without a leader it would name the nearest point
-        gaps = np.hypot(*(np.clip(others, box.p0, box.p1) - others).T)
-        n_bad += (gaps < distance + point).any()
+    distance = _distance(dot, box)
+    if distance < _LED * point:  # without a leader it would name the nearest point
+        n_bad += (_distance(others, box) < _APART * distance).any()
     n_near = way.get_extents().padded(2 * point).count_contains(others)
     return float(distance / point + _CROWDED * n_near + _BAD * n_bad)
 
