@@ -40,6 +40,7 @@ from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
     INK,
+    NARROW,
     WIDTH,
     Drawing,
     Style,
@@ -67,13 +68,15 @@ MATRIX = 6  # variables, or objectives, beside which the text on the axes is sti
 _MANY = 50  # lines; more of them are fainter and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
+_NEAREST = 3  # and where each line has a name
 _PAIRS = 4  # pairs of objectives
 _ROW = 9.5  # height of a row in mm
 _LOW_ROW = 7.0  # and of one among many
 _FEW = 12  # rows of full height
 _ABOVE = 9.0  # above the first row in mm, for the head
 _BELOW = 6.0  # below the last row in mm
-_NAMES = 8.5  # and above and below for names of all lines
+_NAMES = 4.0  # and above and below for names of all lines
+_MORE_NAMES = 8.5  # where the figure is narrow
 _NAME = 26  # letters of the name of a row or a line
 _LIFT = 17.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
@@ -295,8 +298,8 @@ def plot_ranking(
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
     Each design is a line. Of eight designs and fewer each has its name at an end of its line where
-    there is room; of more the lines of places up to 10 are darker. :func:`plot_objectives` draws
-    the objectives of a table in pairs.
+    there is room, and places up to 3 are darker; of more, places up to 10. :func:`plot_objectives`
+    draws the objectives of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -333,10 +336,13 @@ def plot_ranking(
     above = _ABOVE
     below = _BELOW
     if len(front) <= NAMED:
-        is_near[:] = True
-        above += _NAMES
-        below += _NAMES
-    if not is_near.all():
+        is_near = ranking.place[front] <= _NEAREST
+        names_height = _NAMES
+        if width < NARROW:
+            names_height = _MORE_NAMES
+        above += names_height
+        below += names_height
+    elif not is_near.all():
         note = f"darker: places up to {ranking.place[front][is_near].max()}"
     word = ""
     if values:
@@ -352,7 +358,8 @@ def plot_ranking(
         _draw_lines(ax, places[front], is_near)
         named = list(styles)
         if len(front) <= NAMED:
-            # From the ends of the axis inwards, as most room is in the middle.
+            # The nearest; then from the ends of the axis inwards, as there is room in the middle.
+            named += front[is_near][::-1].tolist()
             named += front[np.argsort(-np.abs(places[front, 0] - 0.5), kind="stable")].tolist()
         names = []
         dots: list[Any] = []
@@ -373,10 +380,14 @@ def plot_ranking(
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
             measure = "in its fixed range"
+        darker = ""
+        if not is_near.all():
+            darker = f"Places up to {ranking.place[front][is_near].max()} are darker."
         figure.describe(
             title,
             f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "
             f"{measure}.",
+            darker,
         )
     figure.resize(width)
     return figure
@@ -438,7 +449,7 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
     faint = min(1.0, max(_FAINTEST, _MANY / n))
     lines = LineCollection(
         list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])),
-        colors=np.where(is_near, "0.5", "0.65").tolist(),
+        colors=np.where(is_near, "0.35", "0.65").tolist(),
         linewidths=np.where(is_near, 0.8, 0.4),
         alpha=np.where(is_near, 1.0, faint),
         rasterized=n > _MANY,
@@ -446,8 +457,9 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
     )
     ax.add_collection(lines)
     if n <= NAMED:
-        levels = np.tile(np.arange(m), n)
-        ax.plot(places.ravel(), levels, "o", markersize=2.6, color="0.5", clip_on=False)
+        near = places[is_near]
+        levels = np.tile(np.arange(m), len(near))
+        ax.plot(near.ravel(), levels, "o", markersize=2.6, color="0.35", clip_on=False)
 
 
 # Sensitivities

@@ -52,6 +52,7 @@ _REACHES = (_BESIDE, _BESIDE + _LINE, _BESIDE + 2 * _LINE, _BESIDE + 3 * _LINE)
 _LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
 _SHARES = np.array([0.5, 0.0, 1.0, 0.25, 0.75])  # of a name that are left of its point
 _APART = 2.0  # a name without such a line is that many times as far from other points
+_GAP = 5.0  # points between names on a line
 _MARK = 4.0  # half the size of a marker, in points
 _CROWDED = 4.0  # a point at the line to a name is as bad as so many points of distance
 _BAD = 1000.0  # and a point or a line in its way as so many
@@ -84,7 +85,7 @@ _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _FEW_PAIRS = 4  # pairs that stand in two columns
-_NARROW = 120.0  # narrower figures have half as many panels side by side
+NARROW = 120.0  # narrower figures have half as many panels side by side
 _LOWER = 0.85  # and these are so much lower
 WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
@@ -162,7 +163,7 @@ class Drawing(Figure):
         """
         _require_width(width)
         size = self.get_size_inches()
-        if width < _NARROW <= size[0] * 25.4 and self.is_divisible:
+        if width < NARROW <= size[0] * 25.4 and self.is_divisible:
             n = len(self.axes)
             before: Any = self.axes[0].get_gridspec()
             n_columns = max(before.ncols // 2, 1)
@@ -352,7 +353,7 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
     n_columns = len(marks)
     if n_letters * _MM_OF_LETTER > width:
         n_columns = 3
-    if width < _NARROW:
+    if width < NARROW:
         n_columns = 2
     figure.legends.clear()
     figure.legend(list(marks.values()), list(marks), loc="outside upper left", ncols=n_columns)
@@ -437,7 +438,7 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
             if _distance(dot, box) >= _LED * point:
                 leader.set_data(*np.transpose(way.vertices))
             paths.append(way)
-            taken += [box, Bbox([dot, dot]).padded(_MARK * point)]
+            taken += [box.padded(_GAP * point, 0), Bbox([dot, dot]).padded(_MARK * point)]
         best = _BAD
 
 
