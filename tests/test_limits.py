@@ -284,10 +284,10 @@ def test_fixed_ranges_hold_everywhere_and_are_named():
     frame = pd.DataFrame({"cost": [1.0, 2.0, 8.0], "mass": [8.0, 2.0, 1.0]}, ["A", "B", "C"])
     ranges = {"cost": (0, 4), "mass": (0, 4)}
     table = read_table(frame, Formulation(["cost", "mass"], ranges=ranges, limits={"cost": 3}))
-    assert "cost is 1 behind the best (25 % of its fixed range)" in str(explain(table, "B"))
+    assert "1 in cost (25 % of its fixed range)" in str(explain(table, "B"))
     # Beyond a range, only units tell.
-    assert "mass is 6 behind the best." in str(explain(table, "A"))
-    assert "Per cent of the fixed ranges" in Reader(decision_report(table)).text
+    assert "What it costs against the best: 6 in mass." in str(explain(table, "A"))
+    assert "per cent of the fixed ranges" in Reader(decision_report(table)).text
     assert "in its fixed range" in plot_ranking(table.feasible_ranking()).caption
 
 

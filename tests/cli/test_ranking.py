@@ -13,7 +13,7 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.table import Decision, Formulation
 from tests.helpers.ranked import Ranked
 
-COST = re.compile(r"(?:What it costs: )?(\w+)(?: is)? (\S+)(?: behind the best)? \((\S+) %")
+COST = re.compile(r"(\S+) in (\w+) \((\S+) %")
 
 
 def random_table(seed):
@@ -65,11 +65,13 @@ def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path):
     said_of = " ".join(sentences.split())
     proposed = re.match(r"Proposed: (\w+)", said_of)[1]
     assert distance(proposed) == distance(order[0])
-    costs = COST.findall(said_of.partition("What it costs: ")[2].partition(". ")[0])
+    costs = COST.findall(
+        said_of.partition("What it costs against the best: ")[2].partition(". ")[0]
+    )
     shares = oracle.shares(proposed)
     expected = sorted((name for name in objectives if shares[name]), key=shares.get, reverse=True)
-    assert sorted(name for name, *_ in costs) == sorted(expected[:4])
-    for name, amount, share in costs:
+    assert sorted(name for _, name, _ in costs) == sorted(expected[:4])
+    for amount, name, share in costs:
         assert float(amount) == pytest.approx(float(oracle.lost(proposed, name)), rel=6e-3)
         assert float(share) == pytest.approx(float(100 * shares[name]), abs=0.5)
     leading = re.search(r"the best in ([^.]*?)\.", said_of)

@@ -1,7 +1,7 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const names = ["Preferences", "checked", "compareRows", "countedAnswers", "csv", "decisionOf", "decode", "explain", "initialState", "limited", "metadata", "opened",
-  "ordered", "parsed", "preference", "ranked", "separation", "switchText", "switches", "tradeText", "typed", "verdictOn", "written"]
+  "ordered", "parsed", "preference", "ranked", "separation", "switchTexts", "switches", "tradeText", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
@@ -48,7 +48,7 @@ function switched(data, state, ranking) {
   const search = Logic.switches(data, state, ranking)
   let {value: rows, done} = search.next()
   while (!done) ({value: rows, done} = search.next())
-  return {rows, texts: rows.filter(({value}) => value !== null).map((one) => Logic.switchText(data, ranking, one))}
+  return {rows, texts: Logic.switchTexts(data, ranking, rows).map(([text]) => text)}
 }
 
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {

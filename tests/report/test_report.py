@@ -140,9 +140,9 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     assert heading[1:3] == ["Which?", f"Proposed: {proposed}"]
     assert f"the {len(oracle.rows)} designs within the limit" in heading[3]
     behind = [name for name in NAMES if shares[name] > 0]
-    costs = COST.findall(heading[3].partition("What it costs:")[2])
-    assert {name for name, _, _ in costs} == {*behind}
-    for name, amount, share in costs:
+    costs = COST.findall(heading[3].partition("What it costs against the best: ")[2])
+    assert {name for _, name, _ in costs} == {*behind}
+    for amount, name, share in costs:
         assert float(share) == pytest.approx(100 * shares[name], abs=0.5)
         lost = oracle.lost(proposed, name)
         assert float("".join(amount.split())) == pytest.approx(lost, rel=6e-3)
@@ -203,7 +203,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
         assert (row[0] == "–") == (row[1] not in oracle.front)
 
 
-COST = re.compile(r"(price|battery|speed)(?: is)? ([\d. ]+)(?: behind the best)? \(([\d.]+) %")
+COST = re.compile(r"([\d. ]*\d) in (price|battery|speed) \(([\d.]+) %")
 CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 
 
@@ -287,7 +287,7 @@ def test_what_is_known_of_the_design_is_shown():
     """Texts and outputs; the cell of another design is empty."""
     table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
     table = table.with_notes({"maker": ["", "Smith", ""]})
-    assert any("maker Smith" in t for t in lines(decision_report(table), "Values"))
+    assert any("maker: Smith" in t for t in lines(decision_report(table), "Values"))
     assert not [t for t in lines(decision_report(table, design=1), "Values") if "maker" in t]
 
 

@@ -36,3 +36,4 @@ from ._repeats import has_repeats as has_repeats
 from ._repeats import undeclared_repeats as undeclared_repeats
 from ._switching import change_text as change_text
 from ._switching import changed_limit as changed_limit
+from ._switching import is_best as is_best

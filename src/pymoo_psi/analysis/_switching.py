@@ -33,6 +33,7 @@ from pymoo_psi._validation import AnyArray, Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
+    listed,
     nearest_to_ideal,
     nondominated,
     sentence,
@@ -286,12 +287,24 @@ def switching_sentences(table: TestTable) -> list[str]:
     with decimal_mark(table.decimal):
         for direction in ("tighter", "looser"):
             changes = []
+            best = []
             for row in values:
-                if row["direction"] == direction:
+                if row["direction"] != direction:
+                    continue
+                if is_best(row):
+                    best.append(row["column"])
+                else:
                     changes.append(change_text(table, row))
+            if best:
+                changes.append(sentence("none better", objectives=listed(best, "or")))
             if changes:
                 sentences.append(sentence(direction, changes="; ".join(changes)))
     return sentences
+
+
+def is_best(row: Mapping[Any, Any]) -> bool:
+    """Return whether a change of the :func:`switching_values` says that no design is better."""
+    return bool(np.isnan(row["present"])) and not row["design"]
 
 
 def change_text(table: TestTable, row: Mapping[Any, Any]) -> str:

@@ -161,9 +161,9 @@ function behindText(data, ranking, row) {
 function costsOf(data, ranking, behind, shares) {
   const places = bySize(shares).filter((j) => behind[j] > 0)
   if (!places.length) return sentence("all best")
-  const changes = places.slice(0, MOST_COSTS).map((j, k) => {
+  const changes = places.slice(0, MOST_COSTS).map((j) => {
     const column = data.objectives[j]
-    return sentence(k ? "bare change" : "bare first change", {objective: column.name, amount: amount(column, behind[j], ranking)})
+    return sentence("bare change", {objective: column.name, amount: amount(column, behind[j], ranking)})
   })
   if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
   return sentence("costs", {changes: listed(changes)})

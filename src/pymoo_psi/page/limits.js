@@ -32,7 +32,7 @@ const limitText = ({name, unit}, end, value) =>
 // A generator, which pauses after each ranking. Returns {name, end, looser, value, row, next, exact, written}s:
 // value is the limit up to which the proposal stays, or from which, looser, it does not; null if it
 // stays at any; row the design proposed then, -1 for none; next the limit there; written the value
-// with the digits of its sentence.
+// with the digits of its sentence; isBest that no design is better.
 const MOST_STEPS = 200
 function* switches(data, state, now) {
   const found = []
@@ -82,14 +82,22 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
     if (there === null) before = middle
     else [at, row] = [middle, there]
   }
-  if (row === null) return {name, end, looser, value: null, row: -1, next: null, exact}
+  if (row === null) return {name, end, looser, value: null, row: -1, next: null, exact, isBest: false}
   const next = looser ? steps[at] : steps[at + 1]
   const value = sign * steps[at] + 0
   const written = inDigits(value, gathered(values, picked(data.designs, (i) => free.mask[i])), looser === (end === 1))
-  return {name, end, looser, value, row, next: next === undefined ? null : sign * next + 0, exact, written}
+  return {name, end, looser, value, row, next: next === undefined ? null : sign * next + 0, exact, written, isBest: row < 0 && pair[end] === null}
 }
 
-// One of them in words.
+// Sentences on them, each with what it is on; the last one is on all objectives in which no design is better.
+function switchTexts(data, ranking, found) {
+  const changes = found.filter(({value}) => value !== null)
+  const best = changes.filter(({isBest}) => isBest)
+  const texts = changes.filter(({isBest}) => !isBest).map((one) => [switchText(data, ranking, one), one])
+  if (best.length) texts.push([sentence("none better", {objectives: listed(best.map(({name}) => name), "or")}), {...best[0], next: null, exact: true}])
+  return texts
+}
+
 function switchText(data, ranking, {name, end, looser, written: [value, digits], row}) {
   return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
     other: row < 0 ? sentence("none") : sentence("other", {design: data.names[row]}),

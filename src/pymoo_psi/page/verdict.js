@@ -87,14 +87,14 @@ function switchLater() {
 function showSwitches(found) {
   if (!found) return // another search has begun
   search = null
-  const changes = found.filter(({value}) => value !== null)
+  const changes = switchTexts(data, ranking, found)
   show("relax", changes.length)
   $("relax").ariaBusy = false
   const keepFocus = focusKept()
-  renew("relax-list", changes.map((one) => {
+  renew("relax-list", changes.map(([text, one]) => {
     const {name, end, row, next, exact} = one
     const column = data.by.get(name)
-    return make("li", upper(`${tied(switchText(data, ranking, one))}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
+    return make("li", upper(`${tied(text)}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
       next !== null && button("Set", () => setLimit(column, numericLimit(column).with(end, next)), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
   }))
   keepFocus()

@@ -263,7 +263,7 @@ class Explanation:
             >>> for line in explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1).sentences:
             ...     print(line)
             Proposed: design 1.
-            What it costs: f2 is 3 behind the best (38 % of its range) and f1 1 (25 %).
+            What it costs against the best: 3 in f2 (38 % of its range) and 1 in f1 (25 %).
             Design 2: f2 3 lower. But f1 3 higher.
             Design 0: f1 1 lower. But f2 5 higher.
         """
@@ -318,7 +318,7 @@ class Explanation:
 
         Example:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).costs
-            'What it costs: f2 is 8 behind the best (100 % of its range).'
+            'What it costs against the best: 8 in f2 (100 % of its range).'
         """
         order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
@@ -329,7 +329,7 @@ class Explanation:
         for j in columns[:_MOST_COSTS]:
             template = "change" if changes else "first change"
             if not within_range(self.shares[j]):
-                template = f"bare {template}"
+                template = "bare change"
             name = self.ranking.objectives.names[j]
             amount = _amount(self.ranking, j, self.behind[j])
             share = percent(self.shares[j])
@@ -394,7 +394,7 @@ def explain(
         >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
         >>> print(explain(F, "B", maximize=["yield"], units={"cost": "€"}))
         Proposed: B.
-        What it costs: yield is 10 behind the best (33 % of its range) and cost 1 €
+        What it costs against the best: 10 in yield (33 % of its range) and 1 € in cost
         (25 %).
         C: yield 10 higher. But cost 3 € higher.
         A: cost 1 € lower. But yield 20 lower.

@@ -30,6 +30,7 @@ from pymoo_psi.analysis import (
     constraint_costs,
     convergence,
     convergence_sentence,
+    is_best,
     latest_positions,
     limit_words,
     positions_frame,
@@ -271,7 +272,7 @@ class Choice:
         best = []  # objectives in which no design is better
         for change in self.changes.to_dict("records"):
             name = change["column"]
-            if np.isnan(change["present"]) and change["design"] is None:
+            if is_best(change):
                 best.append(name)
                 continue
             word = _LIMIT_WORDS[change["end"], change["direction"]]

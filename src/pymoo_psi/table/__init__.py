@@ -39,8 +39,8 @@ Example:
     >>> heavy
     TestTable(256 tests: 81 ok, 175 infeasible, 0 failed; 2 variables, 3 objectives, 1 constraint)
     >>> print(explain(heavy).sentences[1])
-    What it costs: mass is 7.32 kg behind the best (64 % of its range), stiffness 832 N/mm (30 %)
-    and stress 4.74 (22 %).
+    What it costs against the best: 7.32 kg in mass (64 % of its range), 832 N/mm in stiffness
+    (30 %) and 4.74 in stress (22 %).
 
 :mod:`pymoo_psi.analysis` has histograms, costs of constraints, sensitivities, convergence and
 switching values of tables; :mod:`pymoo_psi.files` reads and writes them.
