@@ -169,6 +169,7 @@ class Choice:
             marks = np.concatenate(marked)
             places, _ = plots.places_between(marks, *ends)
             write = self.formats[name].text
+            ticks = ticks[ticks != np.round(_TICKS * places[0])]  # the dot stands there
             (value, place), *others = zip(map(write, marks), places.tolist(), strict=True)
             hint = "less is better"
             if objectives.sign[j] < 0:
