@@ -141,7 +141,7 @@ const axes = (() => {
     return place > from - 5 && place < to + 5
   }))
 
-  // The ends of the per cent, below an axis or above where this keeps them off a line, and how many
+  // The ends of the per cent, below an axis, a little beside or above it where this keeps them off a line, and how many
   // designs lie beyond the ends of the axis. The best value has a column of its own where there is room.
   function drawEnds(g, lane) {
     const {column, values, x, y} = lane
@@ -155,11 +155,14 @@ const axes = (() => {
     const start = min(max(0, isPair ? min(from, to - both) : from), size.width - both)
     const parts = [[a, start, first]]
     if (isPair) parts.push([b, max(start + both - second, min(to, size.width) - second), second])
-    for (const [text, place, width] of parts) {
-      const isAbove = isCrossed(lane, 0, place, place + width) && !isCrossed(lane, 1, place, place + width)
-      const height = isAbove ? y - 17 : y + 18
-      drawText(g, text, place, height, "left")
-    }
+    parts.forEach(([text, place, width], k) => {
+      const [, start, length] = parts[1 - k] ?? ["", -width - 8, width]
+      const hasRoom = (at) => at >= 0 && at + width <= size.width && (at + width + 8 <= start || at >= start + length + 8)
+      const places = [place, ...[place + 12, place - 12].filter(hasRoom)]
+      const below = places.find((at) => !isCrossed(lane, 0, at, at + width))
+      const isAbove = below === undefined && !isCrossed(lane, 1, place, place + width)
+      drawText(g, text, below ?? place, isAbove ? y - 17 : y + 18, "left")
+    })
     // Counted only where there are some: the least of all rows takes a tenth of the time.
     const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
       ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)

@@ -25,7 +25,7 @@ const table = (() => {
   const widths = columns.map(({width, text, kind}) => {
     const gap = kind ? 18 : 32
     const pixels = ceil(max(8.2 * width + gap, min(7.2 * longest(text.split(" ")) + gap + 8, 150), 56))
-    return kind === ".label" ? `min(${pixels}px, 55vw)` : `${pixels}px`
+    return kind === ".label" ? `min(${pixels}px, 26vw)` : `${pixels}px`
   })
   const tracks = widths.map((width, k) => (k ? `minmax(${width}, 1fr)` : width))
   // The distances are the last columns.
