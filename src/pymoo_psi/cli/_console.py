@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from unicodedata import combining, east_asian_width
 
 from pymoo_psi._numbers import NumberFormat, number
-from pymoo_psi._output import is_marked
+from pymoo_psi._output import is_marked, with_unit
 from pymoo_psi._validation import Names, Rows, counted, invalid, known_name
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._app import Options, printable
@@ -118,7 +118,7 @@ def say_ranking(
         head: Lines before the designs.
         reasons: Lines after the proposal and its costs.
         notes: Lines at the end, before the next command.
-        following: The next command: its first words, and its options.
+        following: The next command: its first words, and its options; empty if it comes later.
         all_by: The option or command that shows all cautions; empty if that follows.
         more: Where designs are that are not shown.
     """
@@ -132,7 +132,8 @@ def say_ranking(
             text += f" ({all_by} shows {len(found) - 1} more.)"
         sentences.append(text)
     below = wrapped([*sentences, *notes], columns).splitlines()
-    below += _continued(f"Next: {following[0]}", following[1:], columns)
+    if following:
+        below += _next(following, columns)
     lines = _LINES
     if len(table) <= _FEW:
         lines = _LINES_OF_FEW
@@ -163,11 +164,14 @@ def _table(
     optimal = ranking.by_place[: ranking.pareto.sum()]
     shown = optimal[:n_rows]
     numbers = _numbers_of_objectives(ranking, optimal, n_rows)
+    in_units = _numbers_of_objectives(ranking, optimal, n_rows, with_units=True)
     word = (table.schema.label or TEST).replace("_", " ")
     names = [_one_line(ranking.name_of(row).removeprefix(f"{word} ")) for row in shown]
     names = [word, *names, "best", "worst"]
     most = max(map(_columns, names))
     least = min(most, _LEAST_LABEL)
+    if sum(map(_room_for, in_units)) + most <= columns - len(_BESIDE_PLACES):
+        numbers = in_units
     cells, room = _fitting(numbers, columns - len(_BESIDE_PLACES), least)
     names = [shortened(name, max(room, least)) for name in names]
     places = ["place", *map(str, ranking.place[shown]), "", ""]
@@ -183,7 +187,7 @@ def _table(
 
 
 def _numbers_of_objectives(
-    ranking: EfficiencyRanking, optimal: Rows, n_rows: int
+    ranking: EfficiencyRanking, optimal: Rows, n_rows: int, *, with_units: bool = False
 ) -> list[tuple[str, str, list[str]]]:
     """Return the name of each objective, its direction, and its numbers, the best and worst last.
 
@@ -191,6 +195,7 @@ def _numbers_of_objectives(
         ranking: The ranking.
         optimal: The rows of the Pareto-optimal designs, by place.
         n_rows: How many of them are shown.
+        with_units: Whether the names have their units behind them.
     """
     objectives = ranking.objectives
     numbers = []
@@ -202,7 +207,10 @@ def _numbers_of_objectives(
         if objectives.sign[j] < 0:
             ends.reverse()
             arrow = "↑"
-        numbers.append((_one_line(name), arrow, list(map(text, [*values[:n_rows], *ends]))))
+        heading = _one_line(name)
+        if with_units:
+            heading = with_unit(heading, objectives.units.get(name, ""))
+        numbers.append((heading, arrow, list(map(text, [*values[:n_rows], *ends]))))
     return numbers
 
 
@@ -226,6 +234,12 @@ def _fitting(
             if room >= least:
                 return cells, room
     return cells, room
+
+
+def _room_for(column: tuple[str, str, list[str]]) -> int:
+    """Return the width of the column of an objective with the gap before it."""
+    name, arrow, texts = column
+    return len(_GAP) + max(map(_columns, [f"{name} {arrow}", *texts]))
 
 
 def _one_line(name: object) -> str:
@@ -318,6 +332,15 @@ def command(*words: str) -> list[str]:
         else:
             texts[-1] += f" {text}"
     return texts
+
+
+def say_next(following: Names) -> None:
+    """Print the next command: its first words, and its options."""
+    print_text("\n".join(_next(following, width() or WIDTH_OF_PIPE)))
+
+
+def _next(following: Names, columns: int) -> list[str]:
+    return _continued(f"Next: {following[0]}", following[1:], columns)
 
 
 def _continued(first: str, options: Names, columns: int) -> list[str]:

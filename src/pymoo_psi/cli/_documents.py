@@ -38,6 +38,7 @@ from pymoo_psi.cli._console import (
     require_output,
     results_folder,
     say,
+    say_next,
     say_ranking,
     width,
     write_frame,
@@ -127,12 +128,15 @@ def run_rank(options: Options) -> int:
         column, _, _ = found[0].remedy.partition("=")
         same = f"the same with {column} in place of {column.removeprefix('log_')} and"
         following = [same, *command("--compute", found[0].remedy)]
-    all_by = "" if options.long else "--long"
-    say_ranking(table, found, head, [], notes, following, all_by=all_by, more=more)
+    if options.long:
+        say_ranking(table, found, head, [], notes, [], all_by="", more=more)
+    else:
+        say_ranking(table, found, head, [], notes, following, all_by="--long", more=more)
     if table.decision.positions:
         print_text(wrapped(position_sentences(table), width() or WIDTH_OF_PIPE))
     if options.long:
         _say_details(table, found)
+        say_next(following)
     return 0
 
 
@@ -182,7 +186,7 @@ def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
         frame[TEST] = [names[number].removeprefix(f"{TEST} ") for number in frame[TEST]]
         frame = frame.drop(columns=[RUN, POINT], errors="ignore")
     # The name or number leads each part of a wide table, as dominated designs have no place.
-    places = frame.pop("place").astype("string").fillna("")
+    places = frame.pop("place").astype("string").fillna("dominated")
     label = table.schema.label
     if label not in (None, "row"):
         labels = frame.pop(label)
