@@ -82,6 +82,14 @@ def test_codes_that_others_dominate_are_named_too():
     assert "Without design 2 and design 3, design 4 is proposed" in outlier
 
 
+def test_codes_that_hide_one_another_are_all_left_out():
+    """Each is dominated by the one before only, the last by usual designs."""
+    k = np.arange(30)
+    codes = np.column_stack([1e-6 * k - 2, 0.001 * k + 1000])
+    F = np.vstack([np.column_stack([X, 1 - X]), codes, [[0.5, 2000.0]]])
+    assert "because of design 101, design 102, design 103 and 27 more alone" in said(F, "outlier")
+
+
 SHAPES = ("convex", "concave", "straight", "in pieces", "in clusters")
 
 

@@ -426,10 +426,22 @@ def test_no_design_left_reports_what_stands_in_the_way():
 
 
 @undrawn
-def test_the_nearest_value_is_beyond_the_limit():
-    frame = pd.DataFrame({"mass": [4.000001, 5.0], "cost": [2.0, 1.0]})
-    report = decision_report(read_table(frame, Formulation(["mass", "cost"], limits={"mass": 4})))
-    assert "The nearest: 4.000001." in lines(report, "What limits do")[1]
+@pytest.mark.parametrize(
+    ("value", "limit", "nearest"),
+    [
+        (4.000001, 4, "4.000001"),
+        (1234567.4, 1234567.2, "1 234 567.4"),
+        (123444.8, (123444.9, None), "123 444.8"),
+        (1e9 + 1, 1e9, "1 000 000 001"),
+    ],
+)
+def test_the_nearest_value_is_beyond_the_limit(value, limit, nearest):
+    frame = pd.DataFrame({"mass": [value, value], "cost": [2.0, 1.0]})
+    asked = Formulation(["mass", "cost"], limits={"mass": limit})
+    assert (
+        f"The nearest: {nearest}."
+        in lines(decision_report(read_table(frame, asked)), "What limits do")[1]
+    )
 
 
 @undrawn

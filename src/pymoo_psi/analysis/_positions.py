@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymoo_psi._numbers import number, percent
+from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._validation import Array, Entries
 from pymoo_psi.analysis._costs import limit_words
 from pymoo_psi.pareto import (
@@ -88,12 +88,15 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
 def text_beyond(value: float, limit: Limit | None) -> str:
     """Return a number that is beyond a limit, with the digits that show it; None is a constraint.
 
-    Five digits of 4.000001 would be within a limit of 4.
+    What is written of 4.000001 with five digits would be within a limit of 4.
     """
     digits = 5
-    if limit is not None:
-        while digits < _ALL_DIGITS and limit.lower <= float(f"{value:.{digits}g}") <= limit.upper:
-            digits += 1
+    while limit is not None and digits < _ALL_DIGITS:
+        with decimal_mark("."):
+            written = float("".join(number(value, digits).split()))  # thousands are apart
+        if not limit.lower <= written <= limit.upper:
+            break
+        digits += 1
     return number(value, digits)
 
 

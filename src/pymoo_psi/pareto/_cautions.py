@@ -16,7 +16,13 @@ import numpy as np
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
-from pymoo_psi.pareto._dominance import nondominated, order_of, unit_lengths, without_rounding
+from pymoo_psi.pareto._dominance import (
+    dominated_by,
+    nondominated,
+    order_of,
+    unit_lengths,
+    without_rounding,
+)
 from pymoo_psi.pareto._explanation import change_of
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
@@ -405,14 +411,13 @@ class _Checks:
         # One of several unlike designs hides what another one does, also one that it dominates.
         is_unlike = np.asarray(self.unlike.any(axis=1))
         is_unlike[self.rows[self.optima]] = False
-        F = self.ranking.objectives.minimized
-        left_out = np.zeros(len(F), dtype=bool)
-        optimal = self.rows
-        while is_unlike[optimal].any():
-            left_out[optimal[is_unlike[optimal]]] = True
-            optimal = np.flatnonzero(~left_out)
-            optimal = optimal[nondominated(F[optimal])]
-        if left_out.any():
+        if is_unlike[self.rows].any():
+            F = without_rounding(self.ranking.objectives.minimized)
+            usual = np.flatnonzero(~is_unlike)
+            optimal = usual[nondominated(F[usual])]
+            # On the present front, or on that without those which are left out before.
+            left_out = is_unlike.copy()
+            left_out[is_unlike] = ~dominated_by(F[is_unlike], F[optimal])
             moves.append(self.without(self.optimal_first(left_out), optimal))
         distance, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
         if caution and distance > ELSEWHERE:
