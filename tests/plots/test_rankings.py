@@ -60,11 +60,12 @@ def test_few_lines_have_names_and_darker_ones_are_explained(n, last, width):
     figure = plot_ranking(ranking, width=width)
     assert_readable(figure)
     (ax,) = figure.axes
-    notes = [text for text in texts(figure) if text.startswith("darker: ")]
-    assert notes == ([f"darker: places up to {last}"] if last else [])
+    last = last or {8: 3}.get(n)
+    darker = f" Places up to {last} are darker."
+    assert figure.caption.endswith(darker if last else " of them.")
     (lines,) = [c for c in ax.collections if isinstance(c, LineCollection)]
     widths = np.sort(lines.get_linewidths())
-    assert sum(widths == widths[-1]) == (last or {8: 3}.get(n, n))
+    assert sum(widths == widths[-1]) == (last or n)
     names = {ranking.name_of(k) for k in range(n)}
     named = {text.get_text() for text in ax.texts if text.get_visible()} & names
     assert len(named) == (n if n <= 8 else 1)

@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.text import Text
 
 from pymoo_psi import TestTable
 from pymoo_psi.analysis import histogram
@@ -80,6 +81,43 @@ def test_limits_are_shaded_or_named(chute):
     assert "Limits are dashed: f1<=2.2, f4<=60." in figure.caption
     assert "limit 2.2" in texts(figure)
     assert "limit 60" not in texts(figure)
+
+
+@pytest.mark.parametrize("limits", [(0.02, None), (0.15, None), (None, 0.85), (None, 1.05)])
+def test_the_name_of_a_limit_hides_no_design_and_no_axis(limits):
+    x = np.append(np.linspace(0, 1, 40), 0.5)
+    y = np.append(1 - x[:-1], 1.1)
+    table = read_table(pd.DataFrame({"f1": x, "f2": y})).under(limits={"f2": limits})
+    figure = plot_objectives(table, width=90)
+    assert_readable(figure)
+    (ax,) = shown(figure)
+    (name,) = (text for text in ax.texts if text.get_text().startswith("limit "))
+    assert name.get_bbox_patch() is None
+    box = Text.get_window_extent(name)
+    assert ax.bbox.y0 < box.y0
+    assert box.y1 < ax.bbox.y1
+
+
+def test_the_proposed_design_is_in_all_axes():
+    x = np.linspace(0, 1, 30)
+    y = 1 - x
+    y[0] = -50
+    table = TestTable.of(range(1, 31), x[:, None], np.column_stack([x, y]))
+    figure = plot_objectives(table)
+    assert_readable(figure)
+    (ax,) = shown(figure)
+    (proposed,) = (line for line in ax.lines if line.get_label() == "proposed")
+    assert proposed.get_ydata() == [-50]
+    assert ax.get_ylim()[0] < -50
+    assert "test 1" in [text.get_text() for text in ax.texts if text.get_visible()]
+
+
+def test_the_key_has_the_marks_of_all_panels():
+    x = np.linspace(0, 1, 30)
+    table = TestTable.of(range(1, 31), x[:, None], np.column_stack([x, 1 - x]))
+    assert "30 in all" in texts(plot_table(table, variables=["f1", "x1"]))
+    figure = plot_objectives(table, objectives=["x1", "f1", "f2"])
+    assert texts(figure).count("best of the two objectives") == 1
 
 
 def test_designs_outside_the_axes_are_counted_above_them():

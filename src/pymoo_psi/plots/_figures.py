@@ -167,7 +167,7 @@ def plot_table(
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             ax.label_outer()
-        add_key(figure, *axes[: n + 1 : n])
+        add_key(figure, *axes)
         figure.is_divisible = not rows
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
@@ -332,7 +332,6 @@ def plot_ranking(
         styles[best] = _DASHED
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     is_near = ranking.place[front] <= _NEAR
-    note = ""
     above = _ABOVE
     below = _BELOW
     if len(front) <= NAMED:
@@ -342,8 +341,6 @@ def plot_ranking(
             names_height = _MORE_NAMES
         above += names_height
         below += names_height
-    elif not is_near.all():
-        note = f"darker: places up to {ranking.place[front][is_near].max()}"
     word = ""
     if values:
         word = "proposed" if marked == best else "marked"
@@ -354,7 +351,7 @@ def plot_ranking(
     with new_figure(above + (n - 1) * height + below) as figure:
         ax = figure.add_subplot()
         places, texts = _draw_axes(ax, ranking, marked, word)
-        _write_rows(ax, texts, note)
+        _write_rows(ax, texts)
         _draw_lines(ax, places[front], is_near)
         named = list(styles)
         if len(front) <= NAMED:
@@ -423,7 +420,7 @@ def _draw_axes(
     return places, texts
 
 
-def _write_rows(ax: Axes, texts: Sequence[Sequence[str]], note: str) -> None:
+def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
     """Write the texts of a ranking, the head and then the objectives, beside the axes."""
     _, _, bests, values = zip(*texts, strict=True)
     right = 2 * _APART + _LETTER * (len(max(bests, key=len)) + len(max(values, key=len)))
@@ -439,8 +436,6 @@ def _write_rows(ax: Axes, texts: Sequence[Sequence[str]], note: str) -> None:
         ax.annotate(best, (1, level), (_APART, beside), **style)
         ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
         shifts = [4.5, -5.0, 0.0]
-    if note:
-        ax.annotate(note, (0.5, 0), (0, _LIFT), **style | {"ha": "center"})
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:

@@ -49,6 +49,7 @@ _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
+_NARROW = 0.12  # share of a vertical axis that has no room for the name of a limit
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
 _WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
 _NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
@@ -118,16 +119,22 @@ class Column:
         name_axis(axes, letter, self.label, self.options, self.sign)
 
     def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
-        """Write the value of a limit at its line: above the axes, or on its rejected side."""
+        """Write the value of a limit at its line: above the axes, or on its rejected side.
+
+        If the line is so near the end of a vertical axis that it has no room there, it is on the
+        other side.
+        """
         text = literal(f"limit {number(limit)} {self.unit}")
         if letter == "x":
             axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **_NOTE)
             return
         side: Style = {"va": "bottom", "xytext": (-2, 2)}
-        if limit == self.limits[0]:
+        place = axes.get_yaxis_transform().transform((1, limit))
+        level = axes.transAxes.inverted().transform(place)[1]
+        is_lower = limit == self.limits[0]
+        if (is_lower and level > _NARROW) or level > 1 - _NARROW:
             side = {"va": "top", "xytext": (-2, -2)}
-        box = {"facecolor": _REJECTED, "linewidth": 0, "pad": 1}
-        axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", bbox=box, **side, **_NOTE)
+        axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", **side, **_NOTE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +272,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         rows += ranking.rows[[place, *explain(ranking, row=int(place)).steps.rows]].tolist()
         if len(best) <= NAMED:
             rows += best
-    columns = {name: _column(table, name, marked) for name in names}
+    columns = {name: _column(table, name, rows[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
     optimal = _PARETO
@@ -293,13 +300,14 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
     values = values.astype(np.float64)
     sign = 0
     errors = None
+    further = values[list(marked)]
     if is_variable:
         inner = values
-        further = np.array([column.lower, column.upper], dtype=float)  # NaN if there are none
+        # NaN if there are none
+        further = np.array([column.lower, column.upper, *further], dtype=float)
         is_log = column.kind is Kind.LOG
     else:
         inner = values[table.feasible()]
-        further = values[list(marked)]
         is_log = spans_decades(inner)
     if is_log:
         low, high = np.exp(view(np.log(inner), *np.log(further))).tolist()

@@ -251,7 +251,7 @@ def pair_panels(
 ) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
     """Yield a figure and a panel for each pair of columns, with their names across and upwards.
 
-    On leaving, what is labelled in the first panel has a key above all.
+    On leaving, what is labelled in them has a key above all.
     """
     n = len(pairs)
     n_columns = min(n, 2)
@@ -261,7 +261,7 @@ def pair_panels(
     with panels(n, n_columns, head=16.0, height=height) as (figure, axes):
         figure.is_divisible = True
         yield figure, [(ax, *pair) for ax, pair in zip(axes, pairs, strict=True)]
-        add_key(figure, axes[0])
+        add_key(figure, *axes)
 
 
 def name_axis(
@@ -341,13 +341,13 @@ def curves() -> Iterator[Style]:
 def add_key(figure: Drawing, *axes: Axes) -> None:
     """Write what is labelled in axes in a line above all of them, or in two columns.
 
-    Marks of the same label are one over the other.
+    Of the same label there is one mark of each kind, one over the other.
     """
     figure.key = axes  # again in another width
-    marks: dict[str, Any] = {}
+    marks: dict[str, dict[type, Any]] = {}
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
-            marks[label] = (*marks.get(label, ()), mark)
+            marks.setdefault(label, {}).setdefault(type(mark), mark)
     n_letters = sum(len(label) + _LETTERS_OF_MARK for label in marks)
     width = figure.get_figwidth() * 25.4
     n_columns = len(marks)
@@ -356,7 +356,8 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
     if width < NARROW:
         n_columns = 2
     figure.legends.clear()
-    figure.legend(list(marks.values()), list(marks), loc="outside upper left", ncols=n_columns)
+    handles: list[Any] = [tuple(kinds.values()) for kinds in marks.values()]
+    figure.legend(handles, list(marks), loc="outside upper left", ncols=n_columns)
 
 
 def name_lines(figure: Drawing, axes: Axes) -> None:
