@@ -114,6 +114,20 @@ def test_processes_of_python_end_what_is_given_up_and_stay(processes):
     investigate(Sum(elementwise_runner=ExecutorRunner(processes)), 8)
 
 
+@posix
+def test_without_a_temporary_folder_a_run_ends_as_ever(processes, tmp_path, monkeypatch):
+    """Well, or with its own error."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "removed"))
+    problem = Sum(seconds=0.2, elementwise_runner=ExecutorRunner(processes))
+    assert investigate(problem, 8).equals(investigate(Sum(), 8))
+
+    def interrupt(algorithm):
+        raise KeyboardInterrupt("its own")
+
+    with pytest.raises(KeyboardInterrupt, match="its own"):
+        minimize(problem, PSI(16, block_size=1), callback=interrupt)
+
+
 def test_a_vectorised_problem_on_an_executor(processes):
     problem, runner = VectorizedSphereChute(0.4), ExecutorRunner(processes)
     options = {"keep": "pareto", "limits": {"f1": 2.5}}

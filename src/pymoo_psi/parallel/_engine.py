@@ -18,6 +18,7 @@ import sys
 import time
 from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
@@ -268,13 +269,10 @@ class ExecutorRunner(Runner):
         """Give up the jobs of a run; see :class:`Runner`."""
         super().give_up(run, futures)
         # Python cancels nothing that it has sent to these workers, and waits for it at its end.
-        if isinstance(self.executor, ProcessPoolExecutor):
-            mark = _mark_of_end(run)
-            try:
-                mark.touch()
-                wait([future for future in futures if not future.cancelled()], _PATIENCE)
-            finally:  # a second interrupt ends the wait
-                mark.unlink(missing_ok=True)
+        if isinstance(self.executor, ProcessPoolExecutor) and sys.platform != "win32":
+            running = [future for future in futures if not future.done()]
+            if running:
+                _end_by_mark(run, running)
 
     def __copy__(self) -> ExecutorRunner:
         """Return the runner itself: executors are not copied."""
@@ -337,6 +335,17 @@ def evaluate_packed(
 def _mark_of_end(run: str) -> Path:
     """Return the file that is there while workers of the same machine give up a run."""
     return Path(gettempdir(), f"pymoo-psi-{run}")
+
+
+def _end_by_mark(run: str, running: Collection[Future[Any]]) -> None:
+    """Let workers of this machine give up a run; without a folder for the mark, they finish it."""
+    with suppress(OSError):
+        mark = _mark_of_end(run)
+        mark.touch()
+        try:
+            wait(running, _PATIENCE)
+        finally:  # a second interrupt ends the wait
+            mark.unlink(missing_ok=True)
 
 
 def _follow_end(run: str, is_done: Event) -> None:

@@ -212,8 +212,8 @@ class Queue:
     def first_pending(self) -> int:
         """The first index without a result; the largest number if there is none."""
         indices = [*self._under_way]
-        with suppress(IndexError):  # of the waiting ones, the first is the least
-            indices.append(self.waiting[0][0])
+        for index, _ in [*self.waiting]:  # what waits again is in the order in which jobs end
+            indices.append(index)
         return min(indices, default=sys.maxsize)
 
     @property
