@@ -438,6 +438,12 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert positions.locator("b").all_inner_texts() == ["Ann", "Ben", "Cy"]
     assert "“Ann wants it.”" in positions.first.inner_text()
     assert "with mass at most 0.9 kg" in positions.first.inner_text()
+    held = fresh.state["positions"]
+    fresh.set(positions=[*held, {"name": "Dan", "chosen": "ghost"}])
+    assert "Dan wants ghost, which is not among these." in fresh.text("#position-list")
+    fresh.click(fresh.page.get_by_label("Show: Dan"))
+    assert fresh.state["chosen"] is None
+    fresh.set(positions=held)
     # Decided for what Ben holds; Cy agrees nevertheless, Ann dissents.
     fresh.click(fresh.page.get_by_label("Show: Ben"))
     of_ben = fresh.state["chosen"]

@@ -433,6 +433,34 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
                 np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
 
 
+def test_without_limits_designs_are_measured_by_the_same_fixed_ranges(cases):
+    """Else limits that are not there were said to have changed the proposal."""
+    n_remarks = 0
+    asked, ranges = [], []
+    for case in cases:
+        low, high = case.frame[case.names].agg(["min", "max"]).to_numpy()
+        wide = [low - np.linspace(0.3, 1, case.m) * (high - low), high + 0.1]
+        ranges.append(dict(zip(case.names, np.transpose(wide).tolist(), strict=True)))
+        payload = case.payload | {"opens_with": case.payload["opens_with"] | {"ranges": ranges[-1]}}
+        states = [state | {"fixed": True} for state in case.states]
+        asked.append(case.asked() | {"payload": payload, "states": states, "thorough": [False] * 4})
+    for (case, k, found), fixed in zip(
+        answered(cases, in_node(asked)), np.repeat(ranges, 4), strict=True
+    ):
+        if found["verdict"] is None:
+            continue
+        whole = case.table(ranges=fixed).ranking()
+        first = whole.name_of(int(whole.salukvadze[0]))
+        left = case.table(ranges=fixed, limits=case.states[k]["limits"]).feasible_ranking()
+        remarks = found["verdict"]["remarks"]
+        if first in map(left.name_of, left.salukvadze):
+            assert remarks == []
+        else:
+            assert remarks[0].startswith(f"Without the limits {first} is proposed")
+            n_remarks += 1
+    assert n_remarks > 5
+
+
 def test_switching_values_are_those_of_python(rankings):
     compared = changed = 0
     for case, k, found, *_ in rankings:
@@ -465,11 +493,15 @@ def test_switching_values_are_those_of_python(rankings):
 def test_what_separates_positions_is_that_of_python(rankings):
     n_regrets = 0
     for case, k, found, *_ in rankings:
-        state = case.states[k]
-        if state["fixed"] or not case.is_thorough(k):
+        state, ranges = case.states[k], None
+        if state["fixed"]:
+            ends = np.sort([case.whole.ideal, case.whole.nadir], axis=0).T.tolist()
+            ranges = dict(zip(case.names, ends, strict=True))
+        if case.is_flat(state) or not case.is_thorough(k):
             continue
         positions = found["state"]["positions"]
-        expected = separation_sentences(case.table(limits=state["limits"], positions=positions))
+        table = case.table(limits=state["limits"], ranges=ranges, positions=positions)
+        expected = separation_sentences(table)
         assert found["separation"] == expected
         n_regrets += any(text.startswith("At worst ") for text in expected)
     assert n_regrets > 6
@@ -561,6 +593,12 @@ def test_a_position_by_hand_keeps_its_limits(cases):
     (of_ann,) = found["state"]["positions"]
     assert of_ann["limits"] == {case.names[0]: [None, 5], "x": [0, None]}
     assert found["state"]["decided"] == held.decided
+
+
+def test_a_position_keeps_a_choice_that_is_not_among_the_designs(cases):
+    held = Decision(positions=[{"name": "Ben", "chosen": "ghost"}]).positions
+    found = opened(cases[0], positions=held)
+    assert (found["remarks"], found["state"]["positions"]) == ([], list(held))
 
 
 def test_a_weight_of_a_position_on_what_is_no_objective_does_not_count(cases):

@@ -105,14 +105,15 @@ def position_sentences(table: TestTable) -> list[str]:
     names = table.names
     sentences = []
     for record in positions_frame(table).to_dict("records"):
-        text = f"{record['name']} wants {record['choice']}"
-        if record["choice"] in names:
-            beyond = beyond_limits(table, names.index(record["choice"]))
+        choice = record["choice"]
+        text = f"wants {choice}"
+        if choice in names:
+            beyond = beyond_limits(table, names.index(choice))
             if beyond:
                 text += f": beyond {listed([*beyond.values()])}"
-        elif record["choice"] != "none":
-            text += ", which is not among these"
-        text += "."
+        elif choice != "none":
+            text = sentence("foreign choice", design=choice)
+        text = f"{record['name']} {text}."
         if record.get("under"):
             text += f" Under {record['under']}."
         if record.get("why"):
@@ -195,7 +196,7 @@ def _least_regret(
 
     What a design costs a position is its greatest loss against the choice of the position, in
     shares of the ranges, each multiplied by the weight of the objective over the greatest one.
-    Where all designs left are equal, the range is that of these and the choices.
+    In an objective in which all designs left are equal, the range is that of these and the choices.
 
     Args:
         table: The tests.

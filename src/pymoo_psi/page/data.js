@@ -80,6 +80,7 @@ function addDesigns(data, more) {
     })
   }
   data.fixed = fixedFrame(data) // the points U and N of fixed ranges
+  data.wholeFixed = isFixed(data.opens_with.ranges) ? ranked(data, all, data.fixed) : data.whole // by these
   return data
 }
 

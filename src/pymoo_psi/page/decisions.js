@@ -58,12 +58,12 @@ function checked(data, anything) {
     if (known.length < value.length) lost.add("limits")
     return known.length || !value.length ? known : undefined
   }
-  // What somebody holds at a date, checked as a state is.
+  // What somebody holds at a date, checked as a state is; the choice may be of other designs.
   const position = (one) => {
-    const {state: {limits, chosen, reason, preference, answers}, remarks} = checked(data, {...one, positions: [], preference: one})
+    const {state: {limits, reason, preference, answers}, remarks} = checked(data, {...one, chosen: null, positions: [], preference: one})
     if (remarks.length) lost.add("positions")
     const name = isText(one.name) ? one.name.slice(0, 60) : ""
-    return {name, date: fitting("date", isDate, "", one), chosen, limits, ...preference, reason, answers}
+    return {name, date: fitting("date", isDate, "", one), chosen: fitting("chosen", isText, null, one), limits, ...preference, reason, answers}
   }
   const numberIf = (fits) => (column, value) => isObjective(column) && isNumber(value) && fits(value) ? value : undefined
   const {by, name, down} = fitting("order", isOrder, {by: "distance"})
@@ -171,7 +171,7 @@ function separation(data, ranking, positions) {
   const sentences = held.flatMap((one, k) => held.slice(0, k).filter(({row}) => row !== one.row).map((other) =>
     against(data, measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
   if (!sentences.length || !ranking.count) return sentences
-  // Where all designs left are equal, the range is that of these and the choices.
+  // In an objective in which all designs left are equal, the range is that of these and the choices.
   const {lengths: ofAll} = new Frame(data.F, joined(ranking.front, held.map(({row}) => row)), true)
   const lengths = measure.frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
   const lossesOf = (i, {weights, row}) => {

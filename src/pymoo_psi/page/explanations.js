@@ -191,7 +191,7 @@ function verdictOn(data, ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
-  const first = data.whole.best[0]
+  const first = (ranking.fixed ? data.wholeFixed : data.whole).best[0]
   const remarks = []
   if (!ranking.best.includes(first)) {
     remarks.push(against(data, ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))

@@ -12,7 +12,7 @@ function showPositions() {
     make("div", words(one)),
     make("div.buttons",
       make("label", make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
-      button("Show", () => change({limits: one.limits, chosen: one.chosen, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {ariaLabel: `Show: ${one.name}`}),
+      button("Show", () => change({limits: one.limits, chosen: data.rowOf.has(one.chosen) ? one.chosen : null, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {ariaLabel: `Show: ${one.name}`}),
       button("×", () => change({positions: toggled(positions, one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
@@ -37,8 +37,13 @@ function words(one) {
   const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`,
     one.answers.length && counted(one.answers.length, "answer"), numbers("weights", one.weights), numbers("aspirations", one.aspiration)]
-  return [make("div", make("b", one.name), row < 0 ? " has chosen nothing" : [" wants ", inspectButton(row)]),
+  return [make("div", make("b", one.name), " ", choiceOf(one, row)),
     broken.length && make("span.beyond", `beyond ${broken.join(", ")}`), make("div.hint", facts.filter(Boolean).join(" · "))]
+}
+
+function choiceOf({chosen}, row) {
+  if (row >= 0) return ["wants ", inspectButton(row)]
+  return chosen ? `${sentence("foreign choice", {design: chosen})}.` : "has chosen nothing"
 }
 
 // The greatest loss of the verdict against a choice.
