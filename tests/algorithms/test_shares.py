@@ -7,6 +7,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, VectorizedSphereChute, investigate
+from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.files import read_table
 from tests.helpers.refusals import refused
 
@@ -43,21 +44,38 @@ def test_processes_give_the_table_of_one_core(tmp_path):
 class Recurring(ElementwiseProblem):
     """A model whose designs recur in several shares."""
 
-    def __init__(self, noisy):
+    more = 0.0
+
+    def __init__(self, noisy, seeds=1):
         super().__init__(n_var=1, n_obj=2, xl=0, xu=4, vtype=int)
         self.noisy = noisy
+        self.seeds = seeds
 
     def _evaluate(self, x, out, *args, seed=0, **kwargs):
-        out["F"] = [x[0] + seed, -x[0]]
+        out["F"] = [x[0] + self.seeds * seed + self.more, -x[0]]
+        out["temperature"] = seed
 
 
-@pytest.mark.parametrize("noisy", [False, True])
-def test_designs_of_several_shares_are_those_of_one_run(noisy, tmp_path):
-    """Under the same numbers; the tests of a noisy model all count."""
-    problem = Recurring(noisy)
+@pytest.mark.parametrize(("noisy", "seeds"), [(False, 1), (True, 1), (True, 0)])
+def test_designs_of_several_shares_are_those_of_one_run(noisy, seeds, tmp_path):
+    """Under the same numbers; the tests of a noisy model all count, equal objectives or not."""
+    problem = Recurring(noisy, seeds)
     for part in (1, 2, 3):
         minimize(problem, PSI(12, share=(part, 3), study=tmp_path / "shares"))
     minimize(problem, PSI(12, study=tmp_path / "s.db"))
     whole = read_table(tmp_path / "s.db", average_by=False)
     assert len(whole) == (12 if noisy else 5)
     assert read_table(tmp_path / "shares", average_by=False).to_frame().equals(whole.to_frame())
+
+
+@pytest.mark.parametrize(("more", "is_refused"), [(2.0**-50, False), (1.0, True)])
+def test_shares_of_two_versions_are_no_table(more, is_refused, tmp_path, monkeypatch):
+    """What machines round otherwise is none of another version."""
+    for part in (1, 2):
+        minimize(Recurring(False), PSI(12, share=(part, 2), study=tmp_path))
+        monkeypatch.setattr(Recurring, "more", more)
+    if is_refused:
+        with pytest.raises(StudyMismatchError, match="different results for the same design"):
+            read_table(tmp_path)
+    else:
+        assert len(read_table(tmp_path)) == 5

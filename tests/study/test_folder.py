@@ -57,7 +57,7 @@ def test_a_point_of_two_files_counts_once(tmp_path):
     (tmp_path / "other.db").unlink()
     begun(tmp_path / "other.db").append(rows(block(1, 10, seed=1), [3]))
     refused(
-        r"db and one .* different results for test p.* 4",
+        r"db and one .* different results for the same .* 4",
         read_folder,
         tmp_path,
         error=StudyMismatchError,

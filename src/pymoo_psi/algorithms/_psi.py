@@ -7,6 +7,7 @@ points do not depend on results, so that a run is the same however it is cut int
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from contextlib import closing
 from dataclasses import replace
@@ -42,6 +43,7 @@ from pymoo_psi.problems import (
     NO_OUTPUTS,
     design_space,
     evaluate_designs,
+    layers,
     require_known_keywords,
     require_problem,
     untolerant,
@@ -81,6 +83,8 @@ class PointAlgorithm(WithTable, Algorithm):
         self.n_points: int = n_points
         self.options = options
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
+        self._most_evaluations = math.inf
+        self._n_passed = 0  # points of the last block if none of them needed an evaluation
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
@@ -154,10 +158,11 @@ class PointAlgorithm(WithTable, Algorithm):
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
         self._may_end_early = termination is not None
-        is_budget = isinstance(termination, MaximumFunctionCallTermination)
-        if is_budget and self._is_each_point_evaluated(problem):
-            budget = termination.n_max_evals * self.options.part.of
-            self.n_points = min(self.n_points, max(1, budget))
+        if isinstance(termination, MaximumFunctionCallTermination):
+            self._most_evaluations = termination.n_max_evals
+            if self._is_each_point_evaluated(problem):
+                budget = termination.n_max_evals * self.options.part.of
+                self.n_points = min(self.n_points, max(1, budget))
         # instead of pymoo's default, which would stop a run before all points are tested
         ends = [_PointsTested()]
         if self._may_end_early:
@@ -168,8 +173,11 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _is_each_point_evaluated(self, problem: Any) -> bool:
         """Whether no point is known to a study, outside requirements, or perhaps a repeat."""
-        if self.options.study is not None or without_requirements(problem) is not problem:
+        if self.options.study is not None:
             return False
+        for layer in layers(problem):
+            if without_requirements(layer) is not layer:
+                return False
         return getattr(problem, "noisy", False) or not design_space(problem).finite
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
@@ -191,8 +199,12 @@ class PointAlgorithm(WithTable, Algorithm):
             self._initialize()
         run = self._run
         n_before = run.n_called
-        tests = run.block(self.options.block_size)
-        self.evaluator.n_eval += run.n_called - n_before
+        tests = run.block(self._size_of_block())
+        n_called = run.n_called - n_before
+        self._n_passed = 0
+        if n_called == 0:
+            self._n_passed = len(tests)
+        self.evaluator.n_eval += n_called
         self._add(tests)
         self.is_initialized = True
         try:
@@ -205,6 +217,16 @@ class PointAlgorithm(WithTable, Algorithm):
         except BaseException:  # a callback has raised it
             run.close()
             raise
+
+    def _size_of_block(self) -> int | None:
+        """Return the size of the next block, at most the number of evaluations that are left.
+
+        After a block that needed none, it may be twice as large; a round has the size that it has.
+        """
+        if self.options.block_size is None:
+            return None
+        left = max(1, self._most_evaluations - self.evaluator.n_eval)
+        return int(min(self.options.block_size, max(left, 2 * self._n_passed)))
 
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
@@ -356,9 +378,9 @@ class PSI(PointAlgorithm):
 
     ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds and real,
     integer, binary or choice variables. It ends when all points are tested, or earlier by a
-    termination: after so many evaluations for ``("n_eval", 100)`` if each point needs one, else at
-    the end of a block, as with a study, requirements or discrete variables. In the result,
-    ``res.X`` and ``res.F`` are the Pareto-optimal feasible designs,
+    termination: after so many evaluations for ``("n_eval", 100)``; where points may need none, as
+    with a study, requirements or discrete variables, perhaps some later, at the end of a block. In
+    the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible designs,
     ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
     ``res.algorithm.table`` the table of all tests.
 

@@ -160,6 +160,8 @@ class StudyStore(Store):
         self.run = run.number
         self._planned = run.planned
         self._has_other_runs = len(facts.runs) > 1
+        if model.noisy:  # tests of the same design all count, also in a folder of shares
+            self.remember_once("noisy", True)
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
             self.remember_once("command", command)

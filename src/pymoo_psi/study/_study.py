@@ -78,7 +78,7 @@ from pymoo_psi.study._integrity import (
 _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
 # Connections that a fork has inherited: SQLite neither uses nor closes them there.
 _INHERITED: list[sqlite3.Connection] = []
-_ROUNDED = 1e-9  # the most by which machines may differ in a result, relative to it
+_ROUNDED = 1e-9  # the most by which machines may differ in a result, relative to the largest one
 _AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
 
@@ -424,53 +424,62 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
         joined.begin(first.head)
         joined.add_run(first.runs[0].identity)
         blocks = []
+        is_noisy = False
         for file in files:
             with Study(file).reading() as database:
                 facts = database.facts
                 blocks.append(database.tests())
                 points.append(database.test_points(1, 1))
+                is_noisy |= database.record(1).get("noisy", False)
             require_fellow(file, facts, first, f"in {files[0]}")
             if facts.share is not None:
                 n_shares = facts.share[1]
-        is_noisy = _number_recurring(joined, blocks)
+        if not is_noisy:
+            _number_recurring(joined, files, blocks)
         for file, columns in zip(files, blocks, strict=True):
             try:
                 joined.append(1, columns, noisy=is_noisy)
             except ArgumentValueError as error:
-                raise StudyMismatchError(
-                    f"study {file} and one before it in the folder have different results for test "
-                    f"points; move the file that is wrong, or older, to another folder ({error})"
-                ) from error
+                raise StudyMismatchError(_other_results(file, error)) from error
         first = first._replace(head=joined.facts.head)
         return first, joined.tests(), _missing(n_shares, np.unique(np.concatenate(points)))
 
 
-def _number_recurring(joined: Database, blocks: Sequence[Columns]) -> bool:
-    """Number tests of the same design by the first of their points; return if they are noisy.
+def _other_results(file: str, detail: object) -> str:
+    return (
+        f"study {file} and one before it in the folder have different results for the same design; "
+        f"move the file that is wrong, or older, to another folder ({detail})"
+    )
 
-    They are if their results differ, beyond the rounding of other machines. Then each of them
-    counts, under its own number.
+
+def _number_recurring(joined: Database, files: Sequence[str], blocks: Sequence[Columns]) -> None:
+    """Number tests of the same design by the first of their points, as one run does.
+
+    Raises:
+        StudyMismatchError: Their results differ by more than the rounding of machines.
     """
     names = joined.head["objectives"]
     keys = [joined.keys(columns) for columns in blocks]
+    values = [np.column_stack([columns[name] for name in names]) for columns in blocks]
+    every = np.concatenate(values)
+    rounding = _ROUNDED * np.abs(every[np.isfinite(every).all(axis=1)]).max(axis=0, initial=0)
     first_numbers: dict[str | None, int] = {}
     results: dict[str | None, list[float]] = {}
-    for columns, keys_of_block in zip(blocks, keys, strict=True):
-        F = np.column_stack([columns[name] for name in names])
-        is_known = np.isfinite(F).all(axis=1)
-        rows = zip(keys_of_block, columns["test"].tolist(), F.tolist(), is_known, strict=True)
-        for key, number, row, known in rows:
+    for file, columns, keys_of_block, F in zip(files, blocks, keys, values, strict=True):
+        for key, number, row in zip(
+            keys_of_block, columns["test"].tolist(), F.tolist(), strict=True
+        ):
             if key is None:  # there are no variables
-                return False
+                return
             first_numbers[key] = min(number, first_numbers.get(key, number))
-            former = row
-            if known:
-                former = results.setdefault(key, row)
-            if former != row and not np.allclose(former, row, rtol=_ROUNDED, atol=0):
-                return True
+            if not np.isfinite(row).all():
+                continue
+            former = results.setdefault(key, row)
+            if former != row and (np.abs(np.subtract(row, former)) > rounding).any():
+                detail = f"test {number}: {row} for {', '.join(names)}, before {former}"
+                raise StudyMismatchError(_other_results(file, detail))
     for columns, keys_of_block in zip(blocks, keys, strict=True):
         columns["test"] = np.array([first_numbers[key] for key in keys_of_block], dtype=np.int64)
-    return False
 
 
 def _missing(n_shares: int, points: Integers) -> str:
