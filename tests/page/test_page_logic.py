@@ -178,6 +178,11 @@ class Case:
         )
         return read_table(self.frame, Decision(asked, positions=positions), variables=["x"])
 
+    def ranges(self, state):
+        """The ranges of all designs in a state that fixes them, as Python reads them."""
+        ends = np.sort([self.whole.ideal, self.whole.nadir], axis=0).T.tolist()
+        return dict(zip(self.names, ends, strict=True)) if state["fixed"] else None
+
     def is_flat(self, state):
         """Whether a state has fixed ranges, one of which is none: Python refuses it."""
         return state["fixed"] and bool((self.whole.ideal == self.whole.nadir).any())
@@ -237,11 +242,7 @@ def ranked(cases, answers):
 def person_of(case, k):
     """A person of hidden weights who has answered six questions on the designs of a state."""
     state = case.states[k]
-    ranges = {}
-    if state["fixed"]:
-        ends = np.transpose([case.whole.ideal, case.whole.nadir])
-        ranges = {n: sorted(pair) for n, pair in zip(case.names, ends.tolist(), strict=True)}
-    table = case.table(limits=state["limits"], ranges=ranges)
+    table = case.table(limits=state["limits"], ranges=case.ranges(state))
     person = Preferences(table)
     rng = np.random.default_rng(case.seed)
     losses = person.ranking.frame.scaled(person.ranking.objectives.minimized) @ rng.random(case.m)
@@ -464,13 +465,10 @@ def test_without_limits_designs_are_measured_by_the_same_fixed_ranges(cases):
 def test_switching_values_are_those_of_python(rankings):
     compared = changed = 0
     for case, k, found, *_ in rankings:
-        state, ranges = case.states[k], None
-        if state["fixed"]:
-            ends = np.sort([case.whole.ideal, case.whole.nadir], axis=0).T.tolist()
-            ranges = dict(zip(case.names, ends, strict=True))
+        state = case.states[k]
         if case.is_flat(state) or not case.is_thorough(k):
             continue
-        table = case.table(limits=state["limits"], ranges=ranges)
+        table = case.table(limits=state["limits"], ranges=case.ranges(state))
         limits = switching_values(table)
         told = {(one["name"], one["end"], one["looser"]): one for one in found["switches"]["rows"]}
         assert len(told) == len(limits)
@@ -493,14 +491,11 @@ def test_switching_values_are_those_of_python(rankings):
 def test_what_separates_positions_is_that_of_python(rankings):
     n_regrets = 0
     for case, k, found, *_ in rankings:
-        state, ranges = case.states[k], None
-        if state["fixed"]:
-            ends = np.sort([case.whole.ideal, case.whole.nadir], axis=0).T.tolist()
-            ranges = dict(zip(case.names, ends, strict=True))
+        state = case.states[k]
         if case.is_flat(state) or not case.is_thorough(k):
             continue
         positions = found["state"]["positions"]
-        table = case.table(limits=state["limits"], ranges=ranges, positions=positions)
+        table = case.table(limits=state["limits"], ranges=case.ranges(state), positions=positions)
         expected = separation_sentences(table)
         assert found["separation"] == expected
         n_regrets += any(text.startswith("At worst ") for text in expected)

@@ -354,7 +354,10 @@ def test_many_designs_have_representatives():
     own = own[LIMITED.feasible()]
     few = representatives(own, 5, maximize=["stiffness"])
     head = " | ".join(f"test {own.index[row]}" for row in few.rows)
-    assert f"design | {head}" in lines(decision_report(LIMITED), "Representatives")
+    said = lines(decision_report(LIMITED), "Representatives")
+    assert f"design | {head}" in said
+    (radius,) = re.findall(r"none farther than ([\d.]+)\.", " ".join(said))
+    assert few.radius <= float(radius) <= 1.01 * few.radius
 
 
 @undrawn

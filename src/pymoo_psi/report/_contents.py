@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from decimal import ROUND_CEILING, Context
 from functools import cached_property
 from typing import Any
 from urllib.parse import quote
@@ -350,9 +351,11 @@ class Choice:
             place = str(self.ranking.place[row])
             columns[self.ranking.name_of(row)] = [place, percent(share), *texts]
         n = counted(self.ranking.pareto.sum(), "design")
+        up = Context(prec=3, rounding=ROUND_CEILING)
+        radius = float(up.create_decimal(f"{few.radius:.12g}"))  # but for rounding errors
         caption = (
             f"{len(few.rows)} designs represent the {n} that no other dominates. Each stands for "
-            f"those nearest to it, none farther than {number(few.radius, 3)}."
+            f"those nearest to it, none farther than {number(radius, 3)}."
         )
         return pd.DataFrame(columns), caption
 

@@ -61,7 +61,9 @@ def robustness(
         - ``infeasible_share``, the share in which it is infeasible;
         - ``mean_regret`` and ``worst_regret``. The regret in a scenario is the distance from U
           beyond that of the nearest design, in the scale of the scenario. It refers to the
-          scenarios in which the design is feasible, and is NaN if there are none.
+          scenarios in which the design is feasible, and is NaN if there are none. Normalised, an
+          objective in which all Pareto-optimal designs are equal does not count: where one design
+          dominates all others, every regret is 0.
 
         The order is by the largest ``optimum_share``, then the largest ``efficient_share``, then
         the smallest ``infeasible_share``, then the smallest ``mean_regret``.
