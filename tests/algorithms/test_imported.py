@@ -172,6 +172,53 @@ def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, tmp
     assert left_out.startswith(f"{len(table) - ran.sum()} ")
 
 
+HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0}).assign(heat=5.0)
+HOT[["g1", "g2"]] = -1.0
+
+
+def test_known_tests_are_completed_and_not_called_new(options):
+    problem = get_problem("bnh")
+    import_tests(problem, HOT.drop(columns="heat"), options)
+    third = HOT.tail(1).assign(x1=3.0)
+    tests = import_tests(problem, pd.concat([HOT, third]), options)
+    assert tests.remarks == ("1 of 3 tests taken, 2 known already, 2 of these completed.",)
+    assert read_table(options.study)["heat"].tolist() == [5.0] * 3
+
+
+class Noisy(Model):
+    noisy = True
+
+
+def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
+    problem = Noisy(lambda x: {"F": [0.0, 0.0]}, n_var=2, n_obj=2, xl=0, xu=5)
+    frame = HOT[["x1", "x2", "f1", "f2", "heat"]]
+    import_tests(problem, frame.drop(columns="heat"), options)
+    lost = "heat of 2 known tests not added, as the model is noisy."
+    tests = import_tests(problem, frame, options)
+    assert tests.remarks == ("0 of 2 tests taken, 2 known already.", lost)
+    assert tests.schema.outputs == ()
+    more = pd.concat([frame, frame.assign(f1=1.0)])
+    for n_new, n_known in ((2, 2), (0, 4)):
+        tests = import_tests(problem, more, options)
+        taken = f"{n_new} of 4 tests taken, {n_known} known already."
+        assert tests.remarks == (taken, lost)
+        np.testing.assert_array_equal(tests["heat"], [np.nan, np.nan, 5.0, 5.0])
+
+
+def test_columns_of_rankings_and_studies_are_no_outputs_unless_the_model_has_them(
+    options, tmp_path
+):
+    tests = import_tests(get_problem("bnh"), HOT.assign(place=1, mu1=0.1, repeat=1), options)
+    assert tests.schema.outputs == ("heat",)
+    assert tests.remarks[1:] == (
+        "mu1, place, repeat left out: rankings and studies have columns of this name.",
+    )
+    problem = ProgramProblem({"x1": (0, 5)}, None, {"f1": {}, "place": {}}, {"minimize": ["f1"]})
+    frame = HOT[["x1", "f1"]].assign(place=1.0)
+    tests = import_tests(problem, frame, RunOptions(study=tmp_path / "b.db"))
+    assert tests.schema.outputs == ("place",)
+
+
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):
     options = RunOptions(study=tmp_path / "shares", share=(1, 2))
     refused("share must be left out .* 'pymoo-psi export'", import_tests, Queue(), RESULTS, options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections import Counter
 from dataclasses import replace
 from os import PathLike
@@ -20,9 +21,11 @@ from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import RunOptions
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import read_table
+from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.problems import known_expressions, problem_identity
 from pymoo_psi.study import ADDED
 from pymoo_psi.table import (
+    N_TESTS,
     PROPOSAL_ROUND,
     Formulation,
     TestTable,
@@ -32,13 +35,17 @@ from pymoo_psi.table import (
     units_of,
 )
 
+# Columns of rankings, means and studies, which are no outputs of a model unless it says so.
+_BOOKKEEPING = {*RANKING_COLUMNS, N_TESTS, "design", "point", "repeat", "row", "rowid"}
+
 
 def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     """Add tests from elsewhere to a study, as a separate run.
 
     Each row is one test. Outputs that are expressions are computed; where the source has another
     value, a remark reports both. Tests that the study has already are not stored again: those of
-    the same design or, of a noisy model, those of the same design with the same results.
+    the same design or, of a noisy model, those of the same design with the same results. If the
+    model is not noisy, they are completed by the outputs that only the source has.
 
     Failed tests and rows that lack a result are omitted. Designs may lie outside the bounds of the
     problem, which a remark reports.
@@ -48,11 +55,12 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
         source: A file that :func:`read_table` reads, a frame or a table: one column for each
             variable, objective, constraint and output with a limit, in the original units and
             directions, or for the outputs of which these are expressions. Further outputs are added
-            if the source has them.
+            if the source has them, except columns of rankings and studies, such as ``place``.
         options: The options of the study.
 
     Returns:
-        The tests of the source that have results. The first remark says how many were new.
+        The tests of the source that have results. The first remark says how many were new, and
+        how many of the others were completed.
 
     Raises:
         ArgumentValueError: A column is missing or in another unit, a variable cannot have a value,
@@ -89,15 +97,31 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     remarks = [*table.facts]
     if len(tested) < len(table):
         remarks.append(f"{counted(len(table) - len(tested), 'failed test')} left out.")
+    left_out = _BOOKKEEPING & {*table.schema.outputs} - {*results}
+    if left_out:
+        names = ", ".join(sorted(left_out))
+        remarks.append(f"{names} left out: rankings and studies have columns of this name.")
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
-    if not model.noisy:
+    if model.noisy:
+        stored = store.table(store.study.contents()[1], "test")
+        is_new = _are_new(model, tests, stored)
+        remarks += _without_lost(model, results, tests.take(~is_new), stored)
+        tests = store.table(results, "test")
+        store.keep(tests.take(is_new))
+        n_completed = 0
+    else:
         tests = tests.take(~tests.repeats)
-    n_new = store.keep(tests.take(_are_new(model, tests, store)))
+        with store.study.reading() as database:
+            is_new = database.find(model.keys(tests.X)) == 0
+        n_completed = store.keep(tests) - is_new.sum()
+    n_new = is_new.sum()
     n_known = len(tests) - n_new
-    taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already."
-    return replace(tests, facts=(taken, *remarks))
+    taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already"
+    if n_completed > 0:
+        taken += f", {n_completed} of these completed"
+    return replace(tests, facts=(f"{taken}.", *remarks))
 
 
 def _table_of(model: Model, source: Any) -> TestTable:
@@ -145,7 +169,8 @@ def _results_of(model: Model, table: TestTable) -> Columns:
         for cell, place in zip(cells.tolist(), table.names, strict=True):
             values.append(design_value(cell, f"{place}, {name}", kind, options))
         results[name] = np.array(values, DTYPES[kind])
-    outputs = dict.fromkeys(getattr(model.inner, "outputs", table.schema.outputs))
+    others = [name for name in table.schema.outputs if name not in _BOOKKEEPING]
+    outputs = getattr(model.inner, "outputs", others)
     for name in (*schema.objectives, *schema.constraints, *model.default_limits, *outputs):
         if name not in results and name not in (*ADDED, PROPOSAL_ROUND):  # those of other runs
             results[name] = np.full(n, np.nan)
@@ -173,15 +198,37 @@ def _beyond_bounds(model: Model, results: Columns) -> list[str]:
     return remarks
 
 
-def _are_new(model: Model, tests: TestTable, store: StudyStore) -> Mask:
-    """``(n,)`` which tests are to be stored; of a noisy model, those with other results only."""
+def _are_new(model: Model, tests: TestTable, stored: TestTable) -> Mask:
+    """``(n,)`` which tests of a noisy model have other designs or results than the stored ones."""
     is_new = np.ones(len(tests), dtype=bool)
-    if model.noisy:
-        known = Counter(_marks(model, store.table(store.study.contents()[1], "test")))
-        for row, mark in enumerate(_marks(model, tests)):  # each stored test is one of them
-            is_new[row] = known[mark] <= 0
-            known[mark] -= 1
+    known = Counter(_marks(model, stored))
+    for row, mark in enumerate(_marks(model, tests)):  # each stored test is one of them
+        is_new[row] = known[mark] <= 0
+        known[mark] -= 1
     return is_new
+
+
+def _without_lost(model: Model, results: Columns, known: TestTable, stored: TestTable) -> list[str]:
+    """Remove from results what known tests have and their stored forms lack; return remarks."""
+    complete = set()
+    marks = _marks(model, stored)
+    for name in stored.schema.outputs:
+        for value, mark in zip(stored.column(name).tolist(), marks, strict=True):
+            if not math.isnan(value):
+                complete.add((name, *mark))
+    remarks = []
+    marks = _marks(model, known)
+    for name in known.schema.outputs:
+        is_lost = ~np.isnan(known.column(name))
+        is_lost &= [(name, *mark) not in complete for mark in marks]
+        if is_lost.any():
+            tests = counted(int(is_lost.sum()), "known test")
+            remarks.append(f"{name} of {tests} not added, as the model is noisy.")
+            results[name] = results[name].copy()
+            results[name][known.numbers[is_lost] - 1] = np.nan
+            if np.isnan(results[name]).all():
+                del results[name]
+    return remarks
 
 
 def _marks(model: Model, tests: TestTable) -> list[tuple[Any, ...]]:
