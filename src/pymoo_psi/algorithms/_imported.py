@@ -220,7 +220,8 @@ def _without_lost(model: Model, results: Columns, known: TestTable, stored: Test
     marks = _marks(model, known)
     for name in known.schema.outputs:
         is_lost = ~np.isnan(known.column(name))
-        is_lost &= [(name, *mark) not in complete for mark in marks]
+        for row, mark in enumerate(marks):
+            is_lost[row] &= (name, *mark) not in complete
         if is_lost.any():
             tests = counted(int(is_lost.sum()), "known test")
             remarks.append(f"{name} of {tests} not added, as the model is noisy.")
