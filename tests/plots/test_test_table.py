@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from pymoo_psi import TestTable
@@ -130,6 +131,24 @@ def test_designs_outside_the_axes_are_counted_above_them():
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
     groups = [line for line in ax.lines if line.get_linestyle() == "None"]
     assert max(line.zorder for line in lines) < min(line.zorder for line in groups)
+
+
+@pytest.mark.parametrize("n_objectives", [4, *rarely(3)])
+@pytest.mark.parametrize("width", [180, *rarely(90)])
+def test_the_number_outside_is_beside_the_name_of_the_axis(n_objectives, width):
+    F = np.random.default_rng(1).random((60, n_objectives))
+    F[:12, 0] = F[12:24, 1] = F[24:36, 2] = 900 + np.arange(12)
+    name = "operating cost per year and machine in all plants, part"
+    names = [f"{name} {j}" for j in range(n_objectives)]
+    table = read_table(pd.DataFrame(F, columns=names)).under(limits=dict.fromkeys(names, 2.0))
+    figure = plot_objectives(table, objectives=names, width=width)
+    FigureCanvasAgg(figure).draw()
+    for ax in shown(figure):
+        note = ax.get_title(loc="right")
+        assert note.endswith(" outside")
+        (title,) = (text for text in ax.findobj(Text) if text.get_text() == note)
+        name = Text.get_window_extent(ax.yaxis.label)
+        assert not name.overlaps(Text.get_window_extent(title)), note
 
 
 def test_the_front_of_two_objectives_is_a_staircase():

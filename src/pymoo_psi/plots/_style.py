@@ -284,6 +284,9 @@ def name_axis(
     n_ticks = int(np.clip(room // _LETTERS_OF_TICK, 1, _MOST_TICKS))
     if letter == "y":
         room = max(room, _LETTERS_OF_Y)
+        note = axes.get_title(loc="right")
+        if note:  # on the same line
+            room -= len(note) + 1
         n_ticks = _MOST_TICKS - 1
     if label:
         text = _BETTER[letter][sign]
@@ -426,7 +429,7 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
             dot = axes.transData.transform(xy)
             others = dots[(dots != dot).any(axis=1)]
             for box in _boxes_around(dot, size, sides, point):
-                cost = _cost(axes, dot, box, others, paths, taken)
+                cost = _cost(axes, dot, box, others, paths, taken, best)
                 if cost < best:
                     best = cost
                     place = (xy, dot, box)
@@ -466,8 +469,7 @@ def _boxes_around(dot: Array, size: Array, sides: str, point: float) -> Iterator
 def _way(dot: Array, box: Bbox, point: float) -> Line:
     """Return the line from the edge of a marker to a box."""
     end = np.clip(dot, box.p0, box.p1)
-    length = np.hypot(*(end - dot)) or 1.0  # a point may be so far away that no gap is seen
-    return Line([dot + (end - dot) * _MARK * point / length, end])
+    return Line([dot + (end - dot) * _MARK * point / np.hypot(*(end - dot)), end])
 
 
 def _distance(dots: Array, box: Bbox) -> Any:
@@ -475,28 +477,47 @@ def _distance(dots: Array, box: Bbox) -> Any:
     return np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
 
 
+def _n_inside(box: Bbox, dots: Array) -> int:
+    """Return how many points are inside a box."""
+    x, y = dots.T
+    return int(np.sum((x > box.x0) & (x < box.x1) & (y > box.y0) & (y < box.y1)))
+
+
 def _cost(
-    axes: Axes, dot: Array, box: Bbox, others: Array, paths: Sequence[Line], taken: Sequence[Bbox]
+    axes: Axes,
+    dot: Array,
+    box: Bbox,
+    others: Array,
+    paths: Sequence[Line],
+    taken: Sequence[Bbox],
+    most: float,
 ) -> float:
-    """Return the cost of a box as the place of a name, in points of distance from its point."""
+    """Return the cost of a box as the place of a name, in points of distance from its point.
+
+    If it is not below ``most``, it need not be exact.
+    """
     point = axes.figure.dpi / 72
+    distance = _distance(dot, box)
+    if distance / point >= most:
+        return np.inf
     area = axes.bbox
     if not axes.axison:  # beside the rows of a ranking there is room, too
         area = Bbox([(0, area.y0), (axes.figure.bbox.x1, area.y1)])
-    way = _way(dot, box, point)
-    if area.count_contains(box.corners()) < 4:
+    if not np.all([box.min > area.min, box.max < area.max]):
         return np.inf
+    way = _way(dot, box, point)
     for other in taken:
         if other.overlaps(box) or way.intersects_bbox(other):
             return np.inf
-    n_bad = box.padded(_MARK * point).count_contains(others)
+    n_bad = _n_inside(box.padded(_MARK * point), others)
+    if _BAD * n_bad >= most:
+        return np.inf
     for path in paths:
         n_bad += path.intersects_bbox(box, filled=False)
         n_bad += path.intersects_path(way, filled=False)
-    distance = _distance(dot, box)
     if distance < _LED * point:  # without a leader it would name the nearest point
         n_bad += (_distance(others, box) < _APART * distance).any()
-    n_near = way.get_extents().padded(2 * point).count_contains(others)
+    n_near = _n_inside(way.get_extents().padded(2 * point), others)
     return float(distance / point + _CROWDED * n_near + _BAD * n_bad)
 
 
