@@ -12,12 +12,10 @@ from __future__ import annotations
 import itertools
 import os
 import re
-import sqlite3
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
@@ -26,17 +24,23 @@ from typing import NamedTuple
 import moocore
 import numpy as np
 
+from benchmarks import storage
 from benchmarks.cores import rows, simplex
-from benchmarks.machine import describe_machine, output, processor_seconds, sized, wall_seconds
-from benchmarks.motion import compare_speed, designs
+from benchmarks.machine import (
+    describe_machine,
+    output,
+    processor_seconds,
+    sized,
+    wall_seconds,
+    write_block,
+)
+from benchmarks.motion import compare_speed, designs, microseconds_of_one
 from pymoo_psi import VectorizedSphereChute, cautions, investigate, rank_of_efficiency
-from pymoo_psi.chute import ChuteParameters, criteria, motion
-from pymoo_psi.files import read_table
+from pymoo_psi.chute import criteria, motion
 
 README = output(Path(__file__).with_name("README.md"))
 BEGIN = "<!-- figures: written by python -m benchmarks -->"
 END = "<!-- end figures -->"
-TESTS = sized(10**6, 2**12)
 PARETO = sized(200_000, 2**12)
 SOLVE = ("solve", "bnh", "--points", "64")
 PACKAGES = ("click", "msgspec", "numpy", "pandas", "moocore", "scipy", "pymoo", "matplotlib")
@@ -67,10 +71,7 @@ def motions() -> Iterator[Row]:
     yield Row(
         "motions in the time of one `solve_ivp`", f"{mean:.0f}", "2500", 2500 / mean, "motion"
     )
-    X = designs(2000, 0.4)
-    parameters = ChuteParameters(mu=0.4)
-    seconds = processor_seconds(lambda: [motion(*x, parameters) for x in X], 5)
-    one = seconds / len(X) * 1e6
+    one = microseconds_of_one()
     yield Row("one motion at a time", f"{one:.0f} µs", "85 µs", one / 85, "motion")
 
 
@@ -167,28 +168,8 @@ def _seconds_of_python(compiled: str, *arguments: str) -> float:
 
 def stores(folder: str) -> Iterator[Row]:
     """Yield the figures of a study, beside SQLite's own for the same rows."""
-    problem = VectorizedSphereChute(0.4)
-    path = os.path.join(folder, "study.db")
-    bare = processor_seconds(lambda: investigate(problem, TESTS))
-    stored = processor_seconds(lambda: investigate(problem, TESTS, study=path)) - bare
-    read = processor_seconds(lambda: read_table(path))
-    with closing(sqlite3.connect(path)) as db:
-        (table,) = db.execute("SELECT sql FROM sqlite_master WHERE name = 'tests'").fetchone()
-        fetched = processor_seconds(lambda: db.execute("SELECT * FROM tests").fetchall())
-        rows = db.execute("SELECT * FROM tests").fetchall()
-    with closing(sqlite3.connect(os.path.join(folder, "plain.db"))) as db:
-        db.execute(table)
-        insert = f"INSERT INTO tests VALUES ({', '.join('?' * len(rows[0]))})"
-        inserted = processor_seconds(lambda: (db.executemany(insert, rows), db.commit()))
-    yield _rate("tests stored", stored, 1.6, "executemany", inserted)
-    yield _rate("tests read", read, 1.6, "fetchall", fetched)
-
-
-def _rate(label: str, seconds: float, times: float, rival: str, of_rival: float) -> Row:
-    """Return the row of a number of tests a second, beside the same of SQLite itself."""
-    limit = f"{times} times the time of `{rival}`, {TESTS / of_rival:.0f}"
-    ratio = seconds / of_rival / times
-    return Row(label, f"{TESTS / seconds:.0f} a second", limit, ratio, "storage")
+    for label, figure, limit, ratio in storage.rows(folder):
+        yield Row(label, figure, limit, ratio, "storage")
 
 
 def pages() -> Iterator[Row]:
@@ -218,10 +199,8 @@ def main() -> None:
             print(line, flush=True)
     git = ["git", "describe", "--always", "--dirty"]
     done = subprocess.run(git, cwd=README.parent, capture_output=True, text=True)
-    table = "\n".join([f"{describe_machine()}; commit {done.stdout.strip()}", "", *lines])
-    before, rest = README.read_text("utf-8").split(BEGIN)
-    _, after = rest.split(END)
-    README.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{after}", "utf-8")
+    place = f"{describe_machine()}; commit {done.stdout.strip()}"
+    write_block(README, BEGIN, END, [place, "", *lines])
 
 
 if __name__ == "__main__":

@@ -7,8 +7,7 @@ Five problems, each with 256 LPτ designs whose true values are known. Normal no
 10 % of the range of each objective over the true Pareto set is added, in one test of each design
 whose noise is known, and in four tests from which it is estimated. Stated is what ``confidence``
 says of the proposed design and of all designs called Pareto optimal; observed is how often it is
-true of the noiseless values. For each caution: how often the proposed design is right, truly within
-5 % of the best, in runs with it and without it.
+true of the noiseless values.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ import pandas as pd
 from pymoo.problems import get_problem
 
 from benchmarks.machine import sized
-from pymoo_psi import TestTable, cautions, lp_tau, rank_of_efficiency
+from pymoo_psi import TestTable, lp_tau, rank_of_efficiency
 from pymoo_psi.analysis import average_repeats
 from pymoo_psi.table import Schema
 
@@ -96,7 +95,6 @@ def decisions(n_seeds: int) -> Iterator[dict[str, Any]]:
                         "observed": near[chosen],
                         "likeliest stated": frame["near_best"].max(),
                         "likeliest observed": near[frame["near_best"].argmax()],
-                        "cautions": {caution.kind for caution in cautions(ranking)},
                         "called optimal": called.sum(),
                         "truly optimal": (called & pareto).sum(),
                     }
@@ -136,22 +134,6 @@ def main() -> None:
             if tests == 1:
                 label = f"{what}, known noise"
             curves.append((label, curve))
-    rows = []
-    for kind in sorted(set().union(*runs["cautions"])):
-        has_it = runs["cautions"].map(lambda kinds, kind=kind: kind in kinds)
-        for noise, of_noise in runs.groupby("noise"):
-            with_it = of_noise.loc[has_it[of_noise.index], "observed"]
-            rows.append(
-                (
-                    kind,
-                    noise,
-                    len(with_it),
-                    with_it.mean(),
-                    of_noise.loc[~has_it[of_noise.index], "observed"].mean(),
-                )
-            )
-    columns_of_kinds = ["caution", "noise", "runs", "right with it", "right without"]
-    print(pd.DataFrame(rows, columns=columns_of_kinds).round(2).to_string(index=False))
     if options.out:
         draw(curves, options.out)
 

@@ -21,7 +21,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from benchmarks.comparison_problems import PROBLEMS, keep_reference, kept_reference, known_front
-from benchmarks.machine import describe_machine, output, sized
+from benchmarks.machine import describe_machine, output, sized, write_block
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.plots import plot_indicator
 
@@ -57,11 +57,7 @@ def whole_benchmark(folder: Path, jobs: int) -> None:
         print(f"{name}: {len(comparison.runs)} runs measured", flush=True)
     summaries(comparisons).to_csv(TABLE, index=False)
     pictures(comparisons)
-    table = "\n".join(wins(comparisons))
-    before, rest = PAGE.read_text("utf-8").split(BEGIN)
-    _, after = rest.split(END, 1)
-    block = f"{BEGIN}\n\nOn {describe_machine()}.\n\n{table}\n\n{END}"
-    PAGE.write_text(before + block + after, "utf-8")
+    write_block(PAGE, BEGIN, END, [f"On {describe_machine()}.", "", *wins(comparisons)])
 
 
 def some_rows(names: list[str], algorithms: list[str], budgets: list[int], jobs: int) -> None:

@@ -16,11 +16,6 @@ Measured within the limits: the hypervolume as a share of the best known one, wh
 points of ``references/`` or of the best run; and by how much the distance of the best compromise
 from the ideal point exceeds the least known one, in units of the ranges of the best known set
 within the limits. Every run is stored in ``decisions.jsonl`` when it is finished.
-
-Ax, which has the same first tests and the limits as thresholds of its objectives, proposes 32 tests
-in batches of 4; ``pip install ax-platform`` adds a torch of 5 GB:
-
-    python -m benchmarks.decisions rcm12 cre24 --seeds 1 --ax
 """
 
 from __future__ import annotations
@@ -40,7 +35,7 @@ from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
 from benchmarks.learning import PROBLEMS, reference_of
-from benchmarks.machine import output, sized
+from benchmarks.machine import output, sized, write_block
 from pymoo_psi import Formulation, QMCSampling, SurrogatePSI, TestTable
 from pymoo_psi.pareto import nondominated
 
@@ -65,7 +60,6 @@ HELD_OUT = (
     "carside",
 )
 N_FIRST, N_DIRECTED, N_UNDIRECTED = sized((64, 32, 128), (16, 4, 8))
-AX_BATCH = 4
 NEAR = 0.01
 SHARE = 0.1  # of the best known Pareto set that is within the limits of a region
 
@@ -185,63 +179,11 @@ def run(name: str, seed: int) -> list[dict[str, Any]]:
     return rows
 
 
-def outputs(problem: Any, x: Array) -> dict[str, float]:
-    """Return objectives and constraints of a design by the names that Ax knows."""
-    F, G = problem.evaluate(x[None, :], return_values_of=["F", "G"])
-    values = {f"f{j}": float(f) for j, f in enumerate(F[0])}
-    values |= {f"g{j}": float(g) for j, g in enumerate(G[0])}
-    return values
-
-
-def run_ax(name: str, seed: int) -> list[dict[str, Any]]:
-    """Let Ax continue the first tests of a problem under the limits of each region."""
-    from ax.api.client import Client
-    from ax.api.configs import RangeParameterConfig
-
-    problem = PROBLEMS[name]()
-    first = tests(name, seed, N_FIRST).X.astype(float)
-    names = [f"x{j}" for j in range(problem.n_var)]
-    parameters = []
-    for x, low, high in zip(names, problem.xl, problem.xu, strict=True):
-        bounds = float(low), float(high)
-        parameters.append(RangeParameterConfig(name=x, parameter_type="float", bounds=bounds))
-    rows = []
-    for region in regions(name):
-        limits = [f"f{j} <= {limit}" for j, limit in enumerate(region.limits)]
-        limits += [f"g{j} <= 0" for j in range(problem.n_ieq_constr)]
-        client = Client(random_seed=seed)
-        client.configure_experiment(parameters=parameters)
-        client.configure_optimization(
-            objective=", ".join(f"-f{j}" for j in range(problem.n_obj)),
-            outcome_constraints=limits,
-        )
-        client.configure_generation_strategy(
-            method="fast", initialization_budget=0, initialize_with_center=False
-        )
-        X = [*first]
-        for x in first:
-            trial = client.attach_trial(dict(zip(names, x.tolist(), strict=True)))
-            client.complete_trial(trial, outputs(problem, x))
-        began = time.process_time()
-        for _ in range(N_DIRECTED // AX_BATCH):
-            for trial, values in client.get_next_trials(max_trials=AX_BATCH).items():
-                x = np.array([values[name] for name in names])
-                client.complete_trial(trial, outputs(problem, x))
-                X.append(x)
-        seconds = time.process_time() - began
-        F, G = problem.evaluate(np.array(X), return_values_of=["F", "G"])
-        found = F[(G <= 0).all(axis=1) & (region.limits >= F).all(axis=1)]
-        if len(found) > 0:
-            found = found[nondominated(found)]
-        rows.append(row_of(name, region, seed, "ax", found, seconds))
-    return rows
-
-
-def results(path: Path = KEPT) -> pd.DataFrame:
+def results() -> pd.DataFrame:
     """Return the stored runs, with their shares of the best known hypervolume."""
     rows = []
-    if path.exists():
-        rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+    if KEPT.exists():
+        rows = [json.loads(line) for line in KEPT.read_text("utf-8").splitlines()]
     frame = pd.DataFrame(rows)
     if frame.empty:
         return frame
@@ -313,59 +255,30 @@ def summary(frame: pd.DataFrame) -> list[str]:
     return lines
 
 
-def ax_table(frame: pd.DataFrame) -> list[str]:
-    """Return the table of the cases that Ax has run, in Markdown."""
-    index = ["problem", "region", "seed"]
-    shares = frame.pivot_table(index=index, columns="entry", values="share")
-    if not {"ax", "directed"} <= {*shares}:  # Ax alone, in a file of its own
-        return []
-    shares = shares[shares["ax"].notna()]
-    lines = [
-        "| problem, region, seed | 64 | 64 + 32 directed | 64 + 32 of Ax |",
-        f"|---|{'---|' * 3}",
-    ]
-    for (name, region, seed), row in shares.iterrows():
-        cells = [f"{row[entry]:.3f}" for entry in ("first", "directed", "ax")]
-        lines.append(f"| {name}, {region}, {seed} | {' | '.join(cells)} |")
-    return ["", *lines]
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Perform the missing runs and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", default=sized([*TUNED, *HELD_OUT], ["bnh"]))
     parser.add_argument("--seeds", type=int, default=sized(5, 6))
-    parser.add_argument("--out", type=Path, default=KEPT)
-    parser.add_argument("--ax", action="store_true", help="let Ax continue the first tests")
     parser.add_argument("--table", action="store_true", help="only the table of the stored runs")
     options = parser.parse_args(arguments)
-    perform = run
-    if options.ax:
-        perform = run_ax
     if not options.table:
+        frame = results()
         done = set()
-        frame = results(options.out)
         if not frame.empty:
-            frame = frame[(frame["entry"] == "ax") == options.ax]
             done = {*zip(frame["problem"], frame["seed"], strict=True)}
         for seed in range(options.seeds):
             for name in options.problems:
                 if (name, seed) in done:
                     continue
-                rows = perform(name, seed)
-                with options.out.open("a", encoding="utf-8") as file:
+                rows = run(name, seed)
+                with KEPT.open("a", encoding="utf-8") as file:
                     file.writelines(json.dumps(row) + "\n" for row in rows)
                 print(name, seed, [row["hypervolume"] for row in rows], flush=True)
-    frame = results(options.out)
-    lines = ax_table(frame)
-    if "directed" in {*frame["entry"]}:
-        lines = [*summary(frame), "", *table(frame), *lines]
+    frame = results()
+    lines = [*summary(frame), "", *table(frame)]
     print("\n".join(lines))
-    if options.out == KEPT:
-        before, rest = PAGE.read_text("utf-8").split(BEGIN)
-        after = rest.split(END)[1]
-        text = "\n".join([BEGIN, "", *lines, "", END])
-        PAGE.write_text(before + text + after, "utf-8")
+    write_block(PAGE, BEGIN, END, lines)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,17 @@
-"""Problems of engineering for the benchmarks: two of ten variables, and three with integers.
+"""Problems of engineering for the benchmarks: two of ten variables, and a gear train of integers.
 
 The first two are old test cases of weight minimisation with a single objective. The deflection,
-which had a limit there, is the second objective here. The others have integers or choices.
+which had a limit there, is the second objective here.
 """
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Choice, Integer, Real
+from pymoo.core.variable import Integer
 
 Array = NDArray[np.float64]
 
@@ -89,86 +89,6 @@ class SteppedCantilever(Problem):
         volume = self.STEP * (width * height).sum(axis=1)
         out["F"] = np.column_stack([volume, deflection])
         out["G"] = np.hstack([stress / self.STRESS - 1, height / (20 * width) - 1])
-
-
-class PressureVessel(ElementwiseProblem):
-    """A pressure vessel (Kannan and Kramer 1994), in inches.
-
-    Variables: thickness of shell and head in sixteenths of an inch, which are integers; radius and
-    length. Objectives: cost, and the volume that is missing to 1 728 000. Constraints: thickness by
-    the radius, and the length.
-    """
-
-    def __init__(self) -> None:
-        variables = {
-            "shell": Integer(bounds=(1, 99)),
-            "head": Integer(bounds=(1, 99)),
-            "radius": Real(bounds=(10.0, 200.0)),
-            "length": Real(bounds=(10.0, 240.0)),
-        }
-        super().__init__(vars=variables, n_obj=2, n_ieq_constr=2)
-
-    def _evaluate(self, x: dict[str, Any], out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        shell = 0.0625 * x["shell"]
-        head = 0.0625 * x["head"]
-        r = x["radius"]
-        length = x["length"]
-        cost = 0.6224 * shell * r * length + 1.7781 * head * r**2
-        cost += 3.1661 * shell**2 * length + 19.84 * shell**2 * r
-        volume = np.pi * r**2 * length + 4 / 3 * np.pi * r**3
-        out["F"] = [cost, abs(1_728_000 - volume)]
-        out["G"] = [0.0193 * r - shell, 0.00954 * r - head]
-
-
-class WeldedBeamOfMaterials(ElementwiseProblem):
-    """The welded beam of four materials (Deb and Goyal 1996), in inches and psi.
-
-    Variables: weld thickness and length, height and width of the beam, and the material.
-    Objectives: cost and deflection of the tip. Constraints: shear, bending stress, buckling, and
-    the weld is not thicker than the beam.
-    """
-
-    # modulus, shear modulus, allowed stress, cost of weld and of bar
-    MATERIALS: ClassVar = {
-        "steel": (30e6, 12e6, 30e3, 0.1047, 0.0481),
-        "cast iron": (14e6, 6e6, 8e3, 0.0489, 0.0224),
-        "aluminium": (10e6, 4e6, 5e3, 0.5235, 0.2405),
-        "brass": (16e6, 6e6, 8e3, 0.5584, 0.2566),
-    }
-    LOAD = 6000.0
-    ARM = 14.0
-
-    def __init__(self) -> None:
-        variables = {
-            "h": Real(bounds=(0.0625, 2.0)),
-            "l": Real(bounds=(0.1, 10.0)),
-            "t": Real(bounds=(2.0, 20.0)),
-            "b": Real(bounds=(0.0625, 2.0)),
-            "material": Choice(options=[*self.MATERIALS]),
-        }
-        super().__init__(vars=variables, n_obj=2, n_ieq_constr=4)
-
-    def _evaluate(self, x: dict[str, Any], out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        modulus, shear_modulus, allowed, weld_cost, bar_cost = self.MATERIALS[x["material"]]
-        h, length, t, b = x["h"], x["l"], x["t"], x["b"]
-        cost = (1 + weld_cost) * h**2 * length + bar_cost * t * b * (self.ARM + length)
-        deflection = 4 * self.LOAD * self.ARM**3 / (modulus * t**3 * b)
-        radius = np.hypot(length / 2, (h + t) / 2)
-        inertia = 2 * np.sqrt(2) * h * length * (length**2 / 12 + (h + t) ** 2 / 4)
-        direct = self.LOAD / (np.sqrt(2) * h * length)
-        torsion = self.LOAD * (self.ARM + length / 2) * radius / inertia
-        shear = np.sqrt(direct**2 + torsion**2 + direct * torsion * length / radius)
-        bending = 6 * self.LOAD * self.ARM / (b * t**2)
-        slenderness = 1 - t / (2 * self.ARM) * np.sqrt(modulus / (4 * shear_modulus))
-        buckling = 4.013 * np.sqrt(modulus * shear_modulus * t**2 * b**6 / 36)
-        buckling = buckling / self.ARM**2 * slenderness
-        out["F"] = [cost, deflection]
-        out["G"] = [
-            shear / (0.577 * allowed) - 1,
-            bending / allowed - 1,
-            1 - buckling / self.LOAD,
-            h / b - 1,
-        ]
 
 
 class GearTrain(ElementwiseProblem):

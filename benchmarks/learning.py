@@ -53,7 +53,7 @@ from benchmarks.comparison_problems import (
 )
 from benchmarks.comparison_problems import PROBLEMS as COMPARED
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
-from benchmarks.machine import describe_machine, output, sized
+from benchmarks.machine import describe_machine, output, sized, write_block
 from benchmarks.real_world import N_VAR as RE_N_VAR
 from benchmarks.real_world import RE
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
@@ -699,11 +699,9 @@ def write_page(lines: list[str], machine: str) -> None:
         lines: The tables.
         machine: The machine on which the runs were timed; empty: that of the page stays.
     """
-    before, rest = PAGE.read_text("utf-8").split(BEGIN)
-    block, after = rest.split(END)
+    _, _, block = PAGE.read_text("utf-8").partition(BEGIN)
     machine = machine or block.strip().splitlines()[0]
-    text = "\n".join([BEGIN, "", machine, "", *lines, "", END])
-    PAGE.write_text(before + text + after, "utf-8")
+    write_block(PAGE, BEGIN, END, [machine, "", *lines])
 
 
 def main() -> None:

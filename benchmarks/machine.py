@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TypeVar
@@ -41,6 +41,13 @@ def output(path: Path) -> Path:
     elif path.is_dir():
         copy.mkdir()
     return copy
+
+
+def write_block(page: Path, begin: str, end: str, lines: Sequence[str]) -> None:
+    """Write lines between two marks of a page."""
+    before, rest = page.read_text("utf-8").split(begin)
+    _, after = rest.split(end, 1)
+    page.write_text("\n".join([f"{before}{begin}", "", *lines, "", f"{end}{after}"]), "utf-8")
 
 
 def describe_machine() -> str:

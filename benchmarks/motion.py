@@ -12,19 +12,16 @@ speed affects both.
 from __future__ import annotations
 
 import math
-import tracemalloc
-from functools import partial
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.machine import describe_machine, processor_seconds, sized
-from pymoo_psi import SphereChute, VectorizedSphereChute, lp_tau
+from pymoo_psi import lp_tau
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 
 BATCH = sized(65_536, 4096)
 SAMPLE = sized(150, 5)  # designs that the rival integrates for each μ
-MANY = sized(1_000_000, 10_000)
 C = 0.3193
 
 
@@ -96,33 +93,11 @@ def compare_speed(mu: float) -> float:
     return ratio
 
 
-def time_problems() -> None:
-    """Print the times of the problems of pymoo, vectorised and one design at a time."""
-    vectorized = VectorizedSphereChute(0.4)
-    for n, repeat in ((4096, sized(20, 1)), (MANY, 1)):
-        seconds = processor_seconds(partial(vectorized.evaluate, designs(n, 0.4)), repeat)
-        print(f"VectorizedSphereChute, {n} designs: {seconds * 1e3:.1f} ms")
-    problem = SphereChute(0.4)
-    X = designs(2000, 0.4)
-    evaluated = processor_seconds(lambda: [problem.evaluate(x) for x in X], 3) / len(X)
-    bare = processor_seconds(lambda: [motion(*x, problem.parameters) for x in X], 3) / len(X)
-    print(
-        f"SphereChute, one design at a time: {evaluated * 1e6:.0f} µs a design, "
-        f"motion() alone {bare * 1e6:.0f} µs"
-    )
-
-
-def measure_memory() -> None:
-    """Print the memory of a million designs."""
-    u1, v_p = np.ascontiguousarray(designs(MANY, 0.4).T)
+def microseconds_of_one() -> float:
+    """Return the processor time of one motion at a time."""
     parameters = ChuteParameters(mu=0.4)
-    tracemalloc.start()
-    solved = motion(u1, v_p, parameters)
-    kept, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert np.isfinite(solved.time).all()
-    beyond = (peak - kept) / 1e6
-    print(f"10^6 designs: {kept / 1e6:.0f} MB of results, peak {beyond:.0f} MB beyond them")
+    X = designs(2000, 0.4)
+    return processor_seconds(lambda: [motion(*x, parameters) for x in X], 5) / len(X) * 1e6
 
 
 def main() -> None:
@@ -130,8 +105,7 @@ def main() -> None:
     print(describe_machine())
     ratios = [compare_speed(mu) for mu in (0.2, 0.4, 0.6)]
     print(f"geometric mean of the ratios: {np.exp(np.mean(np.log(ratios))):.0f}")
-    time_problems()
-    measure_memory()
+    print(f"one motion at a time: {microseconds_of_one():.0f} µs")
 
 
 if __name__ == "__main__":

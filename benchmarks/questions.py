@@ -1,14 +1,13 @@
 """How much a person regrets what :class:`pymoo_psi.Preferences` proposes after a few questions.
 
 Usage:
-    python -m benchmarks.questions [--people 100] [--set test|more|chosen] [--bounds]
+    python -m benchmarks.questions [--people 100] [--set test|more] [--bounds]
 
 Hidden people have weights, uniform on the simplex, and answer by their weighted distance. The
 regret of a design is the share of the difference between the person's best and median design that
 it loses. Wrong answers are not drawn: the regret is the mean over all sequences of right and wrong
 ones, each with its probability. Fronts have at most 200 designs. Those of TEST and MORE were used
-for nothing before: the constants of the method were chosen with those of CHOSEN and with random
-fronts.
+for nothing before: the constants of the method were chosen on ten others and on random fronts.
 
 For comparison: as many random pairs of designs with the same model of answers, SERIES series of
 them; weights that the person states, each wrong by a factor between 1/2 and 2, in the best design
@@ -52,18 +51,6 @@ ASKED = sized((0, 1, 2, 3, 5, 8), (0, 1))
 WRONG = 0.1
 CASES = ((2, 0.0), (2, WRONG), (1, 0.0), (np.inf, 0.0))
 WORDS = {2: "p = 2", 1: "p = 1", np.inf: "p = ∞"}
-CHOSEN = (
-    "chute-full-0.2",
-    "chute-rolling-0.6",
-    "bnh",
-    "osy",
-    "welded_beam",
-    "truss2d",
-    "mw7",
-    "zdt3",
-    "dtlz7",
-    "dtlz2",
-)
 REFERENCES = (
     "cre21",  # a truss of two bars
     "cre23",  # a disc brake
@@ -119,7 +106,7 @@ FORMULAS: dict[str, tuple[int, Callable[[Array], Array]]] = {
 }
 TEST = (*REFERENCES, *FORMULAS)
 MORE = tuple(f"rcm{k}" for k in (1, 2, 10, 12, 13, 14, 16, 18, 19, 21))  # parts of machines
-SETS = {"test": TEST, "more": MORE, "chosen": CHOSEN}
+SETS = {"test": TEST, "more": MORE}
 
 
 def front_of(name: str) -> Array:

@@ -7,14 +7,6 @@ worker of ``concurrent.futures`` the next design. All workers have started and l
 before; the time for this is printed, too. As the last designs end one after another, no method can
 reach 1: ``bound`` is the efficiency for these run times without overhead. The same is repeated with
 short and long designs in sequences, so that the last run times do not predict the next one.
-
-    python -m benchmarks.running efficiency     this part alone
-
-Then ``SurrogatePSI`` with a study is measured in rounds, which wait for their slowest design,
-and asynchronously: 8 workers with a mean run time of 1 s, 16 workers with 2 s, 256 evaluations. The
-workers have started before; the end of the last designs is included in the time.
-
-    python -m benchmarks.running proposals      this part alone
 """
 
 from __future__ import annotations
@@ -25,7 +17,6 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
-from functools import partial
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -34,7 +25,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine, sized
-from pymoo_psi import PSI, ProcessRunner, SurrogatePSI, investigate, lp_tau
+from pymoo_psi import PSI, ProcessRunner, investigate, lp_tau
 
 WORKERS = sized(16, 2)
 DESIGNS = sized(320, 16)
@@ -44,8 +35,8 @@ MEAN = sized(0.2, 0.02)
 class Uneven(ElementwiseProblem):
     """Two objectives after a sleep whose length is a function of the design."""
 
-    def __init__(self, seconds: Callable[[Any], float], n_var: int = 2, **kwargs: Any) -> None:
-        super().__init__(n_var=n_var, n_obj=2, xl=0.0, xu=1.0, **kwargs)
+    def __init__(self, seconds: Callable[[Any], float], **kwargs: Any) -> None:
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **kwargs)
         self.seconds = seconds
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -53,10 +44,10 @@ class Uneven(ElementwiseProblem):
         out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
 
 
-def in_any_order(x: Any, mean: float = MEAN) -> float:
+def in_any_order(x: Any) -> float:
     """Return an exponential run time that is random but the same for a design."""
     seed = [int(value * 2**52) for value in x]
-    return float(np.random.default_rng(seed).exponential(mean))
+    return float(np.random.default_rng(seed).exponential(MEAN))
 
 
 def in_sequences(x: Any) -> float:
@@ -167,39 +158,11 @@ def efficiency(seconds: Callable[[Any], float]) -> None:
     ways.measure_runner("our workers, timeout", ProcessRunner(WORKERS, timeout=60.0))
 
 
-def proposals(workers: int, mean: float, evaluations: int) -> None:
-    """Print how much of the workers' time runs with surrogates use."""
-    print(f"\n{workers} workers, SurrogatePSI({evaluations}), designs of {mean:g} s in the mean:")
-    seconds = partial(in_any_order, mean=mean)
-    for name, asynchronous in (("in rounds", False), ("asynchronous", True)):
-        runner = ProcessRunner(workers)
-        problem = Uneven(seconds, n_var=6, elementwise_runner=runner)
-        investigate(problem, 2 * workers, first=1000)
-        with TemporaryDirectory() as folder:
-            psi = SurrogatePSI(evaluations, asynchronous=asynchronous, study=f"{folder}/run.db")
-            wall_began = time.perf_counter()
-            processor_began = time.process_time()
-            X = minimize(problem, psi).algorithm.table.X
-            wall = time.perf_counter() - wall_began
-            processor = time.process_time() - processor_began
-        share = sum(map(seconds, X)) / workers / wall
-        print(
-            f"  {name:16}{wall:8.1f} s, {share:.2f} of the workers' time used; "
-            f"{processor / evaluations:.3f} s of this process a design",
-            flush=True,
-        )
-
-
 def main() -> None:
-    """Run all parts, or those that are named."""
+    """Print the efficiency of all ways to run designs, in any order and in sequences."""
     print(describe_machine())
-    parts = sys.argv[1:] or ["efficiency", "proposals"]
-    if "efficiency" in parts:
-        efficiency(in_any_order)
-        efficiency(in_sequences)
-    if "proposals" in parts:
-        for workers, mean, evaluations in sized(((8, 1.0, 256), (16, 2.0, 256)), ((2, 0.02, 32),)):
-            proposals(workers, mean, evaluations)
+    for seconds in (in_any_order, in_sequences):
+        efficiency(seconds)
 
 
 if __name__ == "__main__":

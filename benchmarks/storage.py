@@ -1,12 +1,10 @@
-"""The cost of a study: 10^6 tests of a vectorised model are stored, read and recalled.
+"""The cost of a study: 10^6 tests of a vectorised model are stored and read.
 
-Then single designs are evaluated by ``Recorded``, and read again.
-
-    python -m benchmarks.storage [TESTS]
+    python -m benchmarks.storage
     python -m benchmarks.storage --kills 30
 
 They are compared with SQLite itself for the same cells: ``executemany`` into the same table, in one
-transaction, without blocks or locks.
+transaction, without blocks or locks, and ``fetchall``. What the model takes is subtracted.
 
 With ``--kills`` nothing is timed. Eight processes test the shares of a run into one folder; they
 are killed and restarted at random moments, until there have been so many kills, and then finish.
@@ -24,60 +22,45 @@ import sqlite3
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from contextlib import closing
-from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from benchmarks.machine import describe_machine, sized
-from pymoo_psi import PSI, Recorded, VectorizedSphereChute, investigate
+from benchmarks.machine import describe_machine, processor_seconds, sized
+from pymoo_psi import PSI, VectorizedSphereChute, investigate
 from pymoo_psi.files import read_table
 
-T = TypeVar("T")
+TESTS = sized(10**6, 2**12)
+TIMES = 1.6  # as long as SQLite itself
 
 
-def timed(label: str, tests: int, function: Callable[[], T]) -> T:
-    """Call a function and print how many tests a second it processes."""
-    began = time.perf_counter()
-    result = function()
-    seconds = time.perf_counter() - began
-    print(f"{label}: {seconds:.1f} s, {tests / seconds:.0f} tests a second", flush=True)
-    return result
-
-
-def plain_copy(study: str, path: str) -> None:
-    """Print the time of ``executemany`` for the rows of a study."""
-    with closing(sqlite3.connect(study)) as db:
-        (statement,) = db.execute("SELECT sql FROM sqlite_master WHERE name = 'tests'").fetchone()
-        rows = db.execute("SELECT * FROM tests").fetchall()
-    marks = ", ".join("?" * len(rows[0]))
+def rows(folder: str) -> Iterator[tuple[str, str, str, float]]:
+    """Yield lines: what is measured, the figure, the limit, and the figure as a share of it."""
+    problem = VectorizedSphereChute(0.4)
+    path = os.path.join(folder, "study.db")
+    tables = []
+    bare = processor_seconds(lambda: tables.append(investigate(problem, TESTS)))
+    stored = processor_seconds(lambda: investigate(problem, TESTS, study=path)) - bare
+    read = processor_seconds(lambda: tables.append(read_table(path)))
+    assert tables[0].equals(tables[1]), "the study does not return what was tested"
     with closing(sqlite3.connect(path)) as db:
-        db.execute(statement)
-
-        def insert() -> None:
-            db.executemany(f"INSERT INTO tests VALUES ({marks})", rows)
-            db.commit()
-
-        timed("plain executemany of the same rows", len(rows), insert)
-
-
-def single_designs(study: str) -> None:
-    """Print the median times of a new and of a known design by ``Recorded``."""
-    problem = Recorded(VectorizedSphereChute(0.4), study=study)
-    points = np.random.default_rng(1).random((200, problem.n_var))
-    designs = problem.xl + points * (problem.xu - problem.xl)
-    for label in ("new", "known"):
-        times = []
-        for design in designs:
-            began = time.perf_counter()
-            problem.evaluate(design)
-            times.append(time.perf_counter() - began)
-        print(f"a {label} design by Recorded: {1000 * np.median(times):.2f} ms", flush=True)
+        (table,) = db.execute("SELECT sql FROM sqlite_master WHERE name = 'tests'").fetchone()
+        fetched = processor_seconds(lambda: db.execute("SELECT * FROM tests").fetchall())
+        cells = db.execute("SELECT * FROM tests").fetchall()
+    with closing(sqlite3.connect(os.path.join(folder, "plain.db"))) as db:
+        db.execute(table)
+        insert = f"INSERT INTO tests VALUES ({', '.join('?' * len(cells[0]))})"
+        inserted = processor_seconds(lambda: (db.executemany(insert, cells), db.commit()))
+    for label, seconds, rival, of_rival in (
+        ("tests stored", stored, "executemany", inserted),
+        ("tests read", read, "fetchall", fetched),
+    ):
+        limit = f"{TIMES} times the time of `{rival}`, {TESTS / of_rival:.0f}"
+        yield label, f"{TESTS / seconds:.0f} a second", limit, seconds / of_rival / TIMES
 
 
 SHARES = 8
@@ -194,32 +177,16 @@ def kill(kills: int) -> None:
     )
 
 
-def main(tests: int) -> None:
-    """Print all figures."""
+def main() -> None:
+    """Print the figures."""
     print(describe_machine())
-    problem = VectorizedSphereChute(0.4)
     with tempfile.TemporaryDirectory(dir=os.getcwd()) as folder:
-        study = os.path.join(folder, "study.db")
-        table = timed("investigate without a study", tests, lambda: investigate(problem, tests))
-        timed("investigate with a study", tests, lambda: investigate(problem, tests, study=study))
-        print(f"{os.path.getsize(study) / tests:.0f} bytes a test")
-        stored = timed("read_table", tests, lambda: read_table(study))
-        assert stored.equals(table), "the study does not return what was tested"
-        timed("the finished run again", tests, lambda: investigate(problem, tests, study=study))
-        plain_copy(study, os.path.join(folder, "plain.db"))
-        single_designs(study)
-        small = os.path.join(folder, "small.db")
-        for name in ("the first time", "again"):
-            run = PSI(4096, study=small)
-            label = f"minimize with PSI(4096) and a study, {name}"
-            timed(label, 4096, partial(minimize, problem, run))
+        for label, figure, limit, ratio in rows(folder):
+            print(f"{label}: {figure}, limit {limit}, ratio {ratio:.2f}", flush=True)
 
 
 if __name__ == "__main__":
-    arguments = sys.argv[1:]
-    if not arguments:
-        main(sized(10**6, 2**12))
-    elif arguments[0] == "--kills":
-        kill(int(arguments[1]))
+    if sys.argv[1:]:
+        kill(int(sys.argv[2]))
     else:
-        main(int(arguments[0]))
+        main()
