@@ -8,8 +8,8 @@ sends new designs as server-sent events; the page ranks them. Requests to the ru
 study, and the run reads them between two proposals. The run does not depend on page or server: it
 may be on another machine, and continues when they end.
 
-The server listens on 127.0.0.1 by default. Its address contains a token. Requests from other pages
-or for other host names are refused, and the size of requests is bounded. The server accesses only
+The server listens on 127.0.0.1. Its address contains a token. Requests from other pages or for other
+host names are refused, and the size of requests is bounded. The server accesses only
 the study and the file with the address beside it.
 """
 
@@ -25,16 +25,14 @@ import sys
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import AsyncIterator, Callable, Collection
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from dataclasses import replace
 from html import escape
-from ipaddress import ip_address
 from pathlib import Path
 from platform import node
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
-from urllib.parse import urlsplit
 
 import numpy as np
 
@@ -50,10 +48,11 @@ from pymoo_psi.table import Decision, TestTable
 if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
-    from starlette.types import ASGIApp, Receive, Scope, Send
+    from starlette.types import ASGIApp
 
 __all__ = ["live"]
 
+_HOST = "127.0.0.1"
 _PORT = 8741  # the port, unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
 _LOOKS = 120  # looks over which the rate is measured
@@ -263,11 +262,12 @@ def _is_alive(host: str, process: int) -> bool:
     return True
 
 
-def _application(growing: GrowingStudy, token: str, host: str) -> ASGIApp:
+def _application(growing: GrowingStudy, token: str) -> ASGIApp:
     """Return the application, whose addresses begin with the token."""
     from starlette.applications import Starlette
     from starlette.concurrency import run_in_threadpool
-    from starlette.requests import Request
+    from starlette.middleware import Middleware
+    from starlette.middleware.trustedhost import TrustedHostMiddleware
     from starlette.responses import HTMLResponse, PlainTextResponse, StreamingResponse
     from starlette.routing import Mount, Route
 
@@ -306,39 +306,9 @@ def _application(growing: GrowingStudy, token: str, host: str) -> ASGIApp:
         Route("/events", events),
         Route("/steer", steering, methods=["POST"]),
     ]
-    application = Starlette(routes=[Mount(f"/{token}", routes=routes)])
-    names = {host.lower(), "localhost"}
-    if _is_address(host) and ip_address(host).is_unspecified:  # all addresses of this machine
-        names |= {socket.gethostname().lower(), socket.getfqdn().lower()}
-
-    async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
-        if _is_own_host(Request(scope).headers.get("host", ""), names):
-            await application(scope, receive, send)
-        else:
-            await answer("The request is for another host.", 400)(scope, receive, send)
-
-    return guarded
-
-
-def _is_own_host(host: str, names: Collection[str]) -> bool:
-    """Whether a request is for this server: no other site has its name changed to our address.
-
-    An address is safe, because a browser takes no other site for it.
-    """
-    try:
-        name = urlsplit(f"//{host}").hostname or ""
-    except ValueError:  # of brackets
-        return False
-    return name in names or _is_address(name)
-
-
-def _is_address(host: str) -> bool:
-    """Whether a host is given by its address, and not by a name."""
-    try:
-        ip_address(host)
-    except ValueError:
-        return False
-    return True
+    # A browser may take another site for this one, by a name that leads to this address.
+    own_host = Middleware(TrustedHostMiddleware, allowed_hosts=[_HOST, "localhost"])
+    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[own_host])
 
 
 def _is_foreign(request: Request) -> bool:
@@ -351,7 +321,6 @@ def _is_foreign(request: Request) -> bool:
 def serve(
     study: FilePath,
     *,
-    host: str = "127.0.0.1",
     port: int | None = None,
     steer: bool = False,
     say: Callable[[str], None] = print,
@@ -360,7 +329,6 @@ def serve(
 
     Args:
         study: The study, which may not exist yet.
-        host: The name or address to listen on.
         port: The port; by default 8741 or, if it is taken, any.
         steer: Whether the page can steer the run.
         say: Is called with the address.
@@ -377,15 +345,15 @@ def serve(
     try:
         import uvicorn
 
-        application = _application(growing, token, host)
+        application = _application(growing, token)
     except ImportError as error:
         raise PsiError(f"live needs {error.name}: pip install 'pymoo-psi[live]'") from error
     try:
-        listening = socket.create_server((host, port if port is not None else _PORT))
+        listening = socket.create_server((_HOST, port if port is not None else _PORT))
     except OSError:
         if port is not None:
             raise
-        listening = socket.create_server((host, 0))
+        listening = socket.create_server((_HOST, 0))
 
     def watch() -> None:
         while True:
@@ -400,7 +368,7 @@ def serve(
         lifespan="off",
         timeout_graceful_shutdown=1,
     )
-    say(f"http://{host}:{listening.getsockname()[1]}/{token}/")
+    say(f"http://{_HOST}:{listening.getsockname()[1]}/{token}/")
     uvicorn.Server(config).run(sockets=[listening])
 
 

@@ -199,23 +199,16 @@ STRANGE = [
 
 
 HOSTS = {
-    "192.168.1.5:8741": 200, "127.0.0.1": 200, "[fe80::1]:8741": 200, "localhost:8741": 200,
+    "127.0.0.1": 200, "localhost:8741": 200,
     "evil.example": 400, "127.0.0.1.evil.example": 400, "[": 400, "": 400,
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", *rarely("127.0.0.1")])
-def test_addresses_and_own_names_are_those_of_the_server(tested, host):
-    """Of a server of a network; other names may lead to it by the rebinding of DNS."""
-    own = socket.gethostname()
-    hosts = HOSTS | {own: 200 if host == "0.0.0.0" or own == "localhost" else 400}
-    command = [sys.executable, "-m", "pymoo_psi", "live", os.fspath(tested), "--no-browser"]
-    with subprocess.Popen([*command, "--host", host], stdout=subprocess.PIPE, text=True) as process:
-        address = urlsplit(re.search(r"http://\S+", process.stdout.readline())[0])
-        home = f"http://127.0.0.1:{address.port}/"
-        found = {name: answers(home, address.path, Host=name) for name in hosts}
-        process.kill()
-    assert found == hosts
+def test_no_other_name_leads_to_the_server(tested):
+    """A site may have its name changed to this address by the rebinding of DNS."""
+    with live(tested) as view:
+        home = urlsplit(view.address).path
+        assert {name: answers(view.address, home, Host=name) for name in HOSTS} == HOSTS
 
 
 def test_requests_of_others_are_refused_and_everything_is_bounded(tested):

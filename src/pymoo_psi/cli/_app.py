@@ -376,7 +376,6 @@ def page() -> None:
     "_documents",
     _FILE,
     _option("port", "N", "Port [8741 or any].", type=click.IntRange(0, 65535)),
-    _option("host", "NAME", "Name or address to listen on.", default="127.0.0.1"),
     _flag("steer", text="Let the page steer the run."),
     _flag("no-browser", text="Only print the address."),
     _flag("attached", text="End with the standard input.", hidden=True),

@@ -231,7 +231,7 @@ def run_live(options: Options) -> int:
 
     if options.attached:
         threading.Thread(target=end_with_input, daemon=True).start()
-    serve(options.file, host=options.host, port=options.port, steer=options.steer, say=show)
+    serve(options.file, port=options.port, steer=options.steer, say=show)
     return 0
 
 
