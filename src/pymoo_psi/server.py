@@ -8,9 +8,9 @@ sends new designs as server-sent events; the page ranks them. Requests to the ru
 study, and the run reads them between two proposals. The run does not depend on page or server: it
 may be on another machine, and continues when they end.
 
-The server listens on 127.0.0.1. Its address contains a token. Requests from other pages or for other
-host names are refused, and the size of requests is bounded. The server accesses only
-the study and the file with the address beside it.
+The server listens on 127.0.0.1. Its address contains a token. Requests from other pages or for
+other host names are refused, and the size of requests is bounded. The server accesses only the
+study and the file with the token beside it.
 """
 
 from __future__ import annotations

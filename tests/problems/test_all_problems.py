@@ -43,7 +43,8 @@ class Model(ElementwiseProblem):
     def __init__(self, k=1, weights=(1.0, 2.0), title="model", **kwargs):
         super().__init__(n_var=2, n_obj=1, xl=0, xu=1, **kwargs)
         self._k, self.weights, self.title = k, np.array(weights), title
-        self.name, self.names, self.calls = "own name", ["width", "height"], 0
+        self.name, self.calls = "own name", 0
+        self.names = {"x1": "width", "x2": "height"}
 
     def _evaluate(self, x, out, *args, **kwargs):
         self.calls += 1
@@ -53,7 +54,7 @@ class Model(ElementwiseProblem):
 @pytest.mark.parametrize(
     "problem", [Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})]
 )
-def test_names_may_be_a_text_or_a_list(problem):
+def test_the_name_may_be_a_text(problem):
     assert investigate(problem, 4).schema.variables == ("width", "height")
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
 

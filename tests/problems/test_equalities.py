@@ -28,7 +28,7 @@ class Mixture(Problem):
     """Shares of components a, b, c, ..., whose sum the model checks."""
 
     def __init__(self, lower, upper, requirements):
-        self.names = [*"abcdefgh"[: len(lower)]]
+        self.names = {f"x{j}": "_abcdefgh"[j] for j in range(1, len(lower) + 1)}
         self.requirements = requirements
         super().__init__(n_var=len(lower), n_obj=2, xl=np.array(lower), xu=np.array(upper))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from typing import Any
@@ -302,22 +302,25 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     Args:
         problem: The problem.
         log: Names of the variables whose scale is logarithmic; those of the problem's attribute
-            ``log`` unless given. An attribute that is no list, tuple or set has another purpose,
-            as has a set without a variable.
+            ``log`` unless given. An attribute that is no text, list, tuple or set, such as a
+            logger, has another purpose.
 
     Raises:
         ArgumentTypeError: A variable is of a type that has no uniform points.
         ArgumentValueError: A bound is missing, infinite or above the other one, or a logarithmic
-            scale does not begin above 0; or the problem's ``log`` is a variable without a list.
+            scale does not begin above 0; or there is no such variable.
     """
     space = getattr(problem, "space", None)  # a wrapper with other variables has its own
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
-    titles = column_titles(problem, space)
+    titles = column_titles(problem)
     if log is None:
-        names = space.variable_names
-        log = _own_log(problem, {*names, *(titles.get(name, name) for name in names)})
-    log = tuple(log)
+        log = getattr(problem, "log", None)
+        if isinstance(log, str):
+            rule = "a list of variables"
+            raise wrong_type("log of the problem", rule, log, "or an attribute of another name")
+        if not isinstance(log, (list, tuple, set, frozenset)):
+            log = ()
     variables = []
     for variable in space.variables:
         title = titles.get(variable.name, variable.name)
@@ -340,21 +343,6 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
     return space
-
-
-def _own_log(problem: Any, known: Set[str]) -> Collection[str]:
-    """Return the names in a problem's attribute ``log``; none if it has another purpose.
-
-    Args:
-        problem: The problem.
-        known: The names of its variables.
-    """
-    log = getattr(problem, "log", None)
-    if isinstance(log, str) and log in known:
-        raise invalid("log of the problem", "a list of variables", log, f'write log = ["{log}"]')
-    if isinstance(log, (list, tuple)) or (isinstance(log, Set) and not known.isdisjoint(log)):
-        return log
-    return ()  # a logger, a file or its name, a mapping
 
 
 def is_permutation(problem: Any) -> bool:
@@ -394,18 +382,15 @@ def require_no_permutation(problem: Any) -> None:
         raise invalid("problem", rule, Received(received), remedy)
 
 
-def column_titles(problem: Any, space: DesignSpace) -> dict[str, str]:
+def column_titles(problem: Any) -> dict[str, str]:
     """Return the problem's own names for columns, by their default names.
 
-    They are in its attribute ``names``: a mapping, or a list with a text for each variable. An
-    attribute of another type has another purpose.
+    They are in its attribute ``names``, a mapping; one of another type has another purpose.
     """
     titles = getattr(problem, "names", None)
-    if isinstance(titles, Mapping):
-        return {str(name): str(title) for name, title in titles.items()}
-    if isinstance(titles, (list, tuple, np.ndarray)) and len(titles) == len(space.variables):
-        return dict(zip(space.variable_names, map(str, titles), strict=True))
-    return {}
+    if not isinstance(titles, Mapping):
+        return {}
+    return {str(name): str(title) for name, title in titles.items()}
 
 
 def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, str]:
@@ -434,14 +419,14 @@ def problem_schema(
         ArgumentValueError: There is no such column, or two would have the same name.
         ArgumentTypeError: A name or unit is not text, or an argument has the wrong type.
     """
-    titles = column_titles(problem, space)
+    titles = column_titles(problem)
     default_names = {title: name for name, title in titles.items()}
-    attribute = getattr(problem, "maximize", None) or ()
-    for value in (attribute, maximize or ()):
-        collection("maximize", value, "a list of objectives", "one goes into a list too")
     new_names = titles if names is None else names
+    own = getattr(problem, "maximize", None) or ()
+    for value in (own, maximize or ()):
+        collection("maximize", value, "a list of objectives", "one goes into a list too")
     maximized = []
-    for title in attribute:
+    for title in own:
         name = default_names.get(title, title)
         maximized.append(new_names.get(name, name))
     if maximize is None:

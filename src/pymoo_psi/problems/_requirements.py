@@ -211,7 +211,7 @@ class Required(WrappedProblem):
         self.requirements: None = None  # they are constraints here
         texts = [requirement.text for requirement in self.required]
         constraints = numbered("g", texts, first=n + 1)
-        self.names: dict[str, str] = column_titles(problem, self._space) | constraints
+        self.names: dict[str, str] = column_titles(problem) | constraints
         equalities = [*self._space.equalities]
         for requirement in self.required:
             if requirement.sign == "=":

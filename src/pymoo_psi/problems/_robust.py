@@ -153,7 +153,7 @@ class Robust(WrappedProblem):
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
-        titles = column_titles(nominal, self.space)
+        titles = column_titles(nominal)
         columns = [*self.space.variable_names, *numbered("f", self.statistics)]
         self.names: dict[str, str] = {name: titles.get(name, name) for name in columns}
         units = getattr(nominal, "units", None) or {}
