@@ -314,6 +314,15 @@ class Database:
         self._fill(run, {"test_point": points}, keys, repeat, noisy=noisy)
         self._plan(run)
 
+    def number_by_points(self) -> None:
+        """Give each test of the only run the number of the first of its points."""
+        self.db.execute("""
+            UPDATE tests SET test = -first FROM
+                (SELECT test AS number, min(point) AS first FROM plan GROUP BY test)
+            WHERE number = test AND first < test
+        """)
+        self.db.execute("UPDATE tests SET test = -test WHERE test < 0")  # now none is taken
+
     def find(self, keys: Sequence[str]) -> Integers:
         """Return the first tests of n designs by their keys, 0 where there is none."""
         query = """

@@ -35,7 +35,7 @@ import json
 import os
 import sqlite3
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from glob import escape, glob
 from pathlib import Path
@@ -44,6 +44,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import (
+    Array,
     Columns,
     FilePath,
     Head,
@@ -417,30 +418,29 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
     if not files:
         raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
     first = Study(files[0]).facts()
+    is_noisy = first.runs[0].record.get("noisy", False)
     n_shares = 1
     points = []
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         joined = Database(db, os.fspath(path))
         joined.begin(first.head)
         joined.add_run(first.runs[0].identity)
-        blocks = []
-        is_noisy = False
+        results: dict[str | None, Array] = {}
         for file in files:
             with Study(file).reading() as database:
                 facts = database.facts
-                blocks.append(database.tests())
+                columns = database.tests()
                 points.append(database.test_points(1, 1))
-                is_noisy |= database.record(1).get("noisy", False)
             require_fellow(file, facts, first, f"in {files[0]}")
             if facts.share is not None:
                 n_shares = facts.share[1]
-        if not is_noisy:
-            _number_recurring(joined, files, blocks)
-        for file, columns in zip(files, blocks, strict=True):
+            if first.head["variables"] and not is_noisy:
+                _require_same_results(file, joined, columns, results)
             try:
                 joined.append(1, columns, noisy=is_noisy)
             except ArgumentValueError as error:
                 raise StudyMismatchError(_other_results(file, error)) from error
+        joined.number_by_points()
         first = first._replace(head=joined.facts.head)
         return first, joined.tests(), _missing(n_shares, np.unique(np.concatenate(points)))
 
@@ -452,34 +452,26 @@ def _other_results(file: str, detail: object) -> str:
     )
 
 
-def _number_recurring(joined: Database, files: Sequence[str], blocks: Sequence[Columns]) -> None:
-    """Number tests of the same design by the first of their points, as one run does.
+def _require_same_results(
+    file: str, joined: Database, columns: Columns, results: dict[str | None, Array]
+) -> None:
+    """Refuse a share whose results for designs of others differ by more than rounding.
 
-    Raises:
-        StudyMismatchError: Their results differ by more than the rounding of machines.
+    Args:
+        file: The file of the share.
+        joined: The study of all shares.
+        columns: The tests of the share.
+        results: The results of the designs of former shares by their keys; these are added.
     """
-    names = joined.head["objectives"]
-    keys = [joined.keys(columns) for columns in blocks]
-    values = [np.column_stack([columns[name] for name in names]) for columns in blocks]
-    every = np.concatenate(values)
-    rounding = _ROUNDED * np.abs(every[np.isfinite(every).all(axis=1)]).max(axis=0, initial=0)
-    first_numbers: dict[str | None, int] = {}
-    results: dict[str | None, list[float]] = {}
-    for file, columns, keys_of_block, F in zip(files, blocks, keys, values, strict=True):
-        for key, number, row in zip(
-            keys_of_block, columns["test"].tolist(), F.tolist(), strict=True
-        ):
-            if key is None:  # there are no variables
-                return
-            first_numbers[key] = min(number, first_numbers.get(key, number))
-            if not np.isfinite(row).all():
-                continue
-            former = results.setdefault(key, row)
-            if former != row and (np.abs(np.subtract(row, former)) > rounding).any():
-                detail = f"test {number}: {row} for {', '.join(names)}, before {former}"
-                raise StudyMismatchError(_other_results(file, detail))
-    for columns, keys_of_block in zip(blocks, keys, strict=True):
-        columns["test"] = np.array([first_numbers[key] for key in keys_of_block], dtype=np.int64)
+    F = np.column_stack([columns[name] for name in joined.head["objectives"]])
+    largest = np.abs(F).max(axis=0, initial=0, where=np.isfinite(F))
+    for test, key, row in zip(columns["test"], joined.keys(columns), F, strict=True):
+        former = results.setdefault(key, row)
+        if former is row or np.isnan(former + row).any():  # a new design, or a failed test
+            continue
+        if not np.isclose(row, former, rtol=0, atol=_ROUNDED * largest).all():
+            detail = f"test {test}: {row.tolist()}, before {former.tolist()}"
+            raise StudyMismatchError(_other_results(file, detail))
 
 
 def _missing(n_shares: int, points: Integers) -> str:
