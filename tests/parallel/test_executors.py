@@ -15,7 +15,6 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     ExecutorRunner,
-    JoblibRunner,
     SurrogatePSI,
     VectorizedSphereChute,
     investigate,
@@ -266,7 +265,6 @@ def test_copies_have_the_executor_and_pickles_none(processes):
         (lambda: ExecutorRunner(ThreadPoolExecutor), "executor must be an executor, which has a method submit"),
         (lambda: ExecutorRunner(Scripted()), "workers must be a number, or a function .*, got Scripted"),
         (lambda: ExecutorRunner(Scripted(), workers=0), "workers must be an integer >= 1"),
-        (lambda: JoblibRunner(timeout=3), "timeout must be left out .*use ProcessRunner"),
     ],
 )  # fmt: skip
 def test_what_is_no_runner_is_refused(make, message):

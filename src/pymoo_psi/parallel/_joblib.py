@@ -13,7 +13,7 @@ from time import sleep
 from typing import Any
 
 from pymoo_psi._modules import versions
-from pymoo_psi._validation import invalid, job_count
+from pymoo_psi._validation import job_count
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._engine import ProcessRunner
 from pymoo_psi.parallel._evaluation import (
@@ -62,7 +62,7 @@ class JoblibRunner(Runner):
         backend: A backend of joblib, instead of that of ``joblib.parallel_config``.
 
     Raises:
-        ArgumentValueError: A number is out of range, or a ``timeout`` is given.
+        ArgumentValueError: A number is out of range.
         ArgumentTypeError: An argument has the wrong type.
         EvaluationError: In use: a design raised or was lost.
         WorkerError: In use: the problem cannot be sent to the workers, or they cannot import it, or
@@ -79,15 +79,10 @@ class JoblibRunner(Runner):
 
     in_rounds = True  # joblib takes no more calls after the last one that it knew
 
-    def __init__(
-        self, n_jobs: int = -1, *, backend: Any = None, timeout: float | None = None
-    ) -> None:
+    def __init__(self, n_jobs: int = -1, *, backend: Any = None) -> None:
         super().__init__()
         self.n_jobs: int = job_count("n_jobs", n_jobs)
         self.backend = backend
-        if timeout is not None:
-            remedy = "use ProcessRunner, on Linux or macOS, to limit the time of a design"
-            raise invalid("timeout", "left out with joblib", timeout, remedy)
 
     @property
     def n_workers(self) -> int:
@@ -166,7 +161,7 @@ class JoblibRunner(Runner):
                     f"joblib's workers cannot go on ({one_line(error)}); repeat the call: a study "
                     "goes on"
                 ) from error
-            yield from queue.guarded_results(ProcessRunner(n_workers))
+            yield from queue.go_on_with(ProcessRunner(n_workers))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles have the settings; measurements stay here."""
@@ -232,6 +227,6 @@ def runner_of_jobs(n_jobs: int, timeout: float | None = None) -> Runner:
     Raises:
         ArgumentValueError: There is a timeout, and the system is Windows.
     """
-    if sys.platform == "win32":
-        return JoblibRunner(n_jobs, timeout=timeout)
+    if sys.platform == "win32" and timeout is None:
+        return JoblibRunner(n_jobs)
     return ProcessRunner(n_jobs, timeout=timeout)

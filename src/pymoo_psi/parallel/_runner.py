@@ -347,15 +347,12 @@ class Queue:
         if failure is not None:
             raise failure
 
-    def guarded_results(self, runner: Runner) -> Generator[Result | None]:
-        """Evaluate by another runner what was under way when workers were lost."""
-        with closing(Queue(self.function, runner)) as queue:
-            queue.add(self._under_way.items())
-            while queue.n_pending:
-                result = queue.wait()
-                if result is not None:
-                    del self._under_way[result[0]]
-                yield result
+    def go_on_with(self, runner: Runner) -> Generator[Result | None]:
+        """Let another runner evaluate what was under way when workers were lost, and the rest."""
+        self.waiting.extendleft(self._under_way.items())
+        self._under_way = {}
+        self.runner = runner
+        return runner.results(self)
 
     # Jobs that a runner is given by ``submit``
 

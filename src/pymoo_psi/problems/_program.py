@@ -278,14 +278,10 @@ class ProgramProblem(ElementwiseProblem):
         if not shutil.which(word) and not in_template:
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
-        read = {os.path.normpath(output.file) for output in self._read_files}
         for file in program.files:
             if not program.template or not (template / file).is_file():
                 remedy = "put it there, or leave it out of files"
                 raise invalid("files", "files in the folder of the template", file, remedy)
-            if os.path.normpath(file) in read:
-                remedy = "let the command copy the input, so that no value of it is an output"
-                raise invalid("files", "inputs, and none of them an output", file, remedy)
 
     def _check_placeholders(self) -> None:
         """Refuse what could be a placeholder and is none, and variables that are used nowhere.

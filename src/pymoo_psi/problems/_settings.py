@@ -27,7 +27,6 @@ from pymoo_psi._validation import (
     Names,
     Received,
     Values,
-    distinct,
     finite_number,
     invalid,
     known_name,
@@ -294,32 +293,29 @@ class Output:
         if isinstance(path, str):
             path = path.split(".")
         try:
-            value = json.loads(text, object_pairs_hook=distinct)
+            value = json.loads(text)
             for part in path:
                 value = value[int(part)] if isinstance(value, list) else value[str(part)]
         except (ValueError, LookupError, TypeError) as error:
+            remedy = "a name with dots is one part of a list, as key = ['tip.u', 'x']"
             reason = f"{type(error).__name__}: {error}"
-            problem = f"no {self.key} in {self.file} ({reason:.80})"
-            if isinstance(error, KeyError):
-                problem += "; a name with dots is one part of a list, as key = ['tip.u', 'x']"
-            raise ValueError(problem) from None
+            raise ValueError(f"no {self.key} in {self.file} ({reason:.80}); {remedy}") from None
         return str(value)
 
     def _column(self, text: str) -> list[str]:
         """Return the cells of the column."""
         remedy = "write header = 3 if line 3 names them, encoding = 'cp1252' if it is no UTF-8"
         try:
-            cells, _ = cells_of_text(text, range(1, self.header))
+            table, _ = cells_of_text(text, range(1, self.header))
         except ArgumentValueError as error:
             raise ValueError(f"{self.file} is no table: {error}; {remedy}") from None
-        columns = cells.columns
+        columns = table.columns
         if self.column not in columns:
             names = ", ".join(columns)
             problem = f"{self.file} has {names:.80}, not one column {self.column!r}"
             raise ValueError(f"{problem}; {remedy}")
-        if self.decimal == "." and any(
-            map(_WITH_COMMA.fullmatch, chain.from_iterable(columns.values()))
-        ):
+        cells = chain.from_iterable(columns.values())
+        if self.decimal == "." and any(map(_WITH_COMMA.fullmatch, cells)):
             # Beside it 1.250 may be a thousand and more.
             raise ValueError(f"{self.file} has decimal commas; write decimal = ','")
         return columns[self.column]

@@ -120,9 +120,7 @@ class Facts(NamedTuple):
         for side, hull in (("lower", np.fmin), ("upper", np.fmax)):
             if side in self.head:
                 ends = [run.identity[side] for run in self.runs]
-                bounds[side] = ends[0]
-                if len(ends) > 1:
-                    bounds[side] = hull.reduce(np.array(ends, dtype=np.float64)).tolist()
+                bounds[side] = hull.reduce(np.array(ends, dtype=np.float64)).tolist()
         return bounds
 
     @property

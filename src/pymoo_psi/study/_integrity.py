@@ -8,7 +8,7 @@ import sqlite3
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -85,25 +85,13 @@ def require_study(db: sqlite3.Connection, path: str) -> None:
             f"study {path} has format {version}, but this version of pymoo-psi reads format "
             f"{_VERSION}; use the version that made it, or export it as CSV with that one"
         )
-    query = "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
-    types = dict(db.execute(query))
-    tables = [name for name in types if types[name] == "table"]
+    query = "SELECT name FROM sqlite_master WHERE type = 'table'"
+    tables = [name for (name,) in db.execute(query) if not name.startswith("sqlite_")]
     if application != _APPLICATION and tables:
         raise of_others(path, tables)
     for name in _TABLES:
         if name not in tables:
             raise unreadable(path, f"it lacks the table {name}")
-    _require_no_trigger(path, types)
-
-
-def _require_no_trigger(path: str, types: Mapping[str, str]) -> None:
-    """Refuse a study with a trigger, which SQLite would run when a test is written."""
-    for name, kind in types.items():
-        if kind == "trigger":
-            raise StudyCorruptError(
-                f"study {path} has the trigger {name}, which would change what a run stores; it "
-                f'was left as it is: remove the trigger (DROP TRIGGER "{name}")'
-            )
 
 
 # Errors

@@ -18,8 +18,7 @@ Runs that want the same design share its test, which is that of the first one. I
 run and the point for which it was made: 3 000 017 is point 17 of run 4, and 17 that of the first
 run, unless the number was taken.
 
-Other programs may add views, indices and tables. Triggers are refused, as SQLite would run them
-whenever a test is written.
+Other programs may add views, indices and tables.
 
 Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
 turn -0.0 into 0.0.
