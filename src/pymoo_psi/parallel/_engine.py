@@ -198,18 +198,11 @@ class ExecutorRunner(Runner):
         workers: int | Callable[[], int] | None = None,
         timeout: float | None = None,
     ) -> None:
-        if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
+        if hasattr(executor, "get_executor"):  # a client of Dask
+            executor = executor.get_executor(pure=False)
+        if not hasattr(executor, "submit"):
             rule = "an executor, which has a method submit, such as Dask's client.get_executor()"
             raise wrong_type("executor", rule, executor)
-        client = getattr(executor, "_client", executor)
-        if hasattr(client, "nthreads"):  # Dask's executor, or its client
-            if executor is client:
-                executor = client.get_executor(pure=False)
-            if workers is None:
-
-                def workers() -> int:
-                    return sum(client.nthreads().values())
-
         if workers is None:
             workers = _count_in(executor)
         elif not callable(workers):
@@ -362,8 +355,11 @@ def _follow_end(run: str, is_done: Event) -> None:
 
 def _count_in(engine: Any) -> Callable[[], int] | None:
     """Return a function that returns how many tasks an engine runs at the same time, if known."""
-    # The names are those of clusters and MPI, executorlib, Python's executors and Python's pools.
-    for name in ("num_workers", "max_workers", "_max_workers", "_processes"):
+    client: Any = getattr(engine, "_client", None)
+    if hasattr(client, "nthreads"):  # of Dask
+        return lambda: sum(client.nthreads().values())
+    # The names are those of clusters and MPI, executorlib, and Python's executors.
+    for name in ("num_workers", "max_workers", "_max_workers"):
         if isinstance(getattr(engine, name, None), int):
             return partial(getattr, engine, name)
     return None

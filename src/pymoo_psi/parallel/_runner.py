@@ -211,10 +211,8 @@ class Queue:
     @property
     def first_pending(self) -> int:
         """The first index without a result; the largest number if there is none."""
-        indices = [*self._under_way]
-        for index, _ in [*self.waiting]:  # what waits again is in the order in which jobs end
-            indices.append(index)
-        return min(indices, default=sys.maxsize)
+        # what waits again is in the order in which jobs end
+        return min([*self._under_way, *dict([*self.waiting])], default=sys.maxsize)
 
     @property
     def n_waiting(self) -> int:

@@ -39,6 +39,8 @@ from typing import Any
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
 
+_FIRST_DESCRIPTOR = 200  # of the channel: the first free one from there on; macOS allows 256
+
 # A guard that imports nothing but the standard library forks before there are any threads, and
 # stays small: so nothing heavy is imported here, nor anything from the current folder.
 
@@ -46,19 +48,14 @@ _PR_SET_CHILD_SUBREAPER = 36
 def main() -> None:
     """Serve the other end of the socket that is the standard input until the pool is gone."""
     import fcntl
-    import resource
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     _guard()
     from multiprocessing.connection import Connection
 
-    # The channel gets one of the last numbers: a model that writes into descriptors, or closes
-    # those that it does not know, as daemons do, begins with the first; a file that it opens gets
-    # the first free one.
-    n_descriptors = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    if not 0 < n_descriptors <= 1024:
-        n_descriptors = 1024
-    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, n_descriptors - 8))
+    # A model that writes into descriptors, or closes those that it does not know, as daemons do,
+    # begins with the first.
+    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, _FIRST_DESCRIPTOR))
     # Nor does a solver that the model starts hold it open, or a fork of the model.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.register_at_fork(after_in_child=channel.close)
