@@ -34,7 +34,7 @@ def test_a_stall_violates_the_constraint(make):
         (
             {"lower": (1, 0.1)},
             ValueError,
-            r"lower must be >= 0 and at most upper .* lower=\[1.0, 0.1\], upper=",
+            r"lower must be >= 0 and at most upper, .* got \[1.0, 0.1\]",
         ),
         ({"elementwise_runer": 1}, TypeError, "did you mean 'elementwise_runner'"),
     ],

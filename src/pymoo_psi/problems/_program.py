@@ -233,8 +233,8 @@ class ProgramProblem(ElementwiseProblem):
 
     def _check_objectives(self) -> None:
         """Refuse objectives and limits that are no outputs."""
-        if not self.objectives or len(set(self.objectives)) < len(self.objectives):
-            raise invalid("objectives", "outputs named once, one or more", self.objectives)
+        if not self.objectives:
+            raise invalid("objectives", "one or more outputs", self.objectives)
         for objective in self.objectives:
             known_name("an objective", objective, self.outputs)
         for limit in self.limits:

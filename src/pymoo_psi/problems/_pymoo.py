@@ -66,9 +66,7 @@ def require_known_keywords(
             continue
         message = f"{owner} got an unknown keyword argument {name!r}"
         near = difflib.get_close_matches(name, known, n=1)
-        if name == "n_jobs":
-            message += "; workers are the problem's: problem.elementwise_runner = JoblibRunner(2)"
-        elif near:
+        if near:
             message += f"; did you mean {near[0]!r}?"
         raise ArgumentTypeError(message)
 

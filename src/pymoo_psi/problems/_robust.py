@@ -303,15 +303,13 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
 
 
 def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
-    """Return the quantiles of a distribution of SciPy, finite ones."""
+    """Return the quantiles of a distribution of SciPy."""
     # SciPy has both names: ppf for its old distributions, icdf for its new ones
     quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
     if quantile is None:
         rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
         raise wrong_type(argument, rule, distribution)
     quantiles: Array = quantile(probabilities)
-    if not np.isfinite(quantiles).all():
-        raise invalid(argument, "a distribution with finite quantiles", quantiles)
     return quantiles
 
 

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import ElementwiseProblem, Problem
 
 from pymoo_psi._validation import (
-    Received,
     Values,
     finite_array,
     finite_number,
@@ -78,11 +77,7 @@ class VectorizedSphereChute(Problem):
             upper = (3.5 * self.parameters.mu, 6.0)
         xu = _pair("upper", upper)
         if (xl < 0).any() or (xl > xu).any():
-            raise invalid(
-                "lower",
-                ">= 0 and at most upper in each variable",
-                Received(f"lower={xl.tolist()}, upper={xu.tolist()}"),
-            )
+            raise invalid("lower", f">= 0 and at most upper, {xu.tolist()}", xl.tolist())
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
 
     def fingerprint(self) -> Values:

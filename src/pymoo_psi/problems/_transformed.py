@@ -251,8 +251,7 @@ def _part(variable: Variable, where: str, part: Any) -> Variable:
         fits = fits and lower.is_integer() and upper.is_integer()
     if not fits:
         ends = f"{variable.lower} to {variable.upper}, {variable.kind.value}"
-        rule = f"a value, or (lower, upper) in increasing order, from {ends}"
-        raise invalid(where, rule, Received(f"{part}"))
+        raise invalid(where, f"a value, or (lower, upper) in increasing order, from {ends}", part)
     return replace(variable, lower=lower, upper=upper)
 
 
