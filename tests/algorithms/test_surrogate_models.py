@@ -47,15 +47,10 @@ def tests():
     return Z, (t - t.mean()) / t.std()
 
 
-@pytest.fixture(scope="module", params=[[N], [5, 4, 3], [1] * N])
-def process(tests, request):
-    """Of all tests at once, or appended one after the other."""
+@pytest.fixture(scope="module")
+def process(tests):
     Z, t = tests
-    first, *further = np.split(Z, np.cumsum(request.param)[:-1])
-    appended = Covariance(first, np.concatenate([LENGTHS, BENDS, SHARES]))
-    for block in further:
-        appended.append(block)
-    return GaussianProcess(appended, t)
+    return GaussianProcess(Covariance(Z, np.concatenate([LENGTHS, BENDS, SHARES])), t)
 
 
 def test_predictions_are_those_of_the_conditional_normal_distribution(tests, process):

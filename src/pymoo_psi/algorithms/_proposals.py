@@ -30,7 +30,7 @@ from scipy.special import ndtr
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Covariance, Learned, bounded
+from pymoo_psi.algorithms._surrogate_models import Learned, bounded, evenly_spread, scaled
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
@@ -57,6 +57,9 @@ _FEW_KNOWN_A_VARIABLE = 4
 _FEW_KNOWN = 25
 _UNSURE_DRAWS = 4000
 
+# A search sees at most this many tests, evenly spread: the time of a round grows with their second
+# power, and thousands of workers may wait for it.
+_MOST_TESTS = 2048
 # The size and the length of the search. A proposal then takes less than 0.1 s with 512 tests of ten
 # variables and twelve outputs.
 _POPULATION_SIZE = 100
@@ -226,9 +229,13 @@ class _Surrogates:
     """
 
     def __init__(self, tests: Observations, goal: Goal, learned: Learned) -> None:
-        self.rows = np.searchsorted(tests.numbers, learned.numbers)
+        rows = np.flatnonzero(tests.is_known)
+        self.rows = rows[evenly_spread(len(rows), _MOST_TESTS)]
         self.T = learned.to(bounded(tests.Y[self.rows]))
-        self.processes = learned.processes(self.T)
+        Z = tests.Z[self.rows]
+        self.processes = []
+        for output, t in zip(learned.outputs, self.T.T, strict=True):
+            self.processes.append(output.process(Z, t))
         self.goal = goal
         self.contraction = _contraction(learned, goal.n_obj)
         self.tests = tests
@@ -358,20 +365,20 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     """
     tests = surrogates.tests
     goal = surrogates.goal
-    metric = surrogates.learned.failures
+    lengths = surrogates.learned.failures
     d = len(goal.low)
     few = min(int(tests.has_failed.sum()), _FEW_KNOWN_A_VARIABLE * d, _FEW_KNOWN)
-    if metric is None or tests.is_known.sum() >= few:
+    if lengths is None or tests.is_known.sum() >= few:
         return np.zeros((0, d))
     points: Array = random.uniform(goal.low, goal.high, (_UNSURE_DRAWS, d))
     points = points[_meets_requirements(points, goal)]
     _, excess = surrogates.expected(points)
     points = points[_violation(excess) <= 0]
-    distances = np.array(_distances(goal.encode(points), tests, metric))
+    distances = np.array(_distances(goal.encode(points), tests, lengths))
     is_unsure = distances.min(axis=0) > _SAFE_DISTANCE_RATIO * distances.max(axis=0)
     points = points[is_unsure]
-    Z = metric.scaled(goal.encode(points))
-    pending = metric.scaled(goal.encode(tests.pending))
+    Z = scaled(goal.encode(points), lengths)
+    pending = scaled(goal.encode(tests.pending), lengths)
     distance = np.minimum(distances.min(axis=0)[is_unsure], _nearest(Z, pending))
     return np.asarray(points[_farthest(Z, distance, min(count, len(points)))])
 
@@ -396,26 +403,26 @@ def _nearest(A: Array, B: Array) -> Array:
     return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
 
 
-def _failure_risk(Z: Array, tests: Observations, metric: Covariance | None = None) -> Array:
+def _failure_risk(Z: Array, tests: Observations, lengths: Array | None = None) -> Array:
     """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones.
 
     Args:
         Z: ``(k, e)`` the designs.
         tests: The tests.
-        metric: The units in which distances are measured.
+        lengths: In units of which distances are measured, of each variable.
     """
     if not tests.has_failed.any():
         return np.zeros(len(Z))
-    from_known, from_failed = _distances(Z, tests, metric)
+    from_known, from_failed = _distances(Z, tests, lengths)
     return np.asarray(np.minimum(from_known - _SAFE_DISTANCE_RATIO * from_failed, 1.0))
 
 
-def _distances(Z: Array, tests: Observations, metric: Covariance | None) -> tuple[Array, Array]:
+def _distances(Z: Array, tests: Observations, lengths: Array | None) -> tuple[Array, Array]:
     """Return the ``(k,)`` distances of designs from known tests, and those from failed ones."""
     tested = tests.Z
-    if metric is not None:
-        Z = metric.scaled(Z)
-        tested = metric.scaled(tested)
+    if lengths is not None:
+        Z = scaled(Z, lengths)
+        tested = scaled(tested, lengths)
     return _nearest(Z, tested[tests.is_known]), _nearest(Z, tested[tests.has_failed])
 
 

@@ -16,7 +16,6 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Array, Received, integer, invalid, known_name
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
-    Covariance,
     GaussianProcess,
     OutputFit,
     bounded,
@@ -152,8 +151,7 @@ def _surrogate(
     fit = OutputFit.of(Z_usable, y, y[is_even], constraint=constraint)
     distance = ((Z_usable - Z[row]) ** 2).sum(axis=1)
     nearest = np.argsort(distance, kind="stable")[:_NEAREST]
-    covariance = Covariance(Z_usable[nearest], fit.lengths)
-    return fit, GaussianProcess(covariance, fit.scale.to(y[nearest]))
+    return fit, fit.process(Z_usable[nearest], fit.scale.to(y[nearest]))
 
 
 def _predicted(fit: OutputFit, process: GaussianProcess, Z: Array) -> Array:

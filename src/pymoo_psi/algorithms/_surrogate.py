@@ -28,7 +28,6 @@ from pymoo_psi.algorithms._sources import ByName, Points, PointSequence, Retry, 
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
-    Covariance,
     Learned,
     OutputFit,
     bounded,
@@ -49,9 +48,6 @@ _FEW_ELIGIBLE = 64
 _DEFAULT_BATCHES = "2, from 64 tests on 8"  # in the name of a run in its study
 # The points of the sequence show a heavy tail. More of them would tell less than as many proposals.
 _POINTS = 20
-# Surrogates learn from at most this many tests when lengths are fitted again: the time of a round
-# grows with their second power, and thousands of workers may wait for it.
-_MOST_LEARNED = 2048
 _LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
 # Failures are taken to be random if each is predicted from all other tests with an error of this
 # many standard deviations or more. Those of 10 % at random have errors of 0.85 to 1.1.
@@ -264,15 +260,12 @@ class SurrogatePSI(PointAlgorithm):
 
 
 def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
-    """Return surrogates of the first tests, fitted to them; further tests can be appended.
+    """Return what is fitted to the first tests; ``None`` if too few of them are known.
 
     Args:
         tests: The tests.
         goal: What is sought among them.
         n_fitted: How many tests these are.
-
-    Returns:
-        The surrogates, or ``None`` if too few of these tests are known.
     """
     rows = np.flatnonzero(tests.is_known[:n_fitted])
     if len(rows) < _LEAST_LEARNED:
@@ -280,15 +273,14 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
     Z = tests.Z[rows]
     Y = bounded(tests.Y[rows])
     n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), _LEAST_LEARNED)
-    learned = Learned(Z, Y, n_uniform, goal.n_obj)
-    learned.left_out = tests.numbers[np.delete(rows, evenly_spread(len(rows), _MOST_LEARNED))]
-    learned.extend(tests.numbers[rows], Z)
-    learned.failures = _units_of_failures(tests, n_fitted)
-    return learned
+    outputs = []
+    for j, y in enumerate(Y.T):
+        outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= goal.n_obj))
+    return Learned(outputs, _lengths_of_failures(tests, n_fitted))
 
 
-def _units_of_failures(tests: Observations, n_fitted: int) -> Covariance | None:
-    """Return units of designs, learned from failures of the first tests; see :class:`Learned`."""
+def _lengths_of_failures(tests: Observations, n_fitted: int) -> Array | None:
+    """Return lengths that are fitted to failures of the first tests; see :class:`Learned`."""
     rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
     rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
     has_failed = tests.has_failed[rows].astype(float)
@@ -297,7 +289,7 @@ def _units_of_failures(tests: Observations, n_fitted: int) -> Covariance | None:
     fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
     if fit.error >= _ERROR_OF_RANDOM_FAILURES:
         return None
-    return Covariance(tests.Z[:0], fit.lengths)
+    return fit.lengths
 
 
 class SurrogateSource(Source):
@@ -355,8 +347,8 @@ class SurrogateSource(Source):
         self._n_fitted = 0  # to how many of the first tests lengths are fitted
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies make a round and learn anew, which gives the same: matrices would fill memory."""
-        return self.__dict__ | {"_round": None, "_learned": None, "_n_fitted": 0}
+        """Copies make a round anew, which gives the same."""
+        return self.__dict__ | {"_round": None}
 
     @property
     def eager(self) -> bool:  # type: ignore[override]
@@ -509,7 +501,7 @@ class SurrogateSource(Source):
             own = renumbered(tests, n_others + tests.numbers)
             tests = others.extended(own)
         formulation, _ = self._direction
-        return tests.under(formulation)
+        return self._model.under_so_far(tests, formulation)
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
@@ -521,27 +513,18 @@ class SurrogateSource(Source):
         return propose(tests, goal, self._learned, size, round_number, random)
 
     def _learn(self, tests: Observations, goal: Goal) -> None:
-        """Learn from tests.
-
-        Tests after those to which lengths are fitted are appended round by round, also where a run
-        continues, as the last digits depend on it.
-        """
+        """Fit lengths again if there are enough new tests."""
         n_tests = len(tests.numbers)
-        ends = [len(self._others) + end for end in self._ends]
         n_fitted = tests.n_uniform
-        for end in ends:
-            if n_fitted * _GROWTH <= end <= n_tests:
-                n_fitted = end
+        for end in self._ends:
+            n_known_then = len(self._others) + end
+            if n_fitted * _GROWTH <= n_known_then <= n_tests:
+                n_fitted = n_known_then
         if np.count_nonzero(tests.is_known[:n_fitted]) < _LEAST_LEARNED:
             n_fitted = n_tests
         if self._n_fitted != n_fitted:
             self._learned = _fitted(tests, goal, n_fitted)
             self._n_fitted = n_fitted
-        if self._learned is not None:
-            for end in (*ends, n_tests):
-                if end >= n_fitted:
-                    rows = np.flatnonzero(tests.is_known[:end])
-                    self._learned.extend(tests.numbers[rows], tests.Z[rows])
 
 
 def proposed_now(

@@ -8,13 +8,14 @@ without heavy tails.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, lapack, solve, solve_triangular
 from scipy.optimize import minimize
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Numbers, Rows
+from pymoo_psi._validation import Array, Rows
 from pymoo_psi.problems import DesignSpace
 
 # Surrogates learn from tests that are at most this many widths of the bounds outside. Values far
@@ -258,6 +259,13 @@ class OutputFit:
         log_density += scale.log_slope(y)
         return cls(scale, lengths, np.sqrt(squares.mean()), log_density, met)
 
+    def process(self, Z: Array, t: Array) -> GaussianProcess:
+        """Return the process of ``(n,)`` values on the scale, at ``(n, d)`` designs."""
+        covariance = Covariance(Z, self.lengths)
+        if self.met > 0:
+            t = _continued(covariance, t, self.scale, self.met)
+        return GaussianProcess(covariance, t)
+
 
 def evenly_spread(n: int, most: int) -> Rows:
     """Return the indices of n tests, or so many of them, evenly spread."""
@@ -286,7 +294,7 @@ def encoded(space: DesignSpace, places: Array) -> Array:
 
 
 class Covariance:
-    """The covariance matrix of tests for given lengths, factored; further tests can be appended.
+    """The covariance matrix of tests for given lengths, factored.
 
     The kernel is Matérn's, ν = 5/2, of :func:`_bent` designs, and trends. The trends, linear and
     quadratic functions of single variables, are a part of the kernel. With few tests of many
@@ -297,42 +305,20 @@ class Covariance:
         lengths: ``(2 d + 3,)`` as fitted by :func:`fit_lengths`.
 
     Attributes:
-        factor: ``(n, n)`` the lower Cholesky factor, in LAPACK's order.
+        factor: ``(n, n)`` the lower Cholesky factor.
         trends: ``(n, 2 d)`` the trends of the tests.
     """
 
     def __init__(self, Z: Array, lengths: Array) -> None:
-        d = Z.shape[1]
-        self._scale = _ROOT5 * np.exp(-lengths[:d])
-        self._rates = _rates(lengths[d:-3])
-        self._noise = np.exp(lengths[-3])
-        self._trend_weights = np.repeat(np.exp(lengths[-2:] / 2), d)
-        self._columns = np.zeros((d + 2, 0))
-        self.trends = np.zeros((0, 2 * d))
-        self.factor = np.zeros((0, 0))
-        if len(Z):
-            self.append(Z)
-
-    def append(self, Z: Array) -> None:
-        """Append ``(k, d)`` designs, which takes ``n² k`` operations instead of ``n³``."""
-        n = len(self.factor)
-        n_all = n + len(Z)
+        self._lengths = lengths
+        self._trend_weights = np.repeat(np.exp(lengths[-2:] / 2), Z.shape[1])
+        self.trends = self.trends_of(Z)
         rows = self._rows(Z)
-        trends = self.trends_of(Z)
         # The product of rows and these columns has the squared distances of designs.
-        columns = np.vstack([-2 * rows[:, :-2].T, rows[:, -1], rows[:, -2]])
-        corner = _in_place_matern(rows @ columns) + trends @ trends.T
-        corner[np.diag_indices(len(Z))] += self._noise
-        factor = np.zeros((n_all, n_all), order="F")
-        if n > 0:
-            factor[:n, :n] = self.factor
-            half = self._half(Z).T
-            factor[n:, :n] = half
-            corner -= half @ half.T
-        factor[n:, n:] = cholesky(corner, lower=True, overwrite_a=True, check_finite=False)
-        self.factor = factor
-        self.trends = np.vstack([self.trends, trends])
-        self._columns = np.hstack([self._columns, columns])
+        self._columns = np.vstack([-2 * rows[:, :-2].T, rows[:, -1], rows[:, -2]])
+        kernel = self.matern(Z) + self.trends @ self.trends.T
+        kernel[np.diag_indices(len(Z))] += np.exp(lengths[-3])
+        self.factor = cholesky(kernel, lower=True, overwrite_a=True, check_finite=False)
 
     def unexplained(self, Z: Array) -> Array:
         """Return the ``(k,)`` parts of the variance of designs that the tests do not explain."""
@@ -354,14 +340,10 @@ class Covariance:
         """Return ``(k, n)`` values of Matérn's kernel of designs and the tests."""
         return _in_place_matern(self._rows(Z) @ self._columns)
 
-    def scaled(self, Z: Array) -> Array:
-        """Return ``(k, d)`` designs, bent, in units in which covariances follow from distances."""
-        return np.asarray(_bent(Z, self._rates) * self._scale)
-
     def _rows(self, Z: Array) -> Array:
-        """Return ``(k, d + 2)`` designs a, as :meth:`scaled`, as rows ``(a, a·a, 1)``."""
-        scaled = self.scaled(Z)
-        return np.column_stack([scaled, (scaled**2).sum(axis=1), np.ones(len(Z))])
+        """Return ``(k, d + 2)`` designs a, as :func:`scaled`, as rows ``(a, a·a, 1)``."""
+        designs = _ROOT5 * scaled(Z, self._lengths)
+        return np.column_stack([designs, (designs**2).sum(axis=1), np.ones(len(Z))])
 
 
 def _in_place_matern(squares: Array) -> Array:
@@ -457,32 +439,17 @@ def _continued(covariance: Covariance, t: Array, scale: Scale, met_by: float) ->
     return np.asarray(np.maximum(t, least))
 
 
-class Learned:
-    """What surrogates know of tests: what is fitted to some, and the covariances of the designs.
-
-    Args:
-        Z: ``(n, d)`` designs in the unit cube, to which outputs are fitted; :meth:`extend` appends
-            tests.
-        Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
-        n_uniform: Number of tests at uniform points, which come first.
-        n_obj: Number of outputs that are objectives.
+class Learned(NamedTuple):
+    """What is fitted to tests: the surrogates of further ones have the same scales and lengths.
 
     Attributes:
         outputs: What is fitted, for each output.
-        numbers: ``(n,)`` the numbers of the tests, in the order in which they were appended.
-        left_out: The numbers of tests that are never appended.
-        failures: Designs in units in which tests fail alike if they are close together; ``None`` if
-            failures do not follow from the design, as far as is known.
+        failures: The lengths in units of which tests fail alike if they are close together;
+            ``None`` if failures do not follow from the design, as far as is known.
     """
 
-    def __init__(self, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> None:
-        self.outputs = []
-        for j, y in enumerate(Y.T):
-            self.outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
-        self.numbers = np.zeros(0, dtype=np.int64)
-        self.left_out = self.numbers
-        self.failures: Covariance | None = None
-        self._covariances = [Covariance(Z[:0], output.lengths) for output in self.outputs]
+    outputs: list[OutputFit]
+    failures: Array | None
 
     def to(self, Y: Array) -> Array:
         """Return ``(n, k)`` values of the first k outputs on their scales."""
@@ -493,23 +460,6 @@ class Learned:
         """Return ``(n, k)`` values of the first k outputs, given on their scales."""
         columns = [output.scale.back(t) for output, t in zip(self.outputs, T.T, strict=False)]
         return np.column_stack(columns)
-
-    def extend(self, numbers: Numbers, Z: Array) -> None:
-        """Append those of ``(k,)`` tests, with ``(k, d)`` designs, that are new."""
-        is_new = ~np.isin(numbers, np.append(self.numbers, self.left_out))
-        if is_new.any():
-            self.numbers = np.append(self.numbers, numbers[is_new])
-            for covariance in self._covariances:
-                covariance.append(Z[is_new])
-
-    def processes(self, T: Array) -> list[GaussianProcess]:
-        """Return the processes of ``(n, q)`` outputs on their scales, of the tests in order."""
-        processes = []
-        for covariance, t, output in zip(self._covariances, T.T, self.outputs, strict=True):
-            if output.met > 0:
-                t = _continued(covariance, t, output.scale, output.met)
-            processes.append(GaussianProcess(covariance, t))
-        return processes
 
 
 def fit_lengths(Z: Array, t: Array) -> Array:
@@ -564,7 +514,7 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
         x: ``(2 d + 3,)`` lengths, bends, noise and trends, as :func:`fit_lengths` returns them.
     """
     n, d = Z.shape
-    S = _bent(Z, _rates(x[d:-3])) * np.exp(-x[:d])
+    S = scaled(Z, x)
     K, slope = _matern(S)
     trends = []
     for log_weight, B in zip(x[-2:], _trends(Z), strict=True):
@@ -618,6 +568,12 @@ def _slopes_by_variable(Z: Array, x: Array, S: Array, W: Array) -> tuple[Array, 
     by_rate /= np.expm1(rates)
     bending = by_rate * np.cosh(x[d:-3]) * np.exp(-x[:d])
     return by_length, -(bending * differences).sum(axis=0)
+
+
+def scaled(Z: Array, lengths: Array) -> Array:
+    """Return ``(n, d)`` designs, bent, in units of lengths: covariances follow from distances."""
+    d = Z.shape[1]
+    return np.asarray(_bent(Z, _rates(lengths[d:-3])) * np.exp(-lengths[:d]))
 
 
 def _rates(bends: Array) -> Array:
