@@ -151,7 +151,7 @@ class Run:
                 break
             if self._steered == "pause":
                 self._advance()
-            elif self._ask(least - len(self._points)) == 0 and not self.source.wait():
+            elif self._ask(least - len(self._points)) == 0:
                 break
         return self._points.at(slice(0, count))
 

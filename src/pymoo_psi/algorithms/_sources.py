@@ -235,10 +235,6 @@ class Source:
         """
         raise NotImplementedError
 
-    def wait(self) -> bool:
-        """Wait for points that are in the making; return whether there were any."""
-        return False
-
     def tell(self, tests: TestTable) -> None:
         """Learn from tests of the points returned by :meth:`ask`, in any order."""
 

@@ -8,10 +8,8 @@ not been interrupted.
 from __future__ import annotations
 
 from collections.abc import Collection
-from concurrent.futures import Future, wait
 from dataclasses import replace
 from functools import cached_property
-from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -335,25 +333,16 @@ class SurrogateSource(Source):
         others = store.others()
         self._others = others.take(model.space.are_near(others.X, REACH))
         self._tests = store.empty
-        # What is stored of each point of the next round, while it is being made; how many tests
-        # there were at its start, and how many ended while the last round was made.
-        self._round: Future[list[Values]] | None = None
-        self._n_at_start = 0
-        self._n_meanwhile = 0
         # What the last and the next round follow, and the number of the request for it.
         self._direction = (model.formulation, 0)
         self._next_direction = self._direction
         self._learned: Learned | None = None
         self._n_fitted = 0  # to how many of the first tests lengths are fitted
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Copies make a round anew, which gives the same."""
-        return self.__dict__ | {"_round": None}
-
     @property
     def eager(self) -> bool:  # type: ignore[override]
         """Whether a round is due, although points are being tested; it begins with all tests."""
-        if not self._is_asynchronous or self._round is not None or self.n_left == 0:
+        if not self._is_asynchronous or self.n_left == 0:
             return False
         return -self._n_free <= self._n_ahead  # workers start these while the round is made
 
@@ -377,7 +366,7 @@ class SurrogateSource(Source):
 
     def ask(self, count: int) -> Points:
         """Return the points that are ready: first the sequence, then each round when it is due."""
-        is_due = self._round is not None or self.eager or len(self._pending()) == 0
+        is_due = self.eager or len(self._pending()) == 0
         if self.n_left == 0 or not is_due:
             return Points.none()
         if len(self._ready) == 0:
@@ -387,31 +376,18 @@ class SurrogateSource(Source):
         self._points = self._points.joined(points)
         return points
 
-    def wait(self) -> bool:
-        """Wait for proposals that are in the making; return whether there were any."""
-        if self._round is None:
-            return False
-        wait([self._round])
-        return True
-
     def _pending(self) -> Points:
         """Return the points that are being tested."""
         return self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
 
     def _next_round(self) -> Points:
-        """Return the points of the next round, which are stored; none while they are being made."""
+        """Return the points of the next round, which are stored."""
         round_number = len(self._ends)
         first = int(self._points.numbers.max(initial=0)) + 1
         points = self._stored_points(round_number)
         if len(points) == 0:
-            self._round = self._round or self._started_round()
-            finished = self._round
-            if not finished.done():
-                return Points.none()
-            self._round = None
-            self._n_meanwhile = len(self._tests) - self._n_at_start
             proposals = []
-            for number, content in enumerate(finished.result(), first):
+            for number, content in enumerate(self._new_round(), first):
                 proposals.append(Proposal(number, round_number, "surrogates", content))
             # Another process may have stored the same round meanwhile, which then counts: all
             # processes on one file test the same designs.
@@ -434,8 +410,8 @@ class SurrogateSource(Source):
                 points.append(proposal.content["point"])
         return np.array(points)
 
-    def _started_round(self) -> Future[list[Values]]:
-        """Begin the next round; return it when it is made, or at once if it is asynchronous."""
+    def _new_round(self) -> list[Values]:
+        """Make a round; return what is stored of each of its points."""
         if self._direction != self._next_direction:
             self._direction = self._next_direction
             self._n_fitted = 0
@@ -446,28 +422,11 @@ class SurrogateSource(Source):
         _, request = self._direction
         if request:
             content["request"] = request
-        self._n_at_start = len(self._tests)
-        table = self._table()
-        size = self._size(int(table.feasible().sum()))
-        is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
-        n_uniform = len(self._others) + int(np.count_nonzero(is_first))
-        made: Future[list[Values]] = Future()
-
-        def make() -> None:
-            try:
-                # On matrices as small as these, several threads take ten times as long where other
-                # work is going on, and their sums differ in the last digits from those of one.
-                with threadpool_limits(limits=1, user_api="blas"):
-                    points = self._proposed(size, pending, table, n_uniform)
-                made.set_result([{"point": point} | content for point in points.tolist()])
-            except BaseException as error:
-                made.set_exception(error)
-
-        if self._is_asynchronous:
-            Thread(target=make, daemon=True).start()
-        else:
-            make()
-        return made
+        # On matrices as small as these, several threads take ten times as long where other work is
+        # going on, and their sums differ in the last digits from those of one.
+        with threadpool_limits(limits=1, user_api="blas"):
+            points = self._proposed_points(pending)
+        return [{"point": point} | content for point in points.tolist()]
 
     def _size(self, n_eligible: int) -> int:
         """Return the size of the next round; ``n_eligible`` tests are eligible."""
@@ -475,7 +434,7 @@ class SurrogateSource(Source):
             return self._batch
         if self._is_asynchronous:
             # Enough for the free workers, for those that end before it is there, and while the
-            # next round is in the making.
+            # next round is being made.
             return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
             return max(_FIRST_BATCH, self._executor.queue.runner.n_workers)
@@ -488,9 +447,8 @@ class SurrogateSource(Source):
 
     @property
     def _n_ahead(self) -> int:
-        """How many designs are tested while a round is in the making, so that no worker waits."""
-        n_workers = self._executor.queue.runner.n_workers
-        return max(1, n_workers // 4, min(self._n_meanwhile, n_workers))
+        """How many designs wait for workers that end while a round is being made."""
+        return max(1, self._executor.queue.runner.n_workers // 4)
 
     def _table(self) -> TestTable:
         """Return the known tests, under the formulation."""
@@ -503,13 +461,17 @@ class SurrogateSource(Source):
         formulation, _ = self._direction
         return self._model.under_so_far(tests, formulation)
 
-    def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
-        """Return ``(size, d)`` points that surrogates of the tests propose."""
+    def _proposed_points(self, pending: Points) -> Array:
+        """Return the ``(n, d)`` points of a round, beside those that are being tested."""
+        table = self._table()
+        is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
+        n_uniform = len(self._others) + int(np.count_nonzero(is_first))
         goal = Goal.of(table, self._model)
         tests = Observations.of(table, goal, n_uniform, pending.cube_points)
         self._learn(tests, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
+        size = self._size(int(table.feasible().sum()))
         return propose(tests, goal, self._learned, size, round_number, random)
 
     def _learn(self, tests: Observations, goal: Goal) -> None:
