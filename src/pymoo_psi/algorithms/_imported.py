@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections import Counter
 from dataclasses import replace
 from os import PathLike
@@ -107,8 +106,8 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     if model.noisy:
         stored = store.table(store.study.contents()[1], "test")
         is_new = _are_new(model, tests, stored)
-        remarks += _without_lost(model, results, tests.take(~is_new), stored)
-        tests = store.table(results, "test")
+        if tests.schema.outputs and not is_new.all():
+            remarks.append("Further outputs of known tests are not added: the model is noisy.")
         store.keep(tests.take(is_new))
         n_completed = 0
     else:
@@ -181,20 +180,14 @@ def _results_of(model: Model, table: TestTable) -> Columns:
 
 def _beyond_bounds(model: Model, results: Columns) -> list[str]:
     """Return remarks on the values outside the bounds."""
-    schema = model.schema
     remarks = []
-    for name, kind, low, high in zip(
-        schema.variables, schema.kinds, schema.lower, schema.upper, strict=True
-    ):
+    for variable, name in zip(model.space.variables, model.schema.variables, strict=True):
         values = results[name]
-        if kind in (Kind.BINARY, Kind.CHOICE):
-            continue
-        beyond = values[values != np.clip(values, low, high)]
-        if len(beyond):
+        beyond = values[~variable.are_near(values, reach=0.0)]
+        if variable.kind is not Kind.CHOICE and len(beyond):
+            bounds = f"{variable.lower:g} to {variable.upper:g}"
             n = counted(len(beyond), "test")
-            remarks.append(
-                f"{name} is outside {low:g} to {high:g} in {n}, the first {beyond[0]:g}."
-            )
+            remarks.append(f"{name} is outside {bounds} in {n}, the first {beyond[0]:g}.")
     return remarks
 
 
@@ -206,30 +199,6 @@ def _are_new(model: Model, tests: TestTable, stored: TestTable) -> Mask:
         is_new[row] = known[mark] <= 0
         known[mark] -= 1
     return is_new
-
-
-def _without_lost(model: Model, results: Columns, known: TestTable, stored: TestTable) -> list[str]:
-    """Remove from results what known tests have and their stored forms lack; return remarks."""
-    complete = set()
-    marks = _marks(model, stored)
-    for name in stored.schema.outputs:
-        for value, mark in zip(stored.column(name).tolist(), marks, strict=True):
-            if not math.isnan(value):
-                complete.add((name, *mark))
-    remarks = []
-    marks = _marks(model, known)
-    for name in known.schema.outputs:
-        is_lost = ~np.isnan(known.column(name))
-        for row, mark in enumerate(marks):
-            is_lost[row] &= (name, *mark) not in complete
-        if is_lost.any():
-            tests = counted(int(is_lost.sum()), "known test")
-            remarks.append(f"{name} of {tests} not added, as the model is noisy.")
-            results[name] = results[name].copy()
-            results[name][known.numbers[is_lost] - 1] = np.nan
-            if np.isnan(results[name]).all():
-                del results[name]
-    return remarks
 
 
 def _marks(model: Model, tests: TestTable) -> list[tuple[Any, ...]]:
