@@ -148,10 +148,8 @@ def ask_tests(
     """
     require_no_permutation(problem)
     model = Model(problem, options)
-    for name in (TEST, FAILURE):
-        if name in model.schema.names:
-            remedy = "rename the column"
-            raise invalid("the columns", f"named unlike {TEST} and {FAILURE}", name, remedy)
+    if FAILURE in model.schema.variables:
+        raise invalid("a variable", f"named unlike the column {FAILURE}", FAILURE, "rename it")
     sampling = options.sampling_in(len(model.space.searched))
 
     def identity() -> str:
@@ -303,7 +301,7 @@ def _text(value: Any) -> str:
 def _results_in(
     cells: Any, columns: Entries, laboratory: _Laboratory, remarks: list[str]
 ) -> Iterator[Values]:
-    """Yield the rows with all results or the reason of a failure; remark on those with some.
+    """Yield the rows with all results or the reason of a failure.
 
     A row has ``test``, the variables, the results and ``reason`` by name, and its place. The
     results of a failed test are NaN, the reason of another one is "".
@@ -316,17 +314,14 @@ def _results_in(
     kinds |= dict.fromkeys(laboratory.results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
     for name in kinds:
-        if name not in columns:
-            rule = "those of the file that was written for these tests"
-            remedy = "'ask --points 0' writes pending tests again"
-            raise invalid("the columns", rule, Received(f"none named {name!r}"), remedy)
+        remedy = "'ask --points 0' writes pending tests again"
+        known_name("a column of the tests", name, columns, remedy)
     for name in head.get("expressions", {}):
         if name in columns:  # what people give is compared with what is computed
             kinds.setdefault(name, Kind.REAL)
     others = [name for name in columns if name not in (*kinds, "index")]  # that of a frame
     if others:
         remarks.append(f"Not taken, as they are no outputs of the study: {', '.join(others)}.")
-    lacking = []
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
         values: Values = {}
@@ -348,19 +343,12 @@ def _results_in(
             rule = "that of a test that was asked for and is not cancelled"
             raise invalid(f"{place}, {TEST}", rule, test)
         if n_measured < len(laboratory.results) and not reason:
-            lacking.append(test)
-            continue
+            continue  # it stays pending
         for name, value in laboratory.design(test).items():
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
         unknown = dict.fromkeys(laboratory.results, np.nan)
         yield {TEST: test, _PLACE: place} | unknown | values | {"reason": reason}
-    pending = [str(test) for test in lacking if test in laboratory.pending]
-    if pending:
-        remarks.append(
-            f"{counted(len(pending), 'test')} without all results: {', '.join(pending)}. Fill in "
-            f"{', '.join(laboratory.results)}, or {FAILURE} if a test failed."
-        )
 
 
 def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> Any:
@@ -459,16 +447,15 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[Values]
                 sentences.append(f"{title}: {change}; what was tested counts.")
         result |= {"origin": proposal.origin, PROPOSAL_ROUND: proposal.round}
         result |= {"run": run, POINT: proposal.test_point, "seconds": np.nan}
-    frame = pd.DataFrame(results).drop(columns=TEST)
-    if not frame[PROPOSAL_ROUND].any():
-        del frame[PROPOSAL_ROUND]
-    places = [*frame.pop(_PLACE)]
-    columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-    columns = with_computed(database.head, columns, places, sentences)
-    runs = columns.pop("run")
-    for run in np.unique(runs).tolist():
-        of_run = {name: column[runs == run] for name, column in columns.items()}
-        database.append(run, of_run, 0)
+    for run in sorted({result["run"] for result in results}):
+        frame = pd.DataFrame([result for result in results if result["run"] == run])
+        places = [*frame[_PLACE]]
+        frame = frame.drop(columns=[TEST, "run", _PLACE])
+        if not frame[PROPOSAL_ROUND].any():
+            del frame[PROPOSAL_ROUND]
+        columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
+        columns = with_computed(database.head, columns, places, sentences)
+        database.append(run, columns, 0)
     return sentences
 
 
