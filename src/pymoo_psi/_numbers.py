@@ -27,6 +27,7 @@ _MOST = 12  # decimals
 _LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
 _LONGEST = 1e7  # and from this size on all numbers
 _SHORT = 1e-4
+_DIGITS = 7  # and with more digits, if a column spans decades
 _ALL = 100 - 1e-7  # per cent, up to rounding
 
 
@@ -60,8 +61,9 @@ class NumberFormat:
         """Return the format that tells the values of a column apart.
 
         Values of up to three decimals and seven digits are written as they are. Otherwise the
-        decimals follow the range: 500 values within it are told apart. Numbers of 1e6 and more, or
-        below 1e-4, have a power of ten.
+        decimals follow the range: 500 values within it are told apart, and of more than three
+        decades the least value has two digits. Numbers of 1e6 and more, below 1e-4, or with more
+        than seven digits so, have a power of ten.
 
         Args:
             values: All values of the column; those that are not finite are ignored.
@@ -89,8 +91,13 @@ class NumberFormat:
         if high > low:
             order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
         if _SHORT <= size < _LONG:
-            decimals = ceil(log10(_STEPS) - order_of_range)
-            return cls(min(max(decimals, 0), _MOST), minus=minus)
+            decimals = max(ceil(log10(_STEPS) - order_of_range), 0)
+            is_short = True
+            if spans_decades(compared):  # the least number has two digits, too
+                decimals = max(decimals, 1 - floor(log10(low)))
+                is_short = decimals + order < _DIGITS
+            if is_short:
+                return cls(min(decimals, _MOST), minus=minus)
         # Leading digits that all values have in common come on top of three that differ.
         common = max(floor(order) - floor(order_of_range), 0)
         return cls(min(2 + common, _MOST), has_powers=True, minus=minus)
@@ -137,6 +144,12 @@ def decimals_as_given(values: ArrayLike) -> int:
         (1, 0)
     """
     return _decimals(_finite(values)) or 0
+
+
+def spans_decades(values: ArrayLike) -> bool:
+    """Whether positive values span more than three decades, which only a log axis shows."""
+    near = np.asarray(values, dtype=float)
+    return bool(near.size and near.max() / 1e3 > near.min() > 0)
 
 
 def _decimals(finite: Any) -> int | None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from pymoo_psi._numbers import number
+from pymoo_psi._numbers import number, spans_decades
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.analysis import written_limits
@@ -31,7 +31,6 @@ from pymoo_psi.plots._style import (
     name_axis,
     name_points,
     set_log,
-    spans_decades,
     view,
 )
 from pymoo_psi.table import Kind, Limit, TestTable, error_column, has_errors, value_ranks

@@ -25,6 +25,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager
 from matplotlib.lines import Line2D
 from matplotlib.path import Path as Line
 from matplotlib.patheffects import withStroke
@@ -33,10 +34,13 @@ from matplotlib.ticker import Formatter, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import Bbox, IdentityTransform, ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._numbers import NumberFormat, number
+from pymoo_psi._numbers import NumberFormat, number, spans_decades
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Array, finite_number, invalid, known_name
 from pymoo_psi.page import without_outliers
+
+for weight in ("regular", "bold"):
+    fontManager.addfont(Path(__file__).with_name(f"inter-{weight}.ttf"))
 
 Style: TypeAlias = dict[str, Any]
 
@@ -95,7 +99,7 @@ _SETTINGS: Any = {
     "figure.facecolor": "white",
     "axes.facecolor": "white",
     "font.size": 7.5,
-    "font.stretch": "condensed",  # where the fonts have it, as more of names then fits
+    "font.family": ["Inter", "DejaVu Sans"],  # that of the page; the second has other scripts
     "legend.handlelength": 1.2,
     "legend.handletextpad": 0.7,
     "axes.titlesize": 7.5,
@@ -630,12 +634,6 @@ def raised(text: str) -> str:
     if factor == "1":
         return f"10{power.translate(_RAISED)}"
     return f"{factor}×10{power.translate(_RAISED)}"
-
-
-def spans_decades(values: ArrayLike) -> bool:
-    """Whether positive values span more than three decades, which only a log axis shows."""
-    near = np.asarray(values, dtype=float)
-    return bool(len(near) and near.max() / 1e3 > near.min() > 0)
 
 
 def svg_of(figure: Figure, dpi: int) -> str:
