@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.text import Annotation, Text
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._numbers import NumberFormat
@@ -39,8 +41,8 @@ from pymoo_psi.plots._points import NAMED, PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
+    HALO,
     INK,
-    NARROW,
     WIDTH,
     Drawing,
     Style,
@@ -50,13 +52,13 @@ from pymoo_psi.plots._style import (
     literal,
     name_axis,
     name_lines,
-    name_points,
     new_figure,
     pair_panels,
     panels,
     places_between,
     raised,
     set_log,
+    tick,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -73,14 +75,22 @@ _PAIRS = 4  # pairs of objectives
 _ROW = 9.5  # height of a row in mm
 _LOW_ROW = 7.0  # and of one among many
 _FEW = 12  # rows of full height
-_ABOVE = 9.0  # above the first row in mm, for the head
+_ABOVE = 7.5  # above the first row in mm, for the head
 _BELOW = 6.0  # below the last row in mm
-_NAMES = 4.0  # and above and below for names of all lines
-_MORE_NAMES = 8.5  # where the figure is narrow
+_KEY = 7.0  # of a key in mm
+_PADS = 4.0  # above and below the axes in mm
+_FIRST = 4.0  # from a row to the nearest name in mm
+_LEVEL = 3.3  # and from one name to the next
+_POLE = 3.0  # points from a pole to its name
+_SAME = 0.01  # poles so near to each other are one, as a share of the axis
 _NAME = 26  # letters of the name of a row or a line
 _LIFT = 17.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
-_LETTER = 4.4  # width of a digit in points, and a little more
+_LETTER = 4.6  # width of a digit in points, and a little more
+_DECADES = 4  # ticks of a logarithmic row, at most
+_SHADES = ("0.35", "0.65")  # of the lines of the nearest and the other designs
+# A name beside a line.
+_FLAG: Style = {"va": "center", "ha": "center", "in_layout": False}
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
 _SOLID: Style = {"color": ACCENT, "linewidth": 2.0, "linestyle": "-", "markersize": 5.5}
 _DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--", "markersize": 5.5}
@@ -331,16 +341,11 @@ def plot_ranking(
     if marked != best:
         styles[best] = _DASHED
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
-    is_near = ranking.place[front] <= _NEAR
-    above = _ABOVE
-    below = _BELOW
-    if len(front) <= NAMED:
-        is_near = ranking.place[front] <= _NEAREST
-        names_height = _NAMES
-        if width < NARROW:
-            names_height = _MORE_NAMES
-        above += names_height
-        below += names_height
+    is_few = len(front) <= NAMED
+    nearest = _NEAR
+    if is_few:
+        nearest = _NEAREST
+    is_near = ranking.place[front] <= nearest
     word = ""
     if values:
         word = "proposed" if marked == best else "marked"
@@ -348,31 +353,32 @@ def plot_ranking(
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    with new_figure(above + (n - 1) * height + below) as figure:
+    with new_figure(n * height) as figure:
         ax = figure.add_subplot()
-        places, texts = _draw_axes(ax, ranking, marked, word)
-        _write_rows(ax, texts)
+        places = _draw_rows(ax, ranking, marked, word)
         _draw_lines(ax, places[front], is_near)
         named = list(styles)
-        if len(front) <= NAMED:
-            # The nearest; then from the ends of the axis inwards, as there is room in the middle.
-            named += front[is_near][::-1].tolist()
-            named += front[np.argsort(-np.abs(places[front, 0] - 0.5), kind="stable")].tolist()
+        if is_few:
+            named = list(dict.fromkeys([*styles, *front[::-1].tolist()]))
         names = []
-        dots: list[Any] = []
-        for design in dict.fromkeys(named):
-            ends = [(places[design, -1], n - 1), (places[design, 0], 0)]
-            looks: Style = {"color": "0.3"}
+        for design in named:
+            looks: Style = {"color": "0.45"}
             if design in styles:
                 style = styles[design]
                 ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
                 looks = {"color": style["color"], "fontweight": "bold"}
-            looks["text"] = literal(ranking.name_of(design), _NAME)
-            names.append((looks, list(zip(ends, "SN", strict=True))))
-            dots += ends
-        name_points(figure, ax, np.array(dots), names)
+            elif ranking.place[design] <= nearest:
+                looks = {"color": "0.2"}
+            text = literal(ranking.name_of(design), _NAME)
+            name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
+            (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
+            names.append((name, pole, places[design, [0, -1]]))
+        looks = {"color": "0.3", "fontsize": 7}
+        better = ax.annotate("better →", (0, 0), (0, 0), **BESIDE | looks | _FLAG)
+        figure.fitted += ((_name_lines, figure, ax, names, better, n, height),)
+        if not is_few:
+            add_key(figure, ax)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
-        ax.set(ylim=(n - 1 + below / height, -above / height))
         ax.axis("off")
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
@@ -390,18 +396,22 @@ def plot_ranking(
     return figure
 
 
-def _draw_axes(
-    ax: Axes, ranking: EfficiencyRanking, row: int, word: str
-) -> tuple[Array, list[list[str]]]:
-    """Draw a row for each objective.
+def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Array:
+    """Draw a row for each objective, with its worst and best value and that of a design.
+
+    Args:
+        ax: The axes.
+        ranking: The ranking.
+        row: Row of the design.
+        word: What stands above its values; empty if they are not written.
 
     Returns:
-        ``(n, m)`` where the designs are in each row, and the texts of the head and of each row: the
-        name, the worst and the best value, and that of a design below a word, if there is one.
+        ``(n, m)`` where the designs are in each row.
     """
     objectives = ranking.objectives
     places = np.empty(objectives.values.shape)
     texts = [["", "worst", "best", word]]
+    decades = []
     for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
         ends = (ranking.nadir[j], ranking.ideal[j])
         places[:, j], is_log = places_between(column, *ends)
@@ -410,51 +420,143 @@ def _draw_axes(
         if is_log:
             heading += ", log"
             low, high = np.sort(np.log10(ends))
-            decades, _ = places_between(10.0 ** np.arange(np.ceil(low), high), *ends)
-            ax.plot(decades, np.full(len(decades), j), "|", color="0.4", markersize=5, zorder=1)
+            powers = 10.0 ** np.arange(np.ceil(low), high)
+            for power in powers[:: -(-len(powers) // _DECADES)]:
+                decades.append((places_between([power], *ends)[0][0], j, power))
         written = NumberFormat.of(column[ranking.pareto], minus="−").text
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
         if not word:
             value = ""
         texts.append([heading, worst, best, value])
-    return places, texts
-
-
-def _write_rows(ax: Axes, texts: Sequence[Sequence[str]]) -> None:
-    """Write the texts of a ranking, the head and then the objectives, beside the axes."""
+    style: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
+    bold = style | {"color": INK, "fontweight": "bold"}
     _, _, bests, values = zip(*texts, strict=True)
-    right = 2 * _APART + _LETTER * (len(max(bests, key=len)) + len(max(values, key=len)))
-    style: Style = BESIDE | {"color": "0.3", "va": "center", "fontsize": 7}
-    left = style | {"ha": "right"}
-    bold = left | {"color": INK, "fontweight": "bold"}
-    shifts = [_LIFT + 6, _LIFT, _LIFT]  # the head has no name
+    middle = _APART + _LETTER * len(max(bests, key=len))
+    right = middle + _APART + _LETTER * len(max(values, key=len))
+    shifts = [_LIFT, _LIFT, _LIFT]  # the head has no name
     for j, (name, worst, best, value) in enumerate(texts):
         level = max(j - 1, 0)
         above, below, beside = shifts
         ax.annotate(name, (0, level), (-_APART, above), **bold)
-        ax.annotate(worst, (0, level), (-_APART, below), **left)
-        ax.annotate(best, (1, level), (_APART, beside), **style)
+        ax.annotate(worst, (0, level), (-_APART, below), **style)
+        ax.annotate(best, (1, level), (middle, beside), **style)
         ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
         shifts = [4.5, -5.0, 0.0]
+    for place, level, power in decades:
+        ax.plot(place, level, "|", color="0.4", markersize=5, zorder=1)
+        looks = style | {"ha": "center", "color": "0.45", "path_effects": [HALO], "zorder": 6}
+        ax.annotate(tick(power), (place, level), (0, -8), **looks)
+    return places
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
     """Draw a line for each of ``(n, m)`` designs, the fainter the more there are."""
     n, m = places.shape
     faint = min(1.0, max(_FAINTEST, _MANY / n))
+    shades = np.where(is_near, *_SHADES)
     lines = LineCollection(
         list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])),
-        colors=np.where(is_near, "0.35", "0.65").tolist(),
-        linewidths=np.where(is_near, 0.8, 0.4),
+        colors=shades.tolist(),
+        linewidths=np.where(is_near, 0.9, 0.5),
         alpha=np.where(is_near, 1.0, faint),
         rasterized=n > _MANY,
         clip_on=False,
     )
+    lines.set_in_layout(False)
     ax.add_collection(lines)
     if n <= NAMED:
-        near = places[is_near]
-        levels = np.tile(np.arange(m), len(near))
-        ax.plot(near.ravel(), levels, "o", markersize=2.6, color="0.35", clip_on=False)
+        for line, shade in zip(places, shades, strict=True):
+            ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
+    else:
+        n_near = is_near.sum()
+        ax.plot([], [], color=_SHADES[0], label=f"places up to {n_near}")
+        ax.plot([], [], color=_SHADES[1], label=f"{n - n_near} other designs")
+
+
+def _name_lines(
+    figure: Drawing, ax: Axes, names: Sequence[Any], better: Annotation, n: int, height: float
+) -> None:
+    """Write names on poles at the ends of their lines, and give the figure its height.
+
+    All are above the first or below the last of ``n`` rows of a ``height`` in mm, where they take
+    fewer lines of text. Of names without room the last ones are not shown.
+    """
+    layout: Any = figure.get_layout_engine()
+    layout.execute(figure)
+    left = -ax.bbox.x0 / ax.bbox.width
+    page = (left, left + figure.bbox.width / ax.bbox.width)
+    ends = np.array([places for *_, places in names])
+    sizes = np.empty(len(names))
+    for k, (name, pole, _) in enumerate(names):
+        name.set_visible(True)  # an invisible one has no size
+        sizes[k] = Text.get_window_extent(name).width + 3 * _POLE * figure.dpi / 72
+        pole.set_data([], [])
+    sizes /= ax.bbox.width
+    for n_shown in range(len(names), -1, -1):
+        above = _flags(ends[:n_shown, 0], sizes[:n_shown], (0.0, 1.0))
+        below = _flags(ends[:n_shown, 1], sizes[:n_shown], page)
+        (_, n_levels), levels, is_right = min(below, above, key=itemgetter(0))
+        if np.isfinite(n_levels):
+            break
+        names[n_shown - 1][0].set_visible(False)
+    depth = _FIRST + n_levels * _LEVEL
+    margins = [_ABOVE, max(depth, _BELOW)]
+    row, end, sign = n - 1, 1, 1
+    better.xy, better.xyann = (0.5, 0), (0, _LIFT)
+    if above[0] < below[0]:
+        margins = [max(depth, _ABOVE), _BELOW]
+        row, end, sign = 0, 0, -1
+        better.xy, better.xyann = (0.5, n - 1), (0, -_LIFT)
+    for (name, pole, places), level, side in zip(names, levels, is_right, strict=False):
+        y = row + sign * (_FIRST + level * _LEVEL) / height
+        pole.set_data([places[end]] * 2, [row, y])
+        name.xy = (places[end], y)
+        name.set(ha="left", position=(_POLE, 0))
+        if not side:
+            name.set(ha="right", position=(-_POLE, 0))
+    first, last = margins
+    ax.set_ylim(n - 1 + last / height, -first / height)
+    key = _KEY * len(figure.legends)
+    figure.set_figheight((first + (n - 1) * height + last + key + _PADS) / 25.4)
+
+
+def _flags(
+    places: Array, widths: Array, ends: tuple[float, float]
+) -> tuple[tuple[float, float], Array, Mask]:
+    """Place names beside poles, none over another name or a pole.
+
+    Names of the first poles are on their right, those of the last ones on their left.
+
+    Args:
+        places: ``(n,)`` places of the poles.
+        widths: ``(n,)`` widths of the names.
+        ends: Where names may begin and end.
+
+    Returns:
+        A cost, less being better: how many poles stand at the place of another, and the number of
+        levels, infinite if there is no room. Then the level of each name, the lowest 0, and whether
+        it is on the right of its pole.
+    """
+    order = np.argsort(places, kind="stable")
+    n_same = float(np.sum(np.diff(places[order]) < _SAME))
+    best = ((n_same, np.inf), places, places > 0)
+    for n_right in range(len(places) + 1):
+        is_right = np.isin(np.arange(len(places)), order[:n_right])
+        lows = np.where(is_right, places, places - widths)
+        highs = lows + widths
+        if lows.min(initial=ends[0]) < ends[0] or highs.max(initial=ends[1]) > ends[1]:
+            continue
+        levels = np.full(len(places), -1)
+        for k in np.tile(order, len(places)):
+            # Poles under a name end below it.
+            is_under = (places > lows[k]) & (places < highs[k]) & (levels < 0)
+            if levels[k] < 0 and not is_under.any():
+                is_beside = (lows < highs[k]) & (highs > lows[k])
+                levels[k] = levels[is_beside].max(initial=-1) + 1
+        if levels.min(initial=0) == 0:
+            found = ((n_same, levels.max(initial=-1) + 1.0), levels, is_right)
+            best = min(best, found, key=itemgetter(0))
+    return best
 
 
 # Sensitivities

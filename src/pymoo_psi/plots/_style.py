@@ -133,15 +133,13 @@ class Drawing(Figure):
     Attributes:
         caption: Description of the figure in plain text.
         placed: Functions that place names when the figure is drawn, each with its arguments.
-        axis_names: The arguments of :func:`name_axis`, whose texts follow from the width.
-        key: The axes whose marks have a key.
+        fitted: Functions of what follows from the width, each with its arguments.
         is_divisible: Whether its panels can be arranged in fewer columns.
     """
 
     caption: str = ""
     placed: tuple[tuple[Any, ...], ...] = ()
-    axis_names: tuple[tuple[Any, ...], ...] = ()
-    key: tuple[Axes, ...] = ()
+    fitted: tuple[tuple[Any, ...], ...] = ()
     is_divisible = False
 
     def draw(self, renderer: RendererBase) -> None:
@@ -178,16 +176,12 @@ class Drawing(Figure):
                     ax.tick_params(labelleft=True)
             size[1] *= _LOWER * grid.nrows / before.nrows
         self.set_size_inches(width / 25.4, size[1])
-        names = self.axis_names
-        self.axis_names = ()
+        fitted = self.fitted
+        self.fitted = ()
         with rc_context(_SETTINGS):
-            if self.key:
-                add_key(self, *self.key)
-            for axes, letter, label, *further in names:
-                axis = getattr(axes, f"{letter}axis")
-                if not axis.get_label_text():  # that of the axes below or beside it is for both
-                    label = ""
-                name_axis(axes, letter, label, *further)
+            for fit, *arguments in fitted:
+                fit(*arguments)
+        self.fitted = fitted
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         picture = BytesIO()
@@ -282,7 +276,7 @@ def name_axis(
     """
     axis: Any = getattr(axes, f"{letter}axis")
     figure: Any = axes.figure
-    figure.axis_names += ((axes, letter, label, options, sign),)  # again in another width
+    figure.fitted += ((name_axis, axes, letter, label, options, sign),)  # again in another width
     grid: Any = axes.get_gridspec()
     room = int((figure.get_figwidth() * 25.4 / grid.ncols - _MM_OF_TICKS) / _MM_OF_LETTER)
     n_ticks = int(np.clip(room // _LETTERS_OF_TICK, 1, _MOST_TICKS))
@@ -350,7 +344,7 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
 
     Of the same label there is one mark of each kind, one over the other.
     """
-    figure.key = axes  # again in another width
+    figure.fitted += ((add_key, figure, *axes),)  # again in another width
     marks: dict[str, dict[type, Any]] = {}
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -612,10 +606,11 @@ def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
     axis = getattr(axes, f"{letter}axis")
     axis.set_major_locator(LogLocator(subs=factors, numticks=5))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(lambda value, _: _tick(value))
+    axis.set_major_formatter(lambda value, _: tick(value))
 
 
-def _tick(value: float) -> str:
+def tick(value: float) -> str:
+    """Return a number at a tick of a logarithmic axis."""
     if 1e-3 <= value < 1e4:
         return number(value)
     return raised(NumberFormat(0, has_powers=True, minus="−").text(value))
