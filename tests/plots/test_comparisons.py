@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from pymoo.core.problem import Problem
 
 from pymoo_psi.comparison import INDICATORS, compare
-from pymoo_psi.plots import plot_fronts, plot_indicator, plot_indicators
-from tests.helpers.drawn import assert_readable, assert_whole, texts
+from pymoo_psi.plots import plot_indicator, plot_indicators
+from tests.helpers.drawn import assert_readable, assert_whole
 
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
 
@@ -58,18 +58,6 @@ def test_where_nothing_was_found_the_page_says_so():
     """The names of the algorithms are odd, and stand as they are."""
     figure = plot_indicators(compare(Narrow(0.0), n_evaluations=4, seeds=2, algorithms=ODD))
     assert_whole(figure)
-    fronts = plot_fronts(compare(Narrow(0.5), n_evaluations=16, algorithms=ODD))
     names = {r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"}
-    assert {text.rpartition(" (")[0] for text in texts(fronts)} == names
+    assert {line.get_label() for line in figure.axes[0].lines} == names
     assert figure.axes[1].get_title(loc="right") == "infinite values are not drawn"
-
-
-def test_fronts_are_those_of_the_first_runs(bnh):
-    figure = plot_fronts(bnh)
-    (ax,) = figure.axes
-    most = max(bnh.evaluations)
-    key = [f"{name} ({len(line.get_xdata())})" for line, name in zip(ax.lines, bnh.algorithms, strict=True)]  # fmt: skip
-    assert texts(figure) == key
-    for line, name in zip(ax.lines, bnh.algorithms, strict=True):
-        runs = [run for run in bnh.runs if (run.task.algorithm, run.task.n_evaluations) == (name, most)]  # fmt: skip
-        np.testing.assert_array_equal(line.get_xydata(), runs[0].F)

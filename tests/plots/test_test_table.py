@@ -5,7 +5,6 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from pymoo_psi import TestTable
@@ -121,34 +120,34 @@ def test_the_key_has_the_marks_of_all_panels():
     assert texts(figure).count("best of the two objectives") == 1
 
 
-def test_designs_outside_the_axes_are_counted_above_them():
-    """No design vanishes without a word, and none is hidden by the line of a limit."""
+def test_designs_outside_the_axes_are_arrows_at_their_edge():
+    """No design vanishes, and none is hidden by the line of a limit."""
     frame = pd.DataFrame({"cost": [1.0, 2, 3, 4.5, 90], "mass": [5.0, 4, 2, 1, 3.5]})
     (ax,) = shown(plot_objectives(read_table(frame).under(limits={"cost": 3})))
     assert ax.get_xlim()[1] < 90
-    assert ax.get_title(loc="right") == "1 outside"
+    (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
+    np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
     assert sum(map(len, points(ax).values())) == 4
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
     groups = [line for line in ax.lines if line.get_linestyle() == "None"]
     assert max(line.zorder for line in lines) < min(line.zorder for line in groups)
 
 
-@pytest.mark.parametrize("n_objectives", [4, *rarely(3)])
-@pytest.mark.parametrize("width", [180, *rarely(90)])
-def test_the_number_outside_is_beside_the_name_of_the_axis(n_objectives, width):
-    F = np.random.default_rng(1).random((60, n_objectives))
-    F[:12, 0] = F[12:24, 1] = F[24:36, 2] = 900 + np.arange(12)
-    name = "operating cost per year and machine in all plants, part"
-    names = [f"{name} {j}" for j in range(n_objectives)]
-    table = read_table(pd.DataFrame(F, columns=names)).under(limits=dict.fromkeys(names, 2.0))
-    figure = plot_objectives(table, objectives=names, width=width)
-    FigureCanvasAgg(figure).draw()
-    for ax in shown(figure):
-        note = ax.get_title(loc="right")
-        assert note.endswith(" outside")
-        (title,) = (text for text in ax.findobj(Text) if text.get_text() == note)
-        name = Text.get_window_extent(ax.yaxis.label)
-        assert not name.overlaps(Text.get_window_extent(title)), note
+def test_panels_above_each_other_share_axis_and_limit():
+    """So the figure is shorter; each axis is named below the last of its panels."""
+    x = np.linspace(0, 1, 9)
+    frame = pd.DataFrame({"cost": x, "mass": 1 - x, "heat": (1 - x) ** 2, "noise": 1 - x**2})
+    table = read_table(frame).under(limits={"cost": 0.8})
+    for width, n in ((180, 2), (90, 1)):
+        figure = plot_objectives(table, width=width)
+        axes = shown(figure)
+        assert {ax.get_xlabel() for ax in axes} == {"← cost, less is better"}
+        assert sum(ax.xaxis.label.get_visible() for ax in axes) == n
+        limits = [t for ax in axes for t in ax.texts if t.get_text() == "limit 0.8"]
+        assert sum(text.get_visible() for text in limits) == n
+        axes[0].set_xlim(0.2, 0.6)
+        assert {ax.get_xlim() for ax in axes} == {(0.2, 0.6)}
+        assert_readable(figure)
 
 
 def test_the_front_of_two_objectives_is_a_staircase():

@@ -18,7 +18,7 @@ from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
-from pymoo_psi.plots import paper_figures, plot_fronts, plot_indicators, save_figures
+from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
 from pymoo_psi.table import entries_of
 
@@ -76,7 +76,7 @@ def _write_comparison(result: Comparison, folder: Path) -> None:
     write_frame(result.to_frame(), folder / "runs.csv")
     write_frame(result.summary(), folder / "summary.csv")
     write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
-    figures = [("indicators", plot_indicators(result)), ("fronts", plot_fronts(result))]
+    figures = [("indicators", plot_indicators(result))]
     save_figures(figures, folder, dpi=200)
 
 

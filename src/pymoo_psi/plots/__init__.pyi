@@ -13,7 +13,6 @@ from ._style import save_figures as save_figures
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._figures import plot_fronts as plot_fronts
 from ._figures import plot_indicator as plot_indicator
 from ._style import literal as literal
 from ._style import places_between as places_between

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.text import Annotation, Text
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._numbers import NumberFormat
@@ -49,6 +49,7 @@ from pymoo_psi.plots._style import (
     add_key,
     curves,
     head_axes,
+    height_of_key,
     literal,
     name_axis,
     name_lines,
@@ -76,13 +77,10 @@ _ROW = 9.5  # height of a row in mm
 _LOW_ROW = 7.0  # and of one among many
 _FEW = 12  # rows of full height
 _ABOVE = 7.5  # above the first row in mm, for the head
-_BELOW = 6.0  # below the last row in mm
-_KEY = 7.0  # of a key in mm
 _PADS = 4.0  # above and below the axes in mm
 _FIRST = 4.0  # from a row to the nearest name in mm
 _LEVEL = 3.3  # and from one name to the next
 _POLE = 3.0  # points from a pole to its name
-_SAME = 0.01  # poles so near to each other are one, as a share of the axis
 _NAME = 26  # letters of the name of a row or a line
 _LIFT = 17.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
@@ -92,7 +90,13 @@ _SHADES = ("0.35", "0.65")  # of the lines of the nearest and the other designs
 # A name beside a line.
 _FLAG: Style = {"va": "center", "ha": "center", "in_layout": False}
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
-_SOLID: Style = {"color": ACCENT, "linewidth": 2.0, "linestyle": "-", "markersize": 5.5}
+_SOLID: Style = {
+    "path_effects": [withStroke(linewidth=4, foreground="white")],
+    "color": ACCENT,
+    "linewidth": 2.0,
+    "linestyle": "-",
+    "markersize": 5.5,
+}
 _DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--", "markersize": 5.5}
 
 _PANELS = 3  # panels side by side
@@ -176,7 +180,7 @@ def plot_table(
             name_axis(ax, "y", "% of each group")
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
-            ax.label_outer()
+            figure.fitted += ((ax.label_outer,),)
         add_key(figure, *axes)
         figure.is_divisible = not rows
         sentences = ["Histograms: the share of each group in each interval."]
@@ -277,18 +281,26 @@ def plot_objectives(
     with pair_panels(pairs) as (figure, planes):
         for ax, first, second in planes:
             points.draw(ax, first, second)
-            points.note_outside(ax, first, second)
+            points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
+        add_key(figure, *(ax for ax, *_ in planes))
         figure.describe(title, points.counts(table))
     figure.resize(width)
     return figure
 
 
 def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
-    """Return the pairs of objectives that conflict most in the Pareto set."""
+    """Return the pairs of objectives that conflict most in the Pareto set.
+
+    The objective of more pairs is the first of a pair, so that panels share its axis.
+    """
     names = table.schema.objectives
-    pairs = conflicting_pairs(table.F[table.pareto()])[:_PAIRS]
-    return [(names[j], names[k]) for j, k in sorted(pairs)]
+    pairs = np.reshape(conflicting_pairs(table.F[table.pareto()])[:_PAIRS], (-1, 2)).astype(int)
+    counts = np.bincount(pairs.ravel())
+    is_second = counts[pairs[:, 1]] > counts[pairs[:, 0]]
+    pairs[is_second] = pairs[is_second, ::-1]
+    order = np.lexsort((pairs[:, 1], pairs[:, 0], -counts[pairs[:, 0]]))
+    return [(names[j], names[k]) for j, k in pairs[order]]
 
 
 # Parallel coordinates
@@ -353,7 +365,7 @@ def plot_ranking(
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    with new_figure(n * height) as figure:
+    with new_figure(60 + n * height) as figure:  # its height follows from the names
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
         _draw_lines(ax, places[front], is_near)
@@ -372,12 +384,10 @@ def plot_ranking(
             text = literal(ranking.name_of(design), _NAME)
             name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
             (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
-            names.append((name, pole, places[design, [0, -1]]))
-        looks = {"color": "0.3", "fontsize": 7}
-        better = ax.annotate("better →", (0, 0), (0, 0), **BESIDE | looks | _FLAG)
-        figure.fitted += ((_name_lines, figure, ax, names, better, n, height),)
+            names.append((name, pole, places[design, -1]))
         if not is_few:
             add_key(figure, ax)
+        figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
         ax.axis("off")
         measure = "from the worst to the best of them"
@@ -411,7 +421,7 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
     objectives = ranking.objectives
     places = np.empty(objectives.values.shape)
     texts = [["", "worst", "best", word]]
-    decades = []
+    style: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
     for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
         ends = (ranking.nadir[j], ranking.ideal[j])
         places[:, j], is_log = places_between(column, *ends)
@@ -421,19 +431,21 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
             heading += ", log"
             low, high = np.sort(np.log10(ends))
             powers = 10.0 ** np.arange(np.ceil(low), high)
-            for power in powers[:: -(-len(powers) // _DECADES)]:
-                decades.append((places_between([power], *ends)[0][0], j, power))
+            powers = powers[:: -(-len(powers) // _DECADES)]
+            for place, power in zip(places_between(powers, *ends)[0], powers, strict=True):
+                ax.plot(place, j, "|", color="0.4", markersize=5, zorder=1)
+                looks = style | {"ha": "center", "path_effects": [HALO], "zorder": 6}
+                ax.annotate(tick(power), (place, j), (0, -8), **looks)
         written = NumberFormat.of(column[ranking.pareto], minus="−").text
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
         if not word:
             value = ""
         texts.append([heading, worst, best, value])
-    style: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
     bold = style | {"color": INK, "fontweight": "bold"}
     _, _, bests, values = zip(*texts, strict=True)
     middle = _APART + _LETTER * len(max(bests, key=len))
     right = middle + _APART + _LETTER * len(max(values, key=len))
-    shifts = [_LIFT, _LIFT, _LIFT]  # the head has no name
+    shifts = [_LIFT + 6, _LIFT, _LIFT]  # the head has no name
     for j, (name, worst, best, value) in enumerate(texts):
         level = max(j - 1, 0)
         above, below, beside = shifts
@@ -442,10 +454,7 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         ax.annotate(best, (1, level), (middle, beside), **style)
         ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
         shifts = [4.5, -5.0, 0.0]
-    for place, level, power in decades:
-        ax.plot(place, level, "|", color="0.4", markersize=5, zorder=1)
-        looks = style | {"ha": "center", "color": "0.45", "path_effects": [HALO], "zorder": 6}
-        ax.annotate(tick(power), (place, level), (0, -8), **looks)
+    ax.annotate("better →", (0.5, 0), (0, _LIFT), **style | {"ha": "center"})
     return places
 
 
@@ -474,88 +483,78 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
 
 
 def _name_lines(
-    figure: Drawing, ax: Axes, names: Sequence[Any], better: Annotation, n: int, height: float
+    figure: Drawing,
+    ax: Axes,
+    names: Sequence[Any],
+    n: int,
+    height: float,
 ) -> None:
     """Write names on poles at the ends of their lines, and give the figure its height.
 
-    All are above the first or below the last of ``n`` rows of a ``height`` in mm, where they take
-    fewer lines of text. Of names without room the last ones are not shown.
+    They are below ``n`` rows of a ``height`` in mm. Of names without room the last ones are not
+    shown.
     """
     layout: Any = figure.get_layout_engine()
     layout.execute(figure)
     left = -ax.bbox.x0 / ax.bbox.width
-    page = (left, left + figure.bbox.width / ax.bbox.width)
-    ends = np.array([places for *_, places in names])
-    sizes = np.empty(len(names))
-    for k, (name, pole, _) in enumerate(names):
+    right = left + figure.bbox.width / ax.bbox.width
+    places = np.array([place for *_, place in names])
+    widths = []
+    for name, pole, _ in names:
         name.set_visible(True)  # an invisible one has no size
-        sizes[k] = Text.get_window_extent(name).width + 3 * _POLE * figure.dpi / 72
+        width = Text.get_window_extent(name).width + 3 * _POLE * figure.dpi / 72
+        widths.append(width / ax.bbox.width)
         pole.set_data([], [])
-    sizes /= ax.bbox.width
     for n_shown in range(len(names), -1, -1):
-        above = _flags(ends[:n_shown, 0], sizes[:n_shown], (0.0, 1.0))
-        below = _flags(ends[:n_shown, 1], sizes[:n_shown], page)
-        (_, n_levels), levels, is_right = min(below, above, key=itemgetter(0))
-        if np.isfinite(n_levels):
+        levels, is_right = _flags(places[:n_shown], np.array(widths[:n_shown]), left, right)
+        if len(levels) == n_shown:
             break
         names[n_shown - 1][0].set_visible(False)
-    depth = _FIRST + n_levels * _LEVEL
-    margins = [_ABOVE, max(depth, _BELOW)]
-    row, end, sign = n - 1, 1, 1
-    better.xy, better.xyann = (0.5, 0), (0, _LIFT)
-    if above[0] < below[0]:
-        margins = [max(depth, _ABOVE), _BELOW]
-        row, end, sign = 0, 0, -1
-        better.xy, better.xyann = (0.5, n - 1), (0, -_LIFT)
-    for (name, pole, places), level, side in zip(names, levels, is_right, strict=False):
-        y = row + sign * (_FIRST + level * _LEVEL) / height
-        pole.set_data([places[end]] * 2, [row, y])
-        name.xy = (places[end], y)
+    for (name, pole, place), level, on_right in zip(names, levels, is_right, strict=False):
+        y = n - 1 + (_FIRST + level * _LEVEL) / height
+        pole.set_data([place, place], [n - 1, y])
+        name.xy = (place, y)
         name.set(ha="left", position=(_POLE, 0))
-        if not side:
+        if not on_right:
             name.set(ha="right", position=(-_POLE, 0))
-    first, last = margins
-    ax.set_ylim(n - 1 + last / height, -first / height)
-    key = _KEY * len(figure.legends)
-    figure.set_figheight((first + (n - 1) * height + last + key + _PADS) / 25.4)
+    below = _FIRST + (levels.max(initial=0) + 1) * _LEVEL
+    ax.set_ylim(n - 1 + below / height, -_ABOVE / height)
+    total = _ABOVE + (n - 1) * height + below + _PADS
+    figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
-def _flags(
-    places: Array, widths: Array, ends: tuple[float, float]
-) -> tuple[tuple[float, float], Array, Mask]:
-    """Place names beside poles, none over another name or a pole.
+def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Array, Array]:
+    """Place names beside poles, none over another name or a pole, on few levels.
 
     Names of the first poles are on their right, those of the last ones on their left.
 
     Args:
         places: ``(n,)`` places of the poles.
         widths: ``(n,)`` widths of the names.
-        ends: Where names may begin and end.
+        left: Where names may begin.
+        right: Where they may end.
 
     Returns:
-        A cost, less being better: how many poles stand at the place of another, and the number of
-        levels, infinite if there is no room. Then the level of each name, the lowest 0, and whether
-        it is on the right of its pole.
+        The level of each name, the nearest 0, and whether it is on the right of its pole; empty if
+        there is no room.
     """
     order = np.argsort(places, kind="stable")
-    n_same = float(np.sum(np.diff(places[order]) < _SAME))
-    best = ((n_same, np.inf), places, places > 0)
-    for n_right in range(len(places) + 1):
-        is_right = np.isin(np.arange(len(places)), order[:n_right])
+    rank = np.argsort(order)
+    best = (np.array([]), np.array([]))
+    for n_right in range(len(places), -1, -1):
+        is_right = rank < n_right
         lows = np.where(is_right, places, places - widths)
         highs = lows + widths
-        if lows.min(initial=ends[0]) < ends[0] or highs.max(initial=ends[1]) > ends[1]:
-            continue
         levels = np.full(len(places), -1)
-        for k in np.tile(order, len(places)):
-            # Poles under a name end below it.
-            is_under = (places > lows[k]) & (places < highs[k]) & (levels < 0)
-            if levels[k] < 0 and not is_under.any():
+        for k in np.tile(order[::-1], len(places)):
+            # Poles under a name end above it.
+            is_over = (places > lows[k]) & (places < highs[k]) & (levels < 0)
+            if levels[k] < 0 and not is_over.any():
                 is_beside = (lows < highs[k]) & (highs > lows[k])
-                levels[k] = levels[is_beside].max(initial=-1) + 1
-        if levels.min(initial=0) == 0:
-            found = ((n_same, levels.max(initial=-1) + 1.0), levels, is_right)
-            best = min(best, found, key=itemgetter(0))
+                levels[k] = levels[is_beside].max() + 1
+        has_room = np.all((lows >= left) & (highs <= right) & (levels >= 0))
+        if has_room and (not len(best[0]) or levels.max() < best[0].max()):
+            best = (levels, is_right)
     return best
 
 
@@ -693,45 +692,6 @@ def plot_indicators(comparison: Comparison) -> Drawing:
         figure.describe(
             f"{comparison.problem}: quality against evaluations, medians and quartiles",
             f"{budgets} evaluations, {seeds}.",
-        )
-    return figure
-
-
-def plot_fronts(comparison: Comparison) -> Drawing:
-    """Return the fronts that the algorithms found with the most evaluations, objectives in pairs.
-
-    Of several seeds the first is drawn, of many objectives the first seven.
-
-    Args:
-        comparison: From :func:`pymoo_psi.compare`.
-
-    Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi import compare
-        >>> from pymoo_psi.plots import plot_fronts
-        >>> comparison = compare(get_problem("bnh"), n_evaluations=32, algorithms=["psi", "nsga3"])
-        >>> len(plot_fronts(comparison).axes)
-        1
-    """
-    most = comparison.evaluations[-1]
-    fronts: dict[str, Array] = {}
-    for run in comparison.runs:
-        if run.task.n_evaluations == most:
-            fronts.setdefault(run.task.algorithm, run.F)
-    styles = dict(zip(fronts, curves(), strict=False))
-    objectives = [f"f{j + 1}" for j in range(min(MATRIX + 1, comparison.runs[0].F.shape[1]))]
-    with pair_panels(list(combinations(objectives, 2))) as (figure, planes):
-        for ax, first, second in planes:
-            for name, style in styles.items():
-                F = pd.DataFrame(fronts[name][:, : len(objectives)], columns=objectives)
-                text = f"{literal(name, 30)} ({len(F)})"
-                outline = style | {"linestyle": "none", "markerfacecolor": "none"}
-                ax.plot(F[first], F[second], markersize=3.0, label=text, **outline)
-            name_axis(ax, "x", first)
-            name_axis(ax, "y", second)
-        figure.describe(
-            f"{comparison.problem}: fronts of the algorithms, objectives in pairs, minimised",
-            f"{most} evaluations, the first seed; in brackets, how many designs.",
         )
     return figure
 

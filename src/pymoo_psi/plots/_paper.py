@@ -228,7 +228,8 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
                 columns[name] = Column(values, view(values[shown]))
             for ax, (first, second) in zip(part, pairs, strict=False):
                 Points(columns, groups).draw(ax, first, second)
-                ax.set(xlabel=_LABELS[first], ylabel=_LABELS[second])
+                ax.xaxis.set_label_text(_LABELS[first])
+                ax.yaxis.set_label_text(_LABELS[second])
         key = axes[0].get_legend_handles_labels()
         figure.legend(*key, loc="outside upper left", ncols=2)
         points = counted(len(ranked), "point")

@@ -24,7 +24,6 @@ from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
     HALO,
-    INK,
     Drawing,
     Style,
     literal,
@@ -53,18 +52,30 @@ _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
 _WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
 _NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
 # How groups are drawn. Those of a higher zorder are on top.
-_INFEASIBLE: Style = {"marker": "x", "color": "0.6", "markersize": 3.2, "zorder": 2.8}
-_DOMINATED: Style = {"marker": ".", "color": "0.62", "markersize": 4.5, "zorder": 3.0}
-# Outlines of many would be a black area.
-_CROWD: Style = {"marker": "o", "color": "0.45", "markersize": 3.6, "zorder": 3.5}
-_PARETO = _CROWD | {"color": INK, "markerfacecolor": "white"}
+_INFEASIBLE: Style = {"marker": "x", "color": "0.5", "markersize": 3.2, "zorder": 2.8}
+_OUTSIDE: Style = {
+    "color": "0.5",
+    "markersize": 4.0,
+    "clip_on": False,
+    "zorder": 6.0,
+    "in_layout": False,
+}
+_HOLLOW: Style = {"marker": "o", "markerfacecolor": "white", "zorder": 3.0}
+_DOMINATED = _HOLLOW | {"color": "0.6", "markersize": 2.8}
+_PARETO: Style = _HOLLOW | {
+    "color": "0.25",
+    "markerfacecolor": "0.25",
+    "markeredgecolor": "white",
+    "markersize": 4.2,
+    "zorder": 3.5,
+}
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "o",
-    "markersize": 7.5,
+    "markersize": 8.5,
     "color": ACCENT,
     "markeredgecolor": "white",
-    "markeredgewidth": 0.5,
+    "markeredgewidth": 1.2,
     "zorder": 7.0,
 }
 
@@ -167,7 +178,7 @@ class Points:
                 looks: Style = {
                     **style,
                     "markersize": style["markersize"] * shrink,
-                    "markeredgewidth": 0.8 * shrink,
+                    "markeredgewidth": 0.6 * shrink,
                     "linestyle": "none",
                     "rasterized": n > _RASTERIZED,
                 }
@@ -177,24 +188,25 @@ class Points:
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
-    def note_outside(self, axes: Axes, first: str, second: str) -> None:
-        """Write above axes how many designs are outside."""
+    def mark_outside(self, axes: Axes, first: str, second: str) -> None:
+        """Draw an arrow at the edge of axes for each design outside."""
         is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
-        n = np.sum(is_drawn & ~(self.columns[first].visible & self.columns[second].visible))
-        if n:
-            away = axes.yaxis.label.get_window_extent().y0 - axes.bbox.y1
-            pad = away * 72 / axes.figure.dpi
-            axes.set_title(f"{n} outside", loc="right", fontsize=7, va="bottom", pad=pad)
+        x, y = self.columns[first], self.columns[second]
+        sides: list[Any] = []
+        for column in (x, y):
+            low, high = column.ends
+            sides += [column.places < low, column.places > high]
+        for marker, rows in zip("<>v^", sides, strict=True):
+            rows = rows & is_drawn
+            if rows.any():
+                across = np.clip(x.places[rows], *x.ends)
+                axes.plot(across, np.clip(y.places[rows], *y.ends), marker, **_OUTSIDE)
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write the names of designs beside them, the first one in the accent."""
         places = np.column_stack([self.columns[first].places, self.columns[second].places])
-        names = []
-        style: Style = {"color": ACCENT, "fontweight": "bold"}
-        for row, name in self.named.items():
-            names.append((style | {"text": literal(name, _LETTERS)}, [(places[row], "EWNS")]))
-            style = {"color": INK}
-        name_points(figure, axes, places, names)
+        names = {row: literal(name, _LETTERS) for row, name in self.named.items()}
+        name_points(figure, axes, places, names, {"color": ACCENT, "fontweight": "bold"})
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -274,11 +286,8 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     columns = {name: _column(table, name, rows[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
-    optimal = _PARETO
-    if pareto.sum() > _MANY:
-        optimal = _CROWD
     groups = {
-        PARETO: (optimal, pareto),
+        PARETO: (_PARETO, pareto),
         "dominated": (_DOMINATED, feasible & ~pareto),
         "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }

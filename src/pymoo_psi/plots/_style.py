@@ -11,6 +11,7 @@ from __future__ import annotations
 import copy
 import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO, StringIO
@@ -50,17 +51,22 @@ INK = "#1A1A1A"
 # three have no common factor, so that a style is repeated only after their product.
 _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
-_LINE = 9.0  # points from one name to the next below
+_LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = (_BESIDE, _BESIDE + _LINE, _BESIDE + 2 * _LINE, _BESIDE + 3 * _LINE)
+_REACHES = (_BESIDE, _BESIDE + _LINE, _BESIDE + 2 * _LINE)
 _LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
-_SHARES = np.array([0.5, 0.0, 1.0, 0.25, 0.75])  # of a name that are left of its point
+# Where the box of a name is: its direction from the point, and which of its shares is there.
+_SIDES = np.array(
+    [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
+    + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
+)
 _APART = 2.0  # a name without such a line is that many times as far from other points
 _GAP = 5.0  # points between names on a line
+_EDGE = 1.5  # and from the edge of the axes
 _MARK = 4.0  # half the size of a marker, in points
 _CROWDED = 4.0  # a point at the line to a name is as bad as so many points of distance
 _BAD = 1000.0  # and a point or a line in its way as so many
-HALO = withStroke(linewidth=1.8, foreground="white")  # around texts over lines and points
+HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
 # Names beside points. From the second reach on they have a line to their point.
@@ -89,6 +95,14 @@ _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _FEW_PAIRS = 4  # pairs that stand in two columns
+# Heights in mm, for pairs of columns.
+_PANEL = 35.0
+_LOW_PANEL = 30.0  # where the figure is narrow
+_ONE_PANEL = 60.0
+_HEADING = 7.0
+_AXIS = 9.0
+_LIMIT = 3.5
+_PADS = 4.0  # above and below the axes
 NARROW = 120.0  # narrower figures have half as many panels side by side
 _LOWER = 0.85  # and these are so much lower
 WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
@@ -116,6 +130,10 @@ _SETTINGS: Any = {
     "grid.linewidth": 0.5,
     "legend.fontsize": 7.0,
     "legend.frameon": False,
+    "xtick.labelcolor": "0.3",
+    "ytick.labelcolor": "0.3",
+    "xtick.color": "0.45",
+    "ytick.color": "0.45",
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
     "xtick.major.size": 2.5,
@@ -249,17 +267,54 @@ def pair_panels(
 ) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
     """Yield a figure and a panel for each pair of columns, with their names across and upwards.
 
-    On leaving, what is labelled in them has a key above all.
+    Panels are filled column by column, as pairs that follow each other often share the first of
+    their columns. Its axis is the same in all of them.
     """
     n = len(pairs)
     n_columns = min(n, 2)
     if n > _FEW_PAIRS:
         n_columns = 3
-    height = {1: 72.0, 2: 54.0, 3: 46.0}[n_columns]
-    with panels(n, n_columns, head=16.0, height=height) as (figure, axes):
+    n_rows = -(-n // n_columns)  # rounded up
+    with new_figure(_PANEL * n_rows) as figure:
         figure.is_divisible = True
-        yield figure, [(ax, *pair) for ax, pair in zip(axes, pairs, strict=True)]
-        add_key(figure, *axes)
+        grid = figure.add_gridspec(n_rows, n_columns)
+        planes = []
+        firsts: dict[str, Axes] = {}
+        for k, (first, second) in enumerate(pairs):
+            ax = figure.add_subplot(grid[k % n_rows, k // n_rows], sharex=firsts.get(first))
+            firsts.setdefault(first, ax)
+            planes.append((ax, first, second))
+        yield figure, planes
+        figure.fitted += ((_stack, figure, planes),)
+
+
+def _stack(figure: Drawing, planes: Sequence[tuple[Any, str, str]]) -> None:
+    """Name an axis that panels above each other share only once, and set the height of a figure."""
+    grid = planes[0][0].get_gridspec()
+    names = [first for _, first, _ in planes]
+    is_new = [a != b for a, b in zip(["", *names], [*names, ""], strict=True)]
+    above = set()  # rows with the value of a limit above them
+    below = set()  # rows with an axis below them
+    for k, (ax, _, _) in enumerate(planes):
+        row = k % grid.nrows
+        is_last = is_new[k + 1] or row == grid.nrows - 1
+        ax.tick_params(labelbottom=is_last)
+        ax.xaxis.label.set_visible(is_last)
+        if is_last:
+            below.add(row)
+        for text in ax.texts:
+            if getattr(text, "xycoords", "") == ABOVE:
+                text.set_visible(is_new[k] or row == 0)
+                if text.get_visible():
+                    above.add(row)
+        head_axes(ax)
+    height = _PANEL
+    if len(planes) == 1:
+        height = _ONE_PANEL
+    elif figure.get_figwidth() * 25.4 < NARROW:
+        height = _LOW_PANEL
+    total = _PADS + grid.nrows * (height + _HEADING) + _LIMIT * len(above) + _AXIS * len(below)
+    figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
 def name_axis(
@@ -282,9 +337,6 @@ def name_axis(
     n_ticks = int(np.clip(room // _LETTERS_OF_TICK, 1, _MOST_TICKS))
     if letter == "y":
         room = max(room, _LETTERS_OF_Y)
-        note = axes.get_title(loc="right")
-        if note:  # on the same line
-            room -= len(note) + 1
         n_ticks = _MOST_TICKS - 1
     if label:
         text = _BETTER[letter][sign]
@@ -312,7 +364,7 @@ def head_axes(axes: Axes) -> None:
     """Move the name of the vertical axis above it, and above what is named there."""
     above = _BESIDE
     for text in axes.texts:
-        if getattr(text, "xycoords", "") == ABOVE:
+        if getattr(text, "xycoords", "") == ABOVE and text.get_visible():
             above = _BESIDE + _LINE
     shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
     axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
@@ -361,6 +413,14 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
     figure.legend(handles, list(marks), loc="outside upper left", ncols=n_columns)
 
 
+def height_of_key(figure: Drawing) -> float:
+    """Return the height in mm of the key above all axes; 0 if there is none."""
+    height = 0.0
+    for legend in figure.legends:
+        height += legend.get_window_extent().height / figure.dpi * 25.4
+    return height
+
+
 def name_lines(figure: Drawing, axes: Axes) -> None:
     """Write the labels of lines at their right ends, in their colours, none over another."""
     names = []
@@ -383,10 +443,7 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
 
 
 def name_points(
-    figure: Drawing,
-    axes: Axes,
-    places: Array,
-    names: Iterable[tuple[Style, Sequence[tuple[Any, str]]]],
+    figure: Drawing, axes: Axes, places: Array, names: Mapping[int, str], style: Style
 ) -> None:
     """Write names beside points, each where there is room when the figure is drawn.
 
@@ -394,21 +451,23 @@ def name_points(
         figure: The figure.
         axes: Its axes.
         places: ``(n, 2)`` all points, which names avoid.
-        names: Names as arguments of ``annotate``, the most important first, each with the points
-            that it may stand beside, and on which sides of them: "EWNS" or some of these.
+        names: Names by the row of their point, the most important first.
+        style: How the first name is written.
     """
     placed = []
-    for style, anchors in names:
-        name = axes.annotate(xy=anchors[0][0], xytext=(0, 0), **_NAME | style)
+    for row, text in names.items():
+        name = axes.annotate(text, places[row], (0, 0), **_NAME | style)
         leader = figure.add_artist(Line2D([], [], **_LEADER))
-        placed.append((name, leader, anchors))
+        placed.append((name, leader, row))
+        style = {}
     figure.placed += ((_place, axes, places, placed),)
 
 
-def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, Any]]) -> None:
+def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, int]]) -> None:
     """Move each name to the best place; without one it is not shown.
 
-    No name is over another, and none but the first over a point or a line, or behind a line.
+    No name is over another, and none but the first over a point or a line, or behind a line. After
+    the first come those that panels drawn before have less often.
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
@@ -416,52 +475,44 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
     for line in axes.lines:
         if line.get_linestyle() != "None":
             paths.append(line.get_transform().transform_path(line.get_path()))
-    movable = [name for name, _, _ in names]
-    taken = [Text.get_window_extent(text) for text in axes.texts if text not in movable]
-    best = np.inf
-    for name, leader, anchors in names:
+    for name, leader, _ in names:
+        name.set_visible(False)
+        leader.set_data([], [])
+    taken = [Text.get_window_extent(text) for text in axes.texts if text.get_visible()]
+    before: Counter[str] = Counter()
+    for ax in axes.figure.axes[: axes.figure.axes.index(axes)]:
+        before.update(text.get_text() for text in ax.texts if text.get_visible())
+    further = sorted(names[1:], key=lambda named: before[named[0].get_text()])
+    most = np.inf
+    for name, leader, row in [*names[:1], *further]:
         name.set_visible(True)  # an invisible one has no size
         size: Any = Text.get_window_extent(name).padded(point).size
-        place: Any = None
-        for xy, sides in anchors:
-            dot = axes.transData.transform(xy)
-            others = dots[(dots != dot).any(axis=1)]
-            for box in _boxes_around(dot, size, sides, point):
-                cost = _cost(axes, dot, box, others, paths, taken, best)
-                if cost < best:
-                    best = cost
-                    place = (xy, dot, box)
-        name.set_visible(place is not None)
-        leader.set_data([], [])
-        if place is not None:
-            name.xy, dot, box = place
-            name.xyann = tuple((box.p0 - dot) / point + 1)
-            way = _way(dot, box, point)
-            if _distance(dot, box) >= _LED * point:
+        others = np.delete(dots, row, axis=0)
+        costs: list[float] = []
+        boxes = list(_boxes_around(dots[row], size, point))
+        for box in boxes:
+            most = min([most, *costs])
+            costs.append(_cost(axes, dots[row], box, others, paths, taken, most))
+        least = int(np.argmin(costs))
+        name.set_visible(bool(costs[least] < np.inf))
+        if name.get_visible():
+            box = boxes[least]
+            name.xyann = tuple((box.p0 - dots[row]) / point + 1)
+            way = _way(dots[row], box, point)
+            if _distance(dots[row], box) >= _LED * point:
                 leader.set_data(*np.transpose(way.vertices))
             paths.append(way)
-            taken += [box.padded(_GAP * point, 0), Bbox([dot, dot]).padded(_MARK * point)]
-        best = _BAD
+            near = Bbox([dots[row], dots[row]]).padded(_MARK * point)
+            taken += [box.padded(_GAP * point, 0), near]
+        most = _BAD
 
 
-def _boxes_around(dot: Array, size: Array, sides: str, point: float) -> Iterator[Bbox]:
-    """Yield the boxes of a text on some sides of a point, the nearest first."""
-    x, y = dot
-    width, height = size
+def _boxes_around(dot: Array, size: Array, point: float) -> Iterator[Bbox]:
+    """Yield the boxes of a text around a point, the nearest first."""
     for reach in _REACHES:
-        gap = reach * point
-        for side in sides:
-            lefts = [*(x - width * _SHARES), x + gap, x - gap - width]
-            low = y + gap
-            if side == "S":
-                low = y - gap - height
-            elif side != "N":
-                low = y - height / 2
-                lefts = [x + gap]
-                if side == "W":
-                    lefts = [x - gap - width]
-            for left in lefts:
-                yield Bbox.from_bounds(left, low, width, height)
+        for side in _SIDES:
+            low = dot + reach * point * side[:2] - side[2:] * size
+            yield Bbox([low, low + size])
 
 
 def _way(dot: Array, box: Bbox, point: float) -> Line:
@@ -475,12 +526,6 @@ def _distance(dots: Array, box: Bbox) -> Any:
     return np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
 
 
-def _n_inside(box: Bbox, dots: Array) -> int:
-    """Return how many points are inside a box."""
-    x, y = dots.T
-    return int(np.sum((x > box.x0) & (x < box.x1) & (y > box.y0) & (y < box.y1)))
-
-
 def _cost(
     axes: Axes,
     dot: Array,
@@ -492,31 +537,31 @@ def _cost(
 ) -> float:
     """Return the cost of a box as the place of a name, in points of distance from its point.
 
-    If it is not below ``most``, it need not be exact.
+    It is infinite if there is no room, or if it is not below ``most``.
     """
     point = axes.figure.dpi / 72
     distance = _distance(dot, box)
-    if distance / point >= most:
-        return np.inf
-    area = axes.bbox
-    if not axes.axison:  # beside the rows of a ranking there is room, too
-        area = Bbox([(0, area.y0), (axes.figure.bbox.x1, area.y1)])
-    if not np.all([box.min > area.min, box.max < area.max]):
+    area = axes.bbox.padded(-_EDGE * point)
+    if distance / point >= most or not np.all([box.min > area.min, box.max < area.max]):
         return np.inf
     way = _way(dot, box, point)
     for other in taken:
         if other.overlaps(box) or way.intersects_bbox(other):
             return np.inf
-    n_bad = _n_inside(box.padded(_MARK * point), others)
+    away = _distance(others, box)
+    n_bad = np.sum(away < _MARK * point)
     if _BAD * n_bad >= most:
         return np.inf
     for path in paths:
         n_bad += path.intersects_bbox(box, filled=False)
         n_bad += path.intersects_path(way, filled=False)
     if distance < _LED * point:  # without a leader it would name the nearest point
-        n_bad += (_distance(others, box) < _APART * distance).any()
-    n_near = _n_inside(way.get_extents().padded(2 * point), others)
-    return float(distance / point + _CROWDED * n_near + _BAD * n_bad)
+        n_bad += (away < _APART * distance).any()
+    n_near = np.sum(_distance(others, way.get_extents()) < 2 * point)
+    cost = float(distance / point + _CROWDED * n_near + _BAD * n_bad)
+    if cost >= most:
+        return np.inf
+    return cost
 
 
 def literal(name: object, most: int = 40) -> str:
