@@ -136,17 +136,17 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
 def test_panels_above_each_other_share_axis_and_limit():
     """So the figure is shorter; each axis is named below the last of its panels."""
     x = np.linspace(0, 1, 9)
-    frame = pd.DataFrame({"cost": x, "mass": 1 - x, "heat": (1 - x) ** 2, "noise": 1 - x**2})
+    frame = pd.DataFrame({"cost": x, "mass": 1 - x, "heat": (1 - x) ** 2})
     table = read_table(frame).under(limits={"cost": 0.8})
-    for width, n in ((180, 2), (90, 1)):
-        figure = plot_objectives(table, width=width)
+    for width in (180, 90):
+        figure = plot_objectives(table, objectives=["cost", "mass", "heat"], width=width)
         axes = shown(figure)
-        assert {ax.get_xlabel() for ax in axes} == {"← cost, less is better"}
-        assert sum(ax.xaxis.label.get_visible() for ax in axes) == n
-        limits = [t for ax in axes for t in ax.texts if t.get_text() == "limit 0.8"]
-        assert sum(text.get_visible() for text in limits) == n
+        named = [ax.get_xlabel() for ax in axes if ax.xaxis.label.get_visible()]
+        assert named == ["← cost, less is better", "← mass, less is better"]
+        limits = [t for ax in axes for t in ax.texts if t.get_text().startswith("limit 0.8")]
+        assert [text.get_visible() for text in limits] == [True, False]
         axes[0].set_xlim(0.2, 0.6)
-        assert {ax.get_xlim() for ax in axes} == {(0.2, 0.6)}
+        assert axes[1].get_xlim() == (0.2, 0.6)
         assert_readable(figure)
 
 
