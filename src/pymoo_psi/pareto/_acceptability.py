@@ -285,11 +285,11 @@ def weighted_distances(terms: Array, weights: Array, p: float) -> Array:
         p: Order of the norm.
     """
     if not np.isinf(p):
-        return np.asarray(weights @ terms)
+        return weights @ terms
     distances = np.zeros((len(weights), terms.shape[1]))
     for weight, term in zip(weights.T, terms, strict=True):
         np.maximum(distances, weight[:, None] * term, out=distances)
-    return np.asarray(distances + CHEBYSHEV_SUM * weights @ terms)
+    return distances + CHEBYSHEV_SUM * weights @ terms
 
 
 def _cells(terms: Array) -> list[Rows]:

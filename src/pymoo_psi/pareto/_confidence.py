@@ -39,7 +39,7 @@ def standard_errors(squares: Array, counts: Integers) -> Array:
     degrees = np.maximum(counts - 1, 0)
     pooled = squares.sum() / degrees.sum()
     variances = np.where(counts < _MANY_TESTS, pooled, squares / degrees)
-    return np.asarray(np.sqrt(variances / counts))
+    return np.sqrt(variances / counts)
 
 
 def degrees_of_freedom(counts: Array) -> Array:

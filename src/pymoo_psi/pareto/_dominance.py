@@ -98,7 +98,7 @@ def nondominated(F: Array) -> Mask:
     if m == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
     if n <= _FEW:
-        return _nondominated_in_pairs(F)
+        return ~dominated_by(F, F)
     if m == 4 and n >= _WORTH_SLABS:
         return _nondominated_in_slabs(F)
     return _filtered(F)
@@ -120,14 +120,6 @@ def dominated_by(F: Array, others: Array) -> Mask:
             is_better |= other < column
         masks.append((is_nowhere_worse & is_better).any(axis=0))
     return np.concatenate(masks)
-
-
-def _nondominated_in_pairs(F: Array) -> Mask:
-    """Return :func:`nondominated` of a few rows, each compared with all others."""
-    is_nowhere_worse = np.ones((len(F), len(F)), dtype=bool)  # row i than row j
-    for column in F.T:
-        is_nowhere_worse &= column[:, None] <= column
-    return np.asarray(~(is_nowhere_worse & ~is_nowhere_worse.T).any(axis=0))
 
 
 def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
@@ -269,7 +261,7 @@ def _column_without_rounding(column: Array) -> Array:
     if not np.any(differs & ~starts[1:]):
         return column
     least = ordered[starts]
-    return np.asarray(least[np.searchsorted(least, column, side="right") - 1])
+    return least[np.searchsorted(least, column, side="right") - 1]
 
 
 def in_threads(function: Callable[..., AnyArray], *arguments: Sequence[Any]) -> list[Any]:

@@ -207,8 +207,8 @@ class Explanation:
 
     Example:
         >>> why = explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1)
-        >>> why.shares, why.weakest, why.neighbours
-        (array([0.25 , 0.375]), ('f2',), array([0, 2]))
+        >>> why.shares, why.neighbours
+        (array([0.25 , 0.375]), array([0, 2]))
     """
 
     ranking: EfficiencyRanking
@@ -224,20 +224,6 @@ class Explanation:
     def __repr__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
         return wrapped(self.sentences)
-
-    @property
-    def weakest(self) -> tuple[Any, ...]:
-        """The objective that loses the greatest share of its range; all of them if several tie.
-
-        Empty if the design is the best in each.
-
-        Example:
-            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).weakest
-            ('f2',)
-        """
-        most = np.nanmax(np.append(self.shares, 0.0))
-        tied = (self.shares >= most * (1 - _TIE)) & (most > 0)
-        return tuple(self.ranking.objectives.names[j] for j in np.flatnonzero(tied))
 
     @property
     def best_in(self) -> list[Any]:

@@ -420,7 +420,7 @@ _TRADES = {">": "rather", "=": "as good"}  # the templates
 def _chance(values: Array, others: Array) -> Array:
     """Return the chance that designs of some values are preferred to those of others."""
     logistic = np.tanh(_SHARPNESS * (values - others))
-    return np.asarray((1 + (1 - _MISTAKES) * logistic) / 2)
+    return (1 + (1 - _MISTAKES) * logistic) / 2
 
 
 def _first_greatest(values: Array) -> int:

@@ -328,8 +328,6 @@ def _objectives_of_result(result: Any) -> Any:
         rule = "a result of pymoo with feasible designs"
         remedy = "read_table(result) states what they violate"
         raise invalid("F", rule, Received("infeasible ones"), remedy)
-    if result.F is None:
-        return None
     return np.atleast_2d(result.F)  # (m,) for an algorithm of one objective
 
 
@@ -741,7 +739,7 @@ def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:
     """
     front = np.flatnonzero(nondominated(F))
     nearest, _ = nearest_of_front(without_rounding(F[front]), frame)
-    return np.asarray(front[nearest])
+    return front[nearest]
 
 
 def nearest_of_front(F: Array, frame: UtopianFrame) -> tuple[Rows, UtopianFrame]:

@@ -366,7 +366,7 @@ def compare_selectors(
 def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
     """Return the rows of F that are chosen from its ranking, which of a table are the feasible."""
     if source_type(F) == "table":
-        return np.asarray(ranking.rows[chosen])
+        return ranking.rows[chosen]
     return chosen
 
 
