@@ -232,24 +232,23 @@ class Objectives:
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-        names: tuple[Any, ...] = ()
-        labels = None
         kind = source_type(F)
+        matrix = F
         if kind == "frame":
-            names = tuple(F.columns)
-            labels = F.index
-            F = _numbers(F)
+            matrix = _numbers(F)
         elif kind == "result" and hasattr(F, "F"):  # an algorithm has none
-            F = _objectives_of_result(F)
-        values = objective_matrix("F", F).copy()
+            matrix = _objectives_of_result(F)
+        values = objective_matrix("F", matrix).copy()
         n, m = values.shape
-        names = names or tuple(f"f{j + 1}" for j in range(m))
         numbers = range(n)
-        if labels is None:
-            labels = numbers
-        elif list(labels) != list(numbers):  # an integer may be a label or a row
-            numbers = range(0)
-        objectives = cls(values, np.ones(m), names, labels, numbers)
+        names = [f"f{j + 1}" for j in range(m)]
+        labels = numbers
+        if kind == "frame":
+            names = F.columns
+            labels = F.index
+            if list(labels) != list(numbers):  # an integer may be a label or a row
+                numbers = range(0)
+        objectives = cls(values, np.ones(m), tuple(names), labels, numbers)
         for entry in maximize:
             objectives.sign[objectives.column("maximize", entry)] = -1.0
         return objectives
@@ -573,28 +572,24 @@ def rank_of_efficiency(
         normalize = boolean("normalize", normalize)
     if source_type(F) == "table":
         F = F.feasible_ranking()
-    if not isinstance(F, EfficiencyRanking):
+    if isinstance(F, EfficiencyRanking):
+        if len(maximize):
+            rule = "left out where a table or ranking has directions of its own"
+            raise invalid("maximize", rule, list(maximize))
+        if normalize is None:
+            normalize = F.frame.normalize
+        if normalize == F.frame.normalize and ideal is None and nadir is None:
+            return F
+        if F.frame.is_fixed:
+            ideal = F.ideal if ideal is None else ideal
+            nadir = F.nadir if nadir is None else nadir
+        objectives, pareto, rows = F.objectives, F.pareto, F.rows
+    else:
         objectives = Objectives.of(F, maximize)
         pareto = nondominated(objectives.minimized)
-        return ranking_of(
-            objectives,
-            pareto,
-            np.arange(len(pareto)),
-            normalize=normalize is not False,
-            ideal=ideal,
-            nadir=nadir,
-        )
-    if len(maximize):
-        rule = "left out where a table or ranking has directions of its own"
-        raise invalid("maximize", rule, list(maximize))
-    if normalize is None:
-        normalize = F.frame.normalize
-    if normalize == F.frame.normalize and ideal is None and nadir is None:
-        return F
-    if F.frame.is_fixed:
-        ideal = F.ideal if ideal is None else ideal
-        nadir = F.nadir if nadir is None else nadir
-    return ranking_of(F.objectives, F.pareto, F.rows, normalize=normalize, ideal=ideal, nadir=nadir)
+        rows = np.arange(len(pareto))
+    normalize = normalize is not False
+    return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
 
 
 def ranking_of(
