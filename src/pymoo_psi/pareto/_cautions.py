@@ -76,7 +76,7 @@ class Caution(NamedTuple):
             ``"extreme"``, ``"outlier"``, ``"unstable"`` or ``"weights"``;
             see :func:`cautions`.
         sentence: The reason.
-        remedy: A column to compute and to rank by in place of an objective,
+        remedy: A column to compute and to rank by in place of the objective,
             ``log_cost=log10(cost)``, if that helps; else empty.
 
     Example:
@@ -92,7 +92,7 @@ class Caution(NamedTuple):
         """Return the reason, and what to do if there is a remedy."""
         if not self.remedy:
             return self.sentence
-        return f"{self.sentence} To rank so: --compute '{self.remedy}'."
+        return f"{self.sentence} To rank so, compute '{self.remedy}' and rank by it instead."
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
