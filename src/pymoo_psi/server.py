@@ -55,7 +55,6 @@ __all__ = ["live"]
 _HOST = "127.0.0.1"
 _PORT = 8741  # the port, unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
-_LOOKS = 120  # looks over which the rate is measured
 _GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
@@ -98,23 +97,24 @@ class GrowingStudy:
         self._n_first = 0  # tests with which the edition began
         self._n_left = 0  # planned tests that are not done
         self._pages: dict[str, str] = {}  # the page made last, by its edition
-        self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # times, and numbers of tests
         self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
 
     def look(self) -> None:
         """Read what is new in the study."""
+        is_running = True
         try:
             state = os.stat(self.study.path)  # before it is read, so that nothing is missed
             if state.st_mtime_ns != self._modified:
                 self._read()
                 self._modified = state.st_mtime_ns
-            lines = self._lines(time.time() - state.st_mtime)
+            sentence, is_running = self._state(time.time() - state.st_mtime)
+            lines = [self._counts(), sentence]
         except (OSError, PsiError) as error:
             lines = [str(error)]
         self.progress = {
             "tests": len(self.tests),
             "lines": lines,
-            "is_running": not self._end(),
+            "is_running": is_running,
             "steered": self._facts.requests[-_SHOWN:],
         }
 
@@ -156,45 +156,34 @@ class GrowingStudy:
             self._pages = {edition: text}
         return text
 
-    def _lines(self, age: float) -> list[str]:
-        """Return what the page says of the run, ``age`` seconds after the file has changed."""
+    def _counts(self) -> str:
+        """Return how many tests there are, and why most of the failed ones did."""
         n_tests = len(self.tests)
-        n_planned = n_tests + self._n_left
         reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
         failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
-        counts = ", ".join([f"{n_tests} of {n_planned} tests", *failures])
-        return [counts, self._end() or self._pace(age)]
+        return ", ".join([f"{n_tests} of {n_tests + self._n_left} tests", *failures])
 
-    def _last_action(self) -> str:
-        """Return what a run has done last at a request since it began; empty if nothing."""
-        action = ""
+    def _state(self, age: float) -> tuple[str, bool]:
+        """Return a sentence on the run, and whether it is at work, as far as is known.
+
+        Args:
+            age: Seconds since the study has changed.
+        """
+        action = ""  # what the run has done last at a request since it began
         for request in self._facts.steering:
             if request["answer"] == "done":
                 action = request["action"]
-        return action
-
-    def _end(self) -> str:
-        """Return a sentence on why no run is at work; empty if one is, as far as is known."""
         # What Recorded tests is planned by nobody, so that its end is not known.
         is_planned = any("planned" in run.record for run in self._facts.runs[-1:])
         if is_planned and self._n_left == 0:
-            return "All planned tests are done."
-        if self._last_action() == "stop":
-            return "Stopped. The command of the run continues it."
+            return "All planned tests are done.", False
+        if action == "stop":
+            return "Stopped. The command of the run continues it.", False
         if not _is_alive(*self._facts.process):
-            return "No run is at work. The command of the last one continues it."
-        return ""
-
-    def _pace(self, age: float) -> str:
-        """Return a sentence on the run at work; the study has last changed ``age`` seconds ago."""
-        self._counts.append((time.monotonic(), len(self.tests)))
-        (began, n_then), (now, n_now) = self._counts[0], self._counts[-1]
-        rate = (n_now - n_then) / max(now - began, _PAUSE)
-        if self._last_action() == "pause":
-            return "Paused."
-        if rate > 0 and self._n_left:
-            return f"{rate:.2g} tests a second, {self._n_left / rate:.0f} s left."
-        return f"The study last changed {age:.0f} s ago."
+            return "No run is at work. The command of the last one continues it.", False
+        if action == "pause":
+            return "Paused.", True
+        return f"The study last changed {age:.0f} s ago.", True
 
     async def events(self, edition: str, position: int) -> AsyncIterator[str]:
         """Yield what is new for a page, as events, until it has to be loaded anew.
