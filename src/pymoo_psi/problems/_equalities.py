@@ -100,24 +100,22 @@ class Polytope:
     def __init__(self, rows: Rows, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
         coefficients = np.array(rows)[:, :-1]
         totals = np.array(rows)[:, -1:] - coefficients @ np.array(lower)[:, None]
-        matrix = coefficients * np.subtract(upper, lower)
-        equations = np.hstack([matrix, totals])
-        sizes = np.abs(equations).max(axis=1, keepdims=True)
-        scaled = equations / np.maximum(sizes, _TINY)
-        independent: list[int] = []
-        for k in range(len(rows)):  # an equality may follow from those before it
-            if np.linalg.matrix_rank(scaled[: k + 1], tol=_ROUNDING) > len(independent):
-                independent.append(k)
-        equations = equations[independent]
-        matrix = equations[:, :-1]
+        equations = np.hstack([coefficients * np.subtract(upper, lower), totals])
+        has_solution = True
         self.dependent: list[int] = []
-        for row in np.abs(matrix):
-            row[self.dependent] = -1
-            self.dependent.append(int(row.argmax()))
+        self._rows = np.zeros((0, equations.shape[1]))
+        for equation in equations:  # Gauss-Jordan elimination
+            row = equation - equation[self.dependent] @ self._rows
+            pivot = int(np.abs(row[:-1]).argmax())
+            rounding = _ROUNDING * np.abs(equation).max()
+            if np.abs(row[pivot]) > rounding:
+                row /= row[pivot]
+                self._rows = np.vstack([self._rows - np.outer(self._rows[:, pivot], row), row])
+                self.dependent.append(pivot)
+            elif np.abs(row[-1]) > rounding:  # it contradicts those before it
+                has_solution = False
         share = 0.0
-        solved = matrix[:, self.dependent]
-        if np.linalg.matrix_rank(solved) == len(matrix):
-            self._rows = np.linalg.solve(solved, equations)
+        if has_solution:
             self._fill()
             points = np.random.default_rng(0).random((_TRIED, len(lower)))
             share = self._are_met(self._positions(points)).mean()
