@@ -256,9 +256,7 @@ class DesignSpace:
 
     def designs(self, matrix: AnyArray) -> AnyArray:
         """Return the rows of a matrix as the problem takes them: vectors, or dictionaries."""
-        free = self._are_free()
-        if not free.all():
-            matrix = matrix[:, free]
+        matrix = matrix[:, self._are_free()]
         if not self.named:
             return matrix
         names = self.free.variable_names

@@ -283,8 +283,6 @@ def _flaw(values: Values) -> str:
 
 def value_column(values: list[Any] | AnyArray) -> AnyArray:
     """Return a further value of all designs as an array; NaN or None where a design has none."""
-    if type(values) is np.ndarray and values.dtype.kind in "fiub":
-        return values.copy()
     present = [value for value in values if value is not None]
     with suppress(ValueError):  # its lists may differ in length
         array = np.array(present)

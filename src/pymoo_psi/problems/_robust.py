@@ -32,10 +32,6 @@ from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.sequences import lp_tau
 
-# Designs times scenarios that are evaluated at a time. A vectorised model reaches its full speed
-# with far fewer, and ten objectives and variables of so many take 40 MB.
-_AT_A_TIME = 2**18
-
 
 class Robust(WrappedProblem):
     """Any pymoo problem, with statistics over scenarios as its objectives.
@@ -204,17 +200,10 @@ class Robust(WrappedProblem):
         }
 
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
-        designs = self.space.to_matrix(X)
-        size = max(1, _AT_A_TIME // len(self.offsets))
-        statistics = []
-        violated = []
-        for start in range(0, len(designs), size):
-            F, valid, _ = self.in_scenarios(designs[start : start + size], *args, **kwargs)
-            statistics.append(self._statistics(F))
-            # not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated
-            violated.append((~valid).mean(axis=0))
-        out["F"] = np.concatenate(statistics)
-        out["G"] = (np.concatenate(violated) - self.failure_probability)[:, None]
+        F, valid, _ = self.in_scenarios(self.space.to_matrix(X), *args, **kwargs)
+        out["F"] = self._statistics(F)
+        # not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated
+        out["G"] = (~valid).mean(axis=0)[:, None] - self.failure_probability
 
     def in_scenarios(
         self, designs: AnyArray, *args: Any, **kwargs: Any
