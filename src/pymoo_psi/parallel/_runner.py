@@ -471,8 +471,7 @@ def _identity(runner: str, function: Any, pickled: bytes) -> tuple[str, bytes]:
     fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
     parameters = None
     if callable(fingerprint):
-        with suppress(Exception):  # a run without a study needs no fingerprint
-            parameters = fingerprint()
+        parameters = fingerprint()
     owner = ""
     if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
         owner = runner

@@ -252,13 +252,10 @@ def _floats(name: str, value: Any, shape: tuple[int, ...]) -> Array:
         if size:
             raise EvaluationError(None, f"{name} is missing")
         return np.zeros(shape)
-    try:
-        raw = np.asarray(value)
-        if raw.dtype.kind in "cmM":  # NumPy would drop an imaginary part, or count days
-            raise TypeError(f"it holds {raw.dtype}")
-        array = np.array(raw, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise EvaluationError(None, f"{name} is not an array of numbers: {error}") from error
+    raw = np.asarray(value)
+    if raw.dtype.kind not in "fiubO":  # NumPy would drop an imaginary part, count days, read texts
+        raise EvaluationError(None, f"{name} is not an array of numbers: it holds {raw.dtype}")
+    array = raw.astype(np.float64)
     if isinstance(value, np.ma.MaskedArray):
         array[value.mask] = np.nan
     # For many designs (m, n) is not (n, m), but the values of one may be a row or a column.
