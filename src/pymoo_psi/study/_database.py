@@ -462,11 +462,16 @@ class Database:
             ArgumentValueError: The repetition of a test of the run that did not fail differs.
         """
         names = self._names()
-        old = ", ".join(["0", *(f"tests.{name}" for name in names)])
-        new = ", ".join(["0", *(f"block.{name}" for name in names)])
-        filled = ", ".join(["0", *(f"coalesce(tests.{name}, block.{name})" for name in names)])
+
+        def row(cell: str) -> str:
+            return ", ".join(["0", *map(cell.format, names)])
+
+        old = row("tests.{0}")
+        filled = row("coalesce(tests.{0}, block.{0})")
         # Rows of values differ only where both have a value.
-        differ = f"(tests.status = 'failed', {old}) <> (block.status = 'failed', {new})"
+        differ = (
+            f"(tests.status = 'failed', {old}) <> (block.status = 'failed', {row('block.{0}')})"
+        )
         # CROSS JOIN: in this order, which SQLite does not know to be the fast one.
         query = f"""
             SELECT point FROM block CROSS JOIN tests ON tests.test = block.test
@@ -483,9 +488,7 @@ class Database:
             )
         # a failed test that is made again stays the same one of its design
         changes = ["repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)"]
-        for name in (*_OF_TEST, *names):
-            if name == "repeat":
-                continue
+        for name in ("design", "status", "reason", "origin", "seconds", *names):
             changes.append(
                 f"{name} = iif(coalesce(tests.status, 'failed') = 'failed', block.{name}, "
                 f"coalesce(tests.{name}, block.{name}))"
