@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -31,16 +30,11 @@ _NOBODY = "me"  # the name of a person who gives none
 
 def run_prefer(options: Options) -> int:
     """Ask which of two designs a person would rather have, and propose one."""
-    if options.person is not None and not options.person.strip():
-        raise invalid(
-            "--as", "the name of a person", options.person, "leave it out if there is one"
-        )
-    _require_own_file(options.out, options.decision, options.file)
-    if not options.answers and not sys.stdin.isatty():
-        rule = "given where no terminal can be asked"
-        raise invalid("--answers", rule, Received("a pipe"), '--answers "A>B, C=D"')
+    out = options.out
+    if options.decision is None or out.resolve() != options.decision.resolve():
+        require_output(out, (".json",), options.file)
     table = opened(options.file, options, decision_in(options))
-    dialogue = _Dialogue(table, options.person, options.out)
+    dialogue = _Dialogue(table, options.person, out)
     for entry in entries_of(options.answers):
         dialogue.person.add(*_answer_in(entry, table))
     say_source(options.file, table)
@@ -193,18 +187,3 @@ def _answer_in(entry: str, table: TestTable) -> Answer:
         remedy = "names are those of 'pymoo-psi rank'; one with a comma needs quotation marks"
         raise invalid("--answers", rule, entry, remedy)
     return answers[0]
-
-
-def _require_own_file(out: Path, decision: Path | None, source: Path) -> None:
-    """Refuse a file to write that is neither new nor the decision that is continued.
-
-    Raises:
-        ArgumentValueError: There is such a file, whose answers would be lost.
-        OSError: Its folder does not exist or cannot be written to.
-    """
-    if decision is not None and out.resolve() == decision.resolve():
-        return
-    if out.is_file() and out.suffix == ".json":
-        remedy = f"--decision {out} continues a decision"
-        raise invalid("--out", "a new file", str(out), remedy)
-    require_output(out, (".json",), source)

@@ -52,7 +52,6 @@ _REMEDY = "a model goes into the _evaluate of a class, as in help(pymoo_psi.tabl
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 _CONNECTING = 10  # seconds for a scheduler to answer
 _PAUSE = 0.3  # seconds between two looks whether workers have joined
-_TRIALS = 1000  # designs that are tried against the requirements
 
 
 def load_problem(
@@ -187,17 +186,14 @@ def _arguments(problem: str, names: Names) -> Values:
     """Return the arguments of a problem by name from the options that the command does not have."""
     context = click.get_current_context()
     # With the command's own options click can suggest one of them for a misspelt name.
-    options = []
-    for param in context.command.params:
-        if isinstance(param, click.Option) and not param.required:
-            options.append(param)
-    added = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
-    command = click.Command(problem, params=[*options, *added])
+    own = [param for param in context.command.params if not param.required]
+    options = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
+    command = click.Command(problem, params=[*own, *options])
     try:
         texts = command.make_context(problem, context.args).params
     except click.UsageError as error:
         message = error.format_message().rstrip(".")
-        listed = ", ".join(option.opts[0] for option in added) or "none"
+        listed = ", ".join(option.opts[0] for option in options) or "none"
         raise PsiError(f"{message}; arguments of {problem}: {listed}") from None
     arguments = {}
     for name in names:
@@ -236,8 +232,6 @@ def set_runner(problem: Problem, options: Options) -> Runner | None:
         timeout = None  # the program's own
     runner: Runner | None = None
     if options.cluster is not None:
-        if options.jobs != 1:
-            raise invalid("--jobs", "left out with --cluster", options.jobs)
         if not problem.elementwise and options.algorithm != "psi":
             rule = "used with --algorithm psi if a problem takes many designs at once"
             raise invalid("--cluster", rule, options.algorithm)
@@ -375,14 +369,7 @@ def try_program(name: str, problem: Any, points: int) -> int:
 
 
 def _trial_design(problem: Any) -> Values:
-    """Return the middle of the bounds, or a random design that meets the requirements."""
-    required = Required(problem)
-    space = design_space(required)
-    units = np.random.default_rng(0).random((_TRIALS, len(space.searched)))
-    units[0] = 0.5
-    designs = space.matrix(units)
-    allowed = (required.amounts(designs) <= 0).all(axis=1)
-    if not allowed.any():
-        trials = f"none of {_TRIALS} designs meets them"
-        raise PsiError(f"[requirements]: {trials}; widen bounds or relax rules")
-    return dict(zip(problem.variables, designs[allowed.argmax()].tolist(), strict=True))
+    """Return the middle of the bounds; equalities hold."""
+    space = design_space(Required(problem))
+    designs = space.matrix(np.full((1, len(space.searched)), 0.5))
+    return dict(zip(problem.variables, designs[0].tolist(), strict=True))

@@ -55,7 +55,7 @@ from pymoo_psi.cli._source import (
     typed_options,
 )
 from pymoo_psi.files import read_table, suffixes_for
-from pymoo_psi.pareto import cautions_of_distances, listed
+from pymoo_psi.pareto import cautions_of_distances
 from pymoo_psi.problems import (
     FailureTolerant,
     problem_name,
@@ -67,7 +67,6 @@ from pymoo_psi.table import Formulation, TestTable
 
 _N_REASONS = 3  # most frequent reasons of failures
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
-_MANY = 10  # designs, whose bounds say where others may be
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
 _KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry", "share")
@@ -142,16 +141,16 @@ def run_solve(options: Options) -> int:
         tests = read_table(study, average_by=False)
         result = _result(problem, settings, tests, result.n_evaluated)
     is_new = ~np.isin(result.tests.numbers, known)
-    reasons = _reasons(result, is_new, is_continued=len(known) > 0)
+    reasons = _reasons(result.tests)
     if not result.table.feasible().any():
         say(f"{subject}: {none_left_sentence(result.table)}", *result.table.facts)
-        say(*_not_run(problem, result), *reasons)
+        say(*reasons)
         if out is not None:
             say(f"{options.out} is not written.")
         return 1
     if out is not None:
         ranked_frame(result.table, out, only_pareto=True)
-    _say_result(options, problem, subject, result, is_new, reasons)
+    _say_result(options, subject, result, is_new, reasons)
     return 0
 
 
@@ -312,18 +311,12 @@ def _known_tests(study: Path | None) -> Integers:
 
 
 def _say_result(
-    options: Options,
-    problem: Problem,
-    subject: str,
-    result: Result,
-    is_new: Mask,
-    reasons: Names,
+    options: Options, subject: str, result: Result, is_new: Mask, reasons: Names
 ) -> None:
     """Print the ranking, what this run has added to a study, why tests failed, and what is next.
 
     Args:
         options: The options.
-        problem: What was searched.
         subject: The study, or the problem and the algorithm.
         result: The tests.
         is_new: ``(n,)`` which tests of the result this run has added.
@@ -332,7 +325,7 @@ def _say_result(
     table = result.table
     ranking = table.feasible_ranking()
     found = cautions_of_distances(ranking)
-    head = [*table.facts, counts_sentence(table, subject), *_not_run(problem, result)]
+    head = [*table.facts, counts_sentence(table, subject)]
     if len(table) < len(result.tests):
         head.insert(0, f"{counted(len(result.tests), 'test')}, of which ranked:")
     if not is_new.all():
@@ -340,9 +333,6 @@ def _say_result(
     last = []
     if options.out is not None:
         last.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
-    bounds = _feasible_bounds(table)
-    if bounds and options.limits and not options.bounds:
-        last.append(f"To search there only: --bounds {bounds}")
     formulated = typed_options(OF_FORMULATION)
     if options.study is not None:
         following = command("pymoo-psi", "page", str(options.study), *formulated)
@@ -356,20 +346,16 @@ def _say_result(
 
 def _added(result: Result, is_new: Mask) -> str:
     """Return what this run has added to the tests of a study, and whether the proposal is new."""
-    tests = result.tests
     table = result.table
     n_new = int(is_new.sum())
     if not n_new:
         again = f", {result.n_evaluated} evaluated again" if result.n_evaluated else ""
         return f"This run: no new test{again}."
-    added = np.isin(table.numbers, tests.numbers[is_new])
-    n_failed = (tests.failed() & is_new).sum()
+    added = np.isin(table.numbers, result.tests.numbers[is_new])
     ranking = table.feasible_ranking()
     n_optimal = (added[ranking.rows] & ranking.pareto).sum()
-    parts = [f"{n_optimal} {'is' if n_optimal == 1 else 'are'} not dominated"]
-    if n_failed:
-        parts.insert(0, f"{n_failed} failed")
-    text = f"This run: {counted(n_new, 'test')}, of which {' and '.join(parts)}"
+    verb = "is" if n_optimal == 1 else "are"
+    text = f"This run: {counted(n_new, 'test')}, of which {n_optimal} {verb} not dominated"
     before = table.take(~added)
     if before.feasible().any():
         (former,) = before.best().names
@@ -380,37 +366,8 @@ def _added(result: Result, is_new: Mask) -> str:
     return f"{text}."
 
 
-def _not_run(problem: Problem, result: Result) -> list[str]:
-    """Say how many tests did not run because of requirements."""
-    tests = result.tests
-    has_run = np.full(len(tests), True)
-    violated = []
-    for rule in getattr(with_requirements(problem), "required", ()):
-        is_met = tests.column(rule.text) <= 0
-        has_run &= is_met
-        if not is_met.all():
-            violated.append(rule.text)
-    if not violated:
-        return []
-    n = int((~has_run).sum())
-    return [
-        f"{n} of {counted(len(tests), 'test')} did not run, by requirements: {listed(violated)}."
-    ]
-
-
-def _reasons(result: Result, is_new: Mask, *, is_continued: bool) -> list[str]:
-    """Say how many tests have failed and why, the most frequent reason first.
-
-    Args:
-        result: The tests.
-        is_new: ``(n,)`` which of them this run has added.
-        is_continued: Whether there were others before.
-    """
-    tests = result.tests
-    word = "test"
-    if is_continued and is_new.any():
-        tests = tests.take(is_new)
-        word = "new test"
+def _reasons(tests: TestTable) -> list[str]:
+    """Say how many tests have failed and why, the most frequent reason first."""
     failures = Counter(alike(tests.reasons.values()))
     if not failures:
         return []
@@ -418,28 +375,8 @@ def _reasons(result: Result, is_new: Mask, *, is_continued: bool) -> list[str]:
     texts = [shortened(reason, _LONGEST) for reason, _ in failures.most_common(_N_REASONS)]
     if len(failures) > _N_REASONS:
         texts.append(counted(len(failures) - _N_REASONS, "other reason"))
-    n_failed = failures.total()
-    text = f"Caution: {n_failed} of {counted(len(tests), word)} failed: {'; '.join(texts)}."
-    return [" ".join([text, *failure_sentences(result.tests)])]
-
-
-def _feasible_bounds(table: TestTable) -> str:
-    """Return the bounds of the feasible designs as an option, rounded outwards; "" of a few."""
-    if table.feasible().sum() < _MANY:
-        return ""
-    entries = []
-    schema = table.schema
-    ends = zip(schema.lower, schema.upper, strict=True)
-    refined = zip(schema.variables, *table.refined_bounds(), ends, strict=True)
-    for name, lower, upper, (least, greatest) in refined:
-        if lower < upper:  # not a choice, where both are NaN, nor a fixed variable
-            step = 10.0 ** (np.floor(np.log10(upper - lower)) - 2)
-            low = max(least, np.floor(lower / step) * step)
-            high = min(greatest, np.ceil(upper / step) * step)
-            entries.append(f"{name}={low:.9g}:{high:.9g}")
-    if not entries:
-        return ""
-    return " ".join(command(",".join(entries)))
+    text = f"Caution: {failures.total()} of {counted(len(tests), 'test')} failed"
+    return [" ".join([f"{text}: {'; '.join(texts)}.", *failure_sentences(tests)])]
 
 
 # Tests that people make
