@@ -282,7 +282,6 @@ def test_examples_for_contributors_pass_as_they_are(examples, command):
     [
         (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "page", "decision_page"),
         (pymoo_psi.rank_of_efficiency([[1, 2]]), "best", "salukvadze"),
-        (pymoo_psi.Formulation(), "constraints", "limits"),
         (pymoo_psi, "minimize", "pymoo.optimize.minimize"),
         (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "parato", "object has no attribute"),
     ],

@@ -39,7 +39,6 @@ _OTHER_NAMES = {
         "head": "to_frame().head()",
         "plot": "the functions of pymoo_psi.plots",
     },
-    "Formulation": {"minimize": "objectives", "constraints": "limits"},
     "pymoo_psi": {
         "minimize": "pymoo.optimize.minimize",
         "sensitivities": "pymoo_psi.analysis.sensitivities",

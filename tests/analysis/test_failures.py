@@ -87,22 +87,3 @@ def test_designs_that_did_not_run_do_not_count():
     assert f"avoided {n_failed} of {n_failed} failures in the last {n_run} tests" in sentence
     table = investigate(plate, 128, requirements=["x1 * x2 <= 40", requirement(sentence)])
     assert not table.failed().any()
-
-
-def test_each_reason_of_failures_has_a_rule_of_its_own():
-    X = np.random.default_rng(4).uniform(1, 10, (200, 3))
-    reasons = {}
-    for number, (x1, x2, _) in enumerate(X, 1):
-        if x1 > 7:
-            reasons[number] = f"no mesh of {x1} mm"
-        elif x2 < 3:
-            reasons[number] = "no convergence"
-    table = TestTable.of(np.arange(1, 201), X, X[:, :1], reasons=reasons)
-    sentences = {sentence.split("'")[1]: sentence for sentence in failure_sentences(table)}
-    assert requirement(sentences["no mesh of … mm"]).startswith("x1 <= ")
-    assert requirement(sentences["no convergence"]).startswith("x2 >= ")
-    # Names of a program's own for every failure: the rule of all failures.
-    reasons = {number: chr(96 + number) for number in range(1, 26)}
-    table = TestTable.of(np.arange(1, 101), np.arange(100.0)[:, None], X[:100, :1], reasons=reasons)
-    [sentence] = failure_sentences(table)
-    assert "avoided 25 of 25 failures in the last 100 tests" in sentence

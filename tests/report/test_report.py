@@ -523,7 +523,7 @@ def test_the_sheet_has_the_decision_of_the_group(written):
 
 @undrawn
 def test_a_weight_on_what_is_no_objective_does_not_count():
-    """The regret is that without the weight, and a remark says so."""
+    """The regret is that without the weight."""
     held = [{"name": "Ann", "chosen": "A"}, {"name": "Ben", "chosen": "C"}]
     weighted = [{**held[0], "weights": {"seats": 2.0, "price": 3.0}}, held[1]]
     without = [{**held[0], "weights": {"price": 3.0}}, held[1]]
@@ -537,8 +537,7 @@ def test_a_weight_on_what_is_no_objective_does_not_count():
     *_, other = lines(
         decision_report(read_table(frame, Decision(asked, positions=without))), "Positions"
     )
-    assert "The weights of Ann for seats do not count" in text
-    assert text.startswith(other)
+    assert text == other
 
 
 @pytest.mark.parametrize(
@@ -561,6 +560,6 @@ def test_a_report_opens_what_a_page_opens(tmp_path):
     path.write_text("car,price,range\nA,1,9\nB,2,5\nB,4,\n")
     report = decision_report(path)
     assert str(report) == str(decision_report(read_table(path, drop_incomplete=True)))
-    assert "'B' occurs 2 times in car" in Reader(report).text
+    assert "1 incomplete design left out, the first in row 3" in Reader(report).text
     with pytest.raises(OSError, match="No such file"):
         decision_report(tmp_path / "k.db")

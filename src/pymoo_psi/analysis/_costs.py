@@ -10,7 +10,6 @@ Chapter 1): ``Formulation(objectives=[..., constraint])``.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import permutations
 from operator import itemgetter
@@ -20,9 +19,9 @@ import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._numbers import number
-from pymoo_psi._validation import Array, Mask, Rows, counted, instance
+from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
-from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, TestTable
+from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +38,6 @@ _LEAST_RIGHT = 0.9
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
 _MOST_TESTS = 1024
-_MOST_REASONS = 3  # those that occur most
 
 
 def constraint_costs(table: TestTable) -> pd.DataFrame:
@@ -65,7 +63,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     """
     import pandas as pd
 
-    mask, names = instance("table", table, TestTable).violations()
+    mask, names = table.violations()
     schema = table.schema
     bounds = [(-np.inf, 0.0)] * len(schema.with_role(INEQUALITY))
     bounds += [(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
@@ -159,10 +157,8 @@ def none_left_sentence(table: TestTable) -> str:
     n_tests = (~table.failed()).sum()
     if not n_tests:
         return f"No design is left: {counted(len(table), words['row'])}, all {words['failed']}."
-    limits = limit_words(table)
-    if not limits:
-        return f"No design is left: {counted(len(table), words['row'])}, none with all objectives."
-    text = f"No design is left: none of {n_tests} meets the limits ({', '.join(limits)})."
+    limits = ", ".join(limit_words(table))
+    text = f"No design is left: none of {n_tests} meets the limits ({limits})."
     mask, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
     would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)
@@ -198,13 +194,12 @@ def failure_sentences(table: TestTable) -> list[str]:
     A rule is a value of a variable, or of a ratio or product of two, beyond which nearly all tests
     fail, and nearly none elsewhere. The probability of as many failures there, if these had nothing
     to do with the design (hypergeometric), is multiplied by the number of rules. Of equal ones,
-    a variable goes before ratios and products. Each of the most frequent reasons has a rule of its
-    own; if none has one, there may be a rule of all failures. Tests that did not run, because of a
-    requirement, do not count, nor do repeated ones, nor those before the last 1024. Designs of a
-    file, which may be incomplete, have no rule.
+    a variable goes before ratios and products. Tests that did not run, because of a requirement, do
+    not count, nor do repeated ones, nor those before the last 1024. Designs of a file, which may be
+    incomplete, have no rule.
 
     Returns:
-        One sentence a rule; none if no rule separates them, or if that may be chance.
+        One sentence; none if no rule separates them, or if that may be chance.
 
     Example:
         >>> X = np.random.default_rng(0).uniform([10, 1], [100, 5], (40, 2))
@@ -216,35 +211,16 @@ def failure_sentences(table: TestTable) -> list[str]:
     if table.schema.words["row"] != "test" or not table.failed().any():
         return []
     has_run = table.failed() | np.isfinite(table.F).any(axis=1)
-    rows = np.unique(first_tests(table)[has_run])[-_MOST_TESTS:]
-    table = table.take(rows)
-    reasons = np.array(alike(table.reasons.get(number, "") for number in table.numbers.tolist()))
-    counts = Counter(reasons[table.failed()].tolist())
-    if len(counts) == 1:
-        return _rule(table, table.failed(), "failures")
-    sentences = []
-    for reason, _ in counts.most_common(_MOST_REASONS):
-        sentences += _rule(table, reasons == reason, f"failures with '{reason:.60}'")
-    return sentences or _rule(table, table.failed(), "failures")
-
-
-def _rule(table: TestTable, has_failed: Mask, failures: str) -> list[str]:
-    """Return a sentence on the rule that separates some failed tests from successful ones.
-
-    Args:
-        table: The tests, each of which ran or failed.
-        has_failed: ``(n,)`` the failed tests, if other failures do not count.
-        failures: What they are called.
-    """
-    rows = np.flatnonzero(has_failed | ~table.failed())
-    terms = _terms(table, rows)
-    level = np.log(_LEVEL / (2 * len(rows) * len(terms) + 1))
-    rules = _rules(terms, has_failed[rows])
+    table = table.take(np.unique(first_tests(table)[has_run])[-_MOST_TESTS:])
+    has_failed = table.failed()
+    terms = _terms(table)
+    level = np.log(_LEVEL / (2 * len(table) * len(terms) + 1))
+    rules = _rules(terms, has_failed)
     chance, rule, n_right, n_beyond = min(rules, key=itemgetter(0), default=(level, "", 0, 0))
     if chance >= level:
         return []
     return [
-        f"The requirement {rule} would have avoided {n_right} of {has_failed.sum()} {failures} in "
+        f"The requirement {rule} would have avoided {n_right} of {has_failed.sum()} failures in "
         f"the last {len(table)} tests, and rejected {n_beyond - n_right} others."
     ]
 
@@ -278,14 +254,13 @@ def _rules(terms: Mapping[str, Array], has_failed: Mask) -> Iterator[tuple[float
                 yield chance, f"{term} {relation} {_short(v[k], v[k + 1])}", n_right[k], n_beyond[k]
 
 
-def _terms(table: TestTable, rows: Rows) -> dict[str, Array]:
+def _terms(table: TestTable) -> dict[str, Array]:
     """Return values of variables, and of ratios and products of positive ones, by expression."""
     terms = {}
-    for j, name in enumerate(table.schema.variables):
-        if table.schema.kinds[j] is not Kind.CHOICE:
-            if not name.isidentifier():
-                name = f"`{name}`"
-            terms[name] = table.X[rows, j].astype(float)
+    for column in table.schema.with_role(VARIABLE):
+        if column.kind is not Kind.CHOICE:
+            name = column.name if column.name.isidentifier() else f"`{column.name}`"
+            terms[name] = table.column(column.name).astype(float)
     positive = [name for name, values in terms.items() if (values > 0).all()]
     for a, b in permutations(positive, 2):
         terms[f"{a} / {b}"] = terms[a] / terms[b]

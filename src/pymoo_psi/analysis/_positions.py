@@ -174,19 +174,8 @@ def separation_sentences(table: TestTable) -> list[str]:
             sentences.append(pair.sentence("apart", 1, name=one["name"], holder=other["name"]))
     if sentences and table.feasible().any():
         choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
-        regret = _least_regret(table, positions, choices, free.lengths)
-        sentences.append(" ".join([regret, *_weights_without_objectives(table, positions)]))
+        sentences.append(_least_regret(table, positions, choices, free.lengths))
     return sentences
-
-
-def _weights_without_objectives(table: TestTable, positions: Sequence[Entries]) -> list[str]:
-    """Say which weights of positions do not count, as their columns are no objectives now."""
-    texts = []
-    for position in positions:
-        columns = [name for name in position["weights"] if name not in table.schema.objectives]
-        if columns:
-            texts.append(sentence("no objectives", name=position["name"], columns=listed(columns)))
-    return texts
 
 
 def _least_regret(

@@ -9,10 +9,8 @@ import numpy as np
 
 from pymoo_psi._numbers import percent
 from pymoo_psi._validation import (
-    AnyArray,
     Columns,
     Integers,
-    Mask,
     Received,
     Rows,
     counted,
@@ -22,7 +20,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import sentence, standard_errors, weights_sentence
 from pymoo_psi.table import (
     N_TESTS,
-    NOT_OF_DESIGNS,
     NUMBERS_ROLES,
     OUTPUT,
     PROPOSAL_ROUND,
@@ -52,8 +49,8 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         by: Name of the column; by default, and for ``"variables"``, all variables.
 
     Raises:
-        ArgumentValueError: There is no such column, it has gaps, no value recurs in it, tests with
-            the same value have different variables, or a column has the name of a further output.
+        ArgumentValueError: There is no such column, it has gaps, tests with the same value have
+            different variables, or a column has the name of a further output.
 
     Example:
         >>> tests = TestTable.of(range(1, 6), np.zeros((5, 0)), [[1], [2], [3], [5], [7]],
@@ -86,8 +83,6 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         cells = tests.data[name]
         if unequal(cells, cells[first[design]]).any():
             notes.append(name)
-            if name not in NOT_OF_DESIGNS:  # these differ in all tests
-                facts.append(f"Left out, as tests of one design differ in it: {name}.")
     schema = schema.without(notes)
     designs = tests.take(first)
     counts = np.bincount(design[usable], minlength=len(first))
@@ -148,7 +143,7 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
         the first test of each design; ``(n,)`` the design of each test.
 
     Raises:
-        ArgumentValueError: No value recurs, or tests with equal ones have different variables.
+        ArgumentValueError: A value is missing, or tests with equal ones have different variables.
     """
     keys = table.schema.keys(table.data)  # none without variables
     labels: list[Any] = keys
@@ -159,14 +154,12 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     else:
         cells = table.column(known_name("by", by, table.columns))
         labels = cells.tolist()
-        gaps = _gaps(cells)
+        gaps = blank(cells)
         if gaps.any():
             received = Received(f"none in row {int(gaps.argmax()) + 1} of {by}")
             raise invalid("by", "a column without gaps", received)
     first_of_label = first_of(labels)
     first, design = np.unique(first_of_label, return_inverse=True)
-    if len(first) == len(table):
-        raise invalid("by", "a column in which a value recurs", by, "it has none that does")
     for row, key in enumerate(keys):
         if key != keys[first_of_label[row]]:
             received = Received(f"{by} {labels[row]} with different ones")
@@ -174,21 +167,10 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     return by, first, design
 
 
-def _gaps(cells: AnyArray) -> Mask:
-    """``(n,)`` which cells hold nothing, or an empty text."""
-    is_empty: Mask = np.array([cell == "" for cell in cells.tolist()], dtype=bool)
-    return is_empty | blank(cells)
-
-
 def first_tests(table: TestTable) -> Rows:
     """Return ``(n,)`` the row of the first test of the same design."""
-    first = np.arange(len(table))
     if not table.evaluated.variables:  # no design equals another
-        return first
-    # A design whose first variable has a value of its own occurs once.
-    cells = table.data[table.evaluated.variables[0]]
-    if cells.dtype != object and len(np.unique(cells)) == len(cells):
-        return first
+        return np.arange(len(table))
     return first_of(table.evaluated.keys(table.data))
 
 
@@ -212,7 +194,7 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     word = "variables"
     first = first_tests(table)
     if label is not None:
-        labelled = table.take(~_gaps(table.column(label)))
+        labelled = table.take(~blank(table.column(label)))
         first_of_label = first_of(labelled.column(label).tolist())
         if len({*first_of_label.tolist()}) < len(labelled):
             table = labelled

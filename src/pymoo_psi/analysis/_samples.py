@@ -14,7 +14,6 @@ from pymoo_psi._validation import (
     Names,
     Received,
     counted,
-    instance,
     invalid,
     known_name,
 )
@@ -60,7 +59,6 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         >>> print(len(table), *sentences)
         64 It is unknown how designs were sampled: ...
     """
-    instance("table", table, TestTable)
     sentences = []
     if {RUN, POINT} <= {*table.schema.notes}:
         run, table = _largest_sample(table)

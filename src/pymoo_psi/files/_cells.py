@@ -291,22 +291,19 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
         names.append(str(name))
     if len(frame) == 0 or len({*names}) < len(names):
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
-    head: Head = {}
+    head: dict[str, Any] = {}
     cells = frame.set_axis(names, axis="columns")
     if not isinstance(frame.index, pd.RangeIndex):
         levels = []
-        for k, name in enumerate(frame.index.names, start=1):
-            if name is None:
-                name = "index" if k == 1 else f"index {k}"
-            elif name in names:
-                name = f"{name} (index)"
-            levels.append(str(name))
-        label = ", ".join(levels)
-        head = {"label": label}
+        for name in frame.index.names:
+            level = "index" if name is None else str(name)
+            levels.append(f"{level} (index)" if level in names else level)
         cells = cells.reset_index(names=levels)
+        head["label"] = ", ".join(levels)
         if len(levels) > 1:
-            head = {"label": label, "variables": levels}
-            cells.insert(0, label, [", ".join(map(str, key)) for key in frame.index])
+            head["variables"] = levels
+            keys = [", ".join(map(str, key)) for key in frame.index]
+            cells.insert(0, head["label"], keys)
     cells = cells.astype(object)
     cells = cells.where(cells.notna(), None)
     columns = {name: column.tolist() for name, column in cells.items()}
@@ -363,18 +360,19 @@ def read_columns(
     certain: set[str] = set()
     columns = {}
     for name, column in cells.columns.items():
-        columns[name] = TextColumn(name, column)
         plain = list(map(_plain, column))
         readings[name] = _readings(plain, marks)
+        unit = ""
+        if not readings[name] and all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
+            plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
+            readings[name] = _readings(plain, marks)
+            unit = "%"
+        problem = ""
         if not readings[name]:
-            if all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
-                plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
-                readings[name] = _readings(plain, marks)
-            if not readings[name]:
-                problem = _problem_of_texts(cells, name, plain, marks)
-                columns[name] = columns[name]._replace(problem=problem)
-            elif "%" not in name:
-                columns[name] = columns[name]._replace(unit="%")
+            problem = _problem_of_texts(cells, name, plain, marks)
+        if not readings[name] or "%" in name:
+            unit = ""
+        columns[name] = TextColumn(name, column, problem=problem, unit=unit)
         if len(readings[name]) == 1 and name not in labels:
             certain |= {*readings[name]}
     for name, numbers_by_mark in readings.items():
@@ -507,7 +505,7 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
 
 def require_designs(
     columns: Mapping[str, TextColumn],
-    labels: Collection[str | None],
+    labels: Collection[str],
     label: str | None,
     cells: Cells,
 ) -> None:
@@ -518,34 +516,35 @@ def require_designs(
     Args:
         columns: The columns.
         labels: Those that name or number designs.
-        label: The one that names them; if there is none, the first column may have names, too.
+        label: The one that names them; if there is none, the first column may have names.
         cells: The cells.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
+    naming = label
+    if naming is None:  # of a file of results alone none is left
+        naming = next(iter(columns), None)
     numbers = []
-    texts = []
     for name, column in columns.items():
-        if column.numbers is None:
-            texts.append(name)
-        elif name not in labels:
+        if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    naming = {label}
-    if label is None:
-        naming = {*labels}
-        for name in [*columns][:1]:  # of a file of results alone none is left
-            if name in texts:
-                naming.add(name)
-    fewest = 3
     for name, column in columns.items():
-        if name in naming:
-            _require_no_total(column.cells, cells)
-            if is_blank(column.cells[-1]):
-                fewest = 2
-        elif name in texts[:1]:  # perhaps it names nothing, and Total is a supplier
-            _require_no_total(column.cells, cells, numbers)
+        if column.numbers is not None:
+            continue
+        for row, cell in enumerate(column.cells):
+            if not isinstance(cell, str) or not _SUM.fullmatch(cell[:_LONGEST]):
+                continue
+            # In another column it may be the name of a supplier.
+            if name == naming or _are_sums(numbers, row):
+                raise UnfitError(
+                    f"{cells.where(row)} is named {cell.strip()!r}, as a sum of others",
+                    f"{cells.without(row)}, or rename it if it is a design",
+                )
     last = len(cells.rows) - 1
+    fewest = 3
+    if naming is not None and is_blank(columns[naming].cells[-1]):
+        fewest = 2
     if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
@@ -553,25 +552,11 @@ def require_designs(
         )
 
 
-def _require_no_total(names: Sequence[Any], cells: Cells, numbers: Sequence[Array] = ()) -> None:
-    """Refuse a row that is named as a sum, and has the sums of the rows above it in all numbers."""
-    for row, name in enumerate(names):
-        is_named = isinstance(name, str) and _SUM.fullmatch(name[:_LONGEST])
-        if is_named and _are_sums(numbers, row):
-            raise UnfitError(
-                f"{cells.where(row)} is named {name.strip()!r}, as a sum of others",
-                f"{cells.without(row)}, or rename it if it is a design",
-            )
-
-
 def _are_sums(columns: Sequence[Array], row: int) -> bool:
-    """Say whether a row has the sums of all rows above it."""
-    return all(_ends_with_sum(numbers[: row + 1]) for numbers in columns)
-
-
-def _ends_with_sum(numbers: Array) -> bool:
-    """Say whether the last number is the sum of those above it, which are not all 0."""
-    *cells, last = numbers.tolist()
-    above = list(filter(math.isfinite, cells))  # whose sum may overflow without a warning
-    rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
-    return any(above) and abs(sum(above) - last) <= rounding
+    """Say whether a row has the sums of all rows above it, which are not all 0."""
+    for numbers in columns:
+        above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
+        rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
+        if not any(above) or not abs(sum(above) - numbers[row]) <= rounding:
+            return False
+    return True

@@ -67,12 +67,6 @@ class SourceFile:
                 f"it is no text: {error}",
                 "give its encoding, often encoding='cp1252' on Windows, or save it as UTF-8",
             ) from None
-        # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is NUL.
-        if "\0" in text:
-            raise UnfitError(
-                "it is no text, as it holds null characters",
-                "give its encoding, such as encoding='utf-16-le'",
-            )
         return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
 
 

@@ -76,13 +76,11 @@ from pymoo_psi.table import (
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = (TEST, "test_point", "label", "name", "id", "design")
-_NUMBER = "number"  # of a row, or of pieces
-_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", _NUMBER)
+_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
 # Columns that follow from others in what we wrote. Other people's mean something else.
 _OF_RANKINGS = (*RANKING_COLUMNS, "mark")
-# By these a ranking is recognized, and by its marks what a page has exported.
+# By these a ranking is recognized.
 _DISTANCES = ("mu1", "mu2", "mu3")
-_MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
 # Words by which other programs say that a design has failed.
 _FAILURE = re.compile(
     r"(?!(?:.*\W)?(?:no|0|without|ohne|keine?)[\s_-])(?:.*[\W_])?(?:fail(?:s|ed|ure)?|errors?|time[\s_-]?out|timed[\s_-]?out|abort(?:ed)?|"
@@ -164,18 +162,16 @@ def read_table(
         path = Path(source)
     asked = decision_of(formulation)
     try:
-        content: Any = _content(source, encoding, frozenset(skip_rows), sheet)
-        is_of_tests = isinstance(content, TestTable) or MARK in content[1]
-        if skip_rows and (is_of_tests or not content[0].lines):
-            rule = "left out, as the source is neither a text of designs nor a workbook"
-            raise invalid("skip_rows", rule, skip_rows)
-        if variables and is_of_tests:
-            rule = "left out for a table of tests, which has its own"
-            raise invalid("variables", rule, variables)
+        content = _content(source, encoding, frozenset(skip_rows), sheet)
+        is_study = path is not None and isinstance(content, TestTable)
+        if not isinstance(content, TestTable) and MARK in content[1]:
+            content = tests_of_cells(path, content[1], content[0].columns)
         if isinstance(content, TestTable):
+            for option, value in {"skip_rows": skip_rows, "variables": variables}.items():
+                if value:
+                    rule = "left out for a table of tests, which has its own columns and rows"
+                    raise invalid(option, rule, value)
             table = content
-        elif is_of_tests:
-            table = tests_of_cells(path, content[1], content[0].columns)
         else:
             cells, head = content
             cells = _named(cells, head, asked.formulation.units)
@@ -188,11 +184,8 @@ def read_table(
             is_file = path is not None and not average_by
             cells = _designs(cells, head, asked.formulation, is_file=is_file)
             table = _table(cells, head, asked.formulation, variables, drop_incomplete)
-            if average_by == "variables" and variables and not table.schema.variables:
-                raise UnfitError(table.facts[-1].rstrip("."))  # why the last one is none
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    is_study = path is not None and table is content
     if average_by or (average_by is None and is_study and has_repeats(table)):
         with named_as({"by": name_of("average_by")}):
             table = average_repeats(table, average_by)
@@ -257,10 +250,15 @@ def _table_of_population(population: Any) -> TestTable:
     if isinstance(X[0], Mapping):
         variables = [*X[0]]
     schema = Schema.of(variables, F.shape[1], G.shape[1], H.shape[1])
-    label = "design" if "row" in schema.variables else "row"
+    label = _label_of_rows(schema.variables)
     numbers = [*range(1, len(F) + 1)]
     notes = {label: numbers}
     return TestTable.of(numbers, [*X], F, G, H, schema=schema, notes=notes, label=label)
+
+
+def _label_of_rows(names: Collection[str]) -> str:
+    """Return the name of a column that numbers designs by their rows."""
+    return "design" if "row" in names else "row"
 
 
 def _content_of_file(
@@ -328,7 +326,7 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     columns = cells.columns
     if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
         derived = RESULTS
-    elif {*_DISTANCES} <= {*columns} or _has_marks(columns):
+    elif {*_DISTANCES} <= {*columns}:
         derived = _OF_RANKINGS
     is_stated = head.get("objectives") or formulation.objectives
     if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
@@ -350,13 +348,6 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
         cells = cells.kept(is_new.tolist(), "equal to another one in all cells")
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
-
-
-def _has_marks(columns: Mapping[str, Any]) -> bool:
-    """Whether columns are those of an export of the page."""
-    if not {"place", "mark"} <= {*columns}:
-        return False
-    return all(_MARK.fullmatch(str(mark)) for mark in columns["mark"])
 
 
 # The columns and their roles
@@ -383,11 +374,7 @@ def _labelled(cells: Cells, head: Head) -> tuple[dict[str, TextColumn], str | No
 
 def _labels(cells: Cells) -> list[str]:
     """Return the columns that name or number the designs, by their names, the best one first."""
-    labels = []
-    for name, column in cells.columns.items():
-        is_of_pieces = _word(name) == _NUMBER and len({*map(str, column)}) < len(column)
-        if _word(name) in _LABELS and not is_of_pieces:
-            labels.append(name)
+    labels = [name for name in cells.columns if _word(name) in _LABELS]
     return sorted(labels, key=lambda name: _LABELS.index(_word(name)))
 
 
@@ -402,56 +389,15 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     them if it holds texts that all differ: such lists are common, under "Variante" as under
     "Model". Otherwise a column that numbers the rows does.
     """
-    best = None
-    if labels:
-        best = labels[0]
+    best = next(iter(labels), None)
     if best is None or _word(best) not in _NAMING:
-        name, texts = _first_texts(columns)
-        if texts and len(texts) == texts.total():
-            return name
+        for name in [name for name in columns if name not in labels][:1]:
+            column = columns[name]
+            is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
+            are_names = column.numbers is None and not column.problem and all(is_text)
+            if are_names and len({*column.cells}) == len(column.cells):
+                return name
     return best
-
-
-def _first_texts(columns: Mapping[str, TextColumn]) -> tuple[str, Counter[str]]:
-    """Return the first column that does not number rows, and how often it has each text.
-
-    There are none if it has other cells, too.
-    """
-    for name, column in columns.items():
-        if _word(name) in _LABELS:
-            continue
-        is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
-        if column.numbers is None and not column.problem and all(is_text):
-            return name, Counter(column.cells)
-        break
-    return "", Counter()
-
-
-def _remarks_on_names(
-    columns: Mapping[str, TextColumn], label: str | None, labels: Names, objectives: Names
-) -> list[str]:
-    """Say why designs are called by their rows, and what numbers them that may be an objective.
-
-    Args:
-        columns: The columns.
-        label: Name of the column that names the designs, or None.
-        labels: Names of the columns that name or number designs.
-        objectives: The objectives that the user names.
-    """
-    remarks = []
-    for name in labels:
-        numbers = columns[name].numbers
-        if _word(name) != _NUMBER or name == label or numbers is None or objectives:
-            continue
-        if not (np.diff(numbers) == 1).all():
-            remarks.append(f"{name} numbers the designs; name the objectives if it is one of them.")
-    name, texts = _first_texts(columns)
-    if label is None and 2 * len(texts) > texts.total():  # most have a name of their own
-        text, count = texts.most_common(1)[0]
-        remarks.append(
-            f"Designs are called by their rows, as {text!r} occurs {count} times in {name}."
-        )
-    return remarks
 
 
 def _names_of_roles(
@@ -511,28 +457,47 @@ def _table(
     decision, stated_variables = stated_by_designs(head)
     stated = decision.formulation
     columns, label, labels = _labelled(cells, head)
-    remarks = [*cells.remarks]
-    remarks += _remarks_on_names(columns, label, labels, formulation.objectives)
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
-    roles = _roles(columns, objectives, variables, {*formulation.columns}, labels)
-    data = {name: _values(columns[name], role) for name, role in roles.items()}
+    # What each column is, the objectives first.
+    remarks = [*cells.remarks]
+    data: Columns = {}
+    described = {}
+    for name in dict.fromkeys([*objectives, *columns]):
+        column = columns[name]
+        role = NOTE
+        if name in objectives:
+            role = OBJECTIVE
+        elif name in variables and not column.problem and not column.gaps().any():
+            role = VARIABLE
+        elif name in formulation.columns or (column.numbers is not None and name not in labels):
+            role = OUTPUT
+        if name in variables and role != VARIABLE:
+            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
+            remarks.append(f"{name} is no variable: {problem}.")
+        data[name] = _values(column, role)
+        described[name] = Column(name, role, Kind.CHOICE)
+        if role != NOTE:
+            unit = stated.units.get(name, column.unit)
+            maximize = name in stated.maximize and role != VARIABLE
+            described[name] = Column(name, role, kind_of_cells(data[name]), unit, maximize)
+    # What numbers and names the designs.
     numbers = np.array(cells.rows)
-    if roles.get(TEST) == NOTE:
+    if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
+        del described[TEST]
     if label != TEST:
-        if label is None or roles[label] != NOTE:  # designs without names are called by their rows
-            label = "row"
-            if roles.get(label, NOTE) != NOTE:
-                label = "design"
+        if label is None or described[label].role != NOTE:  # designs are called by their rows
+            label = _label_of_rows([name for name in described if described[name].role != NOTE])
             data.setdefault(label, np.fromiter(cells.rows, object))
-        roles[label] = LABEL
+        described[label] = Column(label, LABEL, Kind.CHOICE)
+    # The table, and what a reader must know about its rows.
     if {*stated.objectives} != {*objectives}:
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
     table = TestTable(
-        _schema(data, roles, columns, stated),
+        Schema(tuple(described.values())),
         data,
         numbers,
         decision=replace(decision, formulation=stated.without_columns()),
@@ -543,30 +508,7 @@ def _table(
         remarks += _counting(objectives[0], data[objectives[0]])
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
-    for name in variables:
-        if roles[name] != VARIABLE:
-            problem = columns[name].problem or cells.place(name, int(columns[name].gaps().argmax()))
-            remarks.append(f"{name} is no variable: {problem}.")
     return replace(table, facts=tuple(remarks))
-
-
-def _schema(
-    data: Columns,
-    roles: Mapping[str, str],
-    columns: Mapping[str, TextColumn],
-    stated: Formulation,
-) -> Schema:
-    """Return the columns of a table, with units and directions that the source states."""
-    described = []
-    for name, values in data.items():
-        role = roles[name]
-        column = Column(name, role, Kind.CHOICE)
-        if role not in (LABEL, NOTE):
-            unit = stated.units.get(name, columns[name].unit)
-            maximize = name in stated.maximize and role != VARIABLE
-            column = Column(name, role, kind_of_cells(values), unit, maximize)
-        described.append(column)
-    return Schema(tuple(described))
 
 
 def _test_numbers(cells: AnyArray) -> Integers:
@@ -575,34 +517,6 @@ def _test_numbers(cells: AnyArray) -> Integers:
     if not all(is_number) or len({*cells}) < len(cells):
         raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
     return cells.astype(np.int64)
-
-
-def _roles(
-    columns: Mapping[str, TextColumn],
-    objectives: Names,
-    variables: Names,
-    required: Collection[str],
-    labels: Names,
-) -> dict[str, str]:
-    """Return the role of each column, objectives first.
-
-    Args:
-        columns: The columns.
-        objectives: Names of the objectives.
-        variables: Names of the columns that are variables if they have no gaps.
-        required: Names of the columns that the formulation needs.
-        labels: Names of the columns that name or number designs.
-    """
-    roles = dict.fromkeys(objectives, OBJECTIVE)
-    for name, column in columns.items():
-        if name in objectives:
-            continue
-        roles[name] = NOTE
-        if name in variables and not column.problem and not column.gaps().any():
-            roles[name] = VARIABLE
-        elif name in required or (column.numbers is not None and name not in labels):
-            roles[name] = OUTPUT
-    return roles
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:

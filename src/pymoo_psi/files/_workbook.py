@@ -10,7 +10,7 @@ from typing import Any
 from warnings import catch_warnings, simplefilter
 from zipfile import ZipFile, is_zipfile
 
-from pymoo_psi._validation import Entries, Head, Names, counted, known_name
+from pymoo_psi._validation import Entries, Head, Names, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.files._cells import Cells, RowsByLine, UnfitError, cells_of_rows, named_cells
 from pymoo_psi.files._format import FileFormat, SourceFile
@@ -37,7 +37,6 @@ class WorkbookFile(FileFormat):
         """Return the cells of a sheet, with what we wrote of them."""
         import pandas as pd
 
-        _openpyxl()
         head = {}
         try:
             with catch_warnings():
@@ -139,7 +138,7 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
 def _title(titles: Names, name: str | None) -> str:
     """Return the title of the sheet with the designs: the user's ``name``, or the only title."""
     if name is not None:
-        return known_name("sheet", name, titles)
+        return name
     # Taking the first sheet would rank the wrong one where a cover comes first.
     if len(titles) != 1:
         raise UnfitError(

@@ -1,7 +1,7 @@
 // The decision page: controls, keys, and what a server and tests may ask of it.
 
 function reset() {
-  for (const input of document.querySelectorAll("input:invalid")) showText(input, input.defaultValue)
+  numbersShown.clear() // what is wrong is not to be mended any more
   inspected = -1
   change(initial.state)
 }
@@ -23,12 +23,13 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redye)
 addEventListener("beforeprint", paper(true))
 addEventListener("afterprint", paper(false))
 addEventListener("hashchange", addressed)
+addEventListener("focusin", enter)
 addEventListener("keydown", (event) => {
   const {target, key, ctrlKey, metaKey, shiftKey} = event
   const ids = {z: shiftKey ? "redo" : "undo", y: "redo"}
   const id = (ctrlKey || metaKey) && ids[key.toLowerCase()]
   // What is being typed the browser undoes; after that it would go on in another field.
-  const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== target.defaultValue
+  const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== (target.id === "search" ? "" : entered)
   if (!id || isTyping) return
   event.preventDefault()
   $(id).click()
@@ -36,24 +37,28 @@ addEventListener("keydown", (event) => {
 
 // Designs that came since. The charts keep their scales unless they must change.
 function grow(more) {
-  addDesigns(more)
+  addDesigns(data, more)
   filtered = null
   update()
 }
 
+const header = document.querySelector("header")
+new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
 saved = JSON.stringify(state)
 past[++at] = saved
 say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
 document.documentElement.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
 addressed()
-inPieces(prepare())
+inPieces(prepare(data))
 
 const page = {
-  data, grow,
+  data, update, grow, explain, tickTexts, looks: LOOKS,
   state: () => state,
-  set: (next, done = true) => { change(checked(next).state, done); update() },
-  get ranking() { return ranking },
+  set: (next, done = true) => { change(checked(data, next).state, done); update() },
+  get ranking() { return ranking }, get verdict() { return verdict },
+  get order() { return order }, get inspected() { return inspected },
   get settled() { return !waiting && !pending },
+  get resting() { return page.settled && !search }, plots, axes, scale: scaleOf,
 }
 window.decisionPage = page
 // Once the typeface is there, in which texts are measured.

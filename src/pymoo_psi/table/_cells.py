@@ -43,9 +43,8 @@ def cells_of_kind(name: str, values: Any, kind: Kind | None) -> AnyArray:
         if not is_of_kind(cell, kind):
             message = f"X must hold {kind.value} values for {name}, got {cell!r:.80}"
             raise ArgumentTypeError(message)
-        is_huge = isinstance(cell, int) and abs(cell) >= 2**63
-        if is_huge or not isinstance(cell, (int, float, str)):
-            rule = "a number, an integer within int64, True, False or text"
+        if not isinstance(cell, (int, float, str)):
+            rule = "a number, True, False or text"
             raise wrong_type(f"a value of {name}", rule, cell, "name options of a choice by text")
         cells[i] = cell
     return cells
@@ -69,10 +68,11 @@ def real_column(name: str, column: AnyArray) -> Array:
 
 
 def blank(column: AnyArray) -> Mask:
-    """``(n,)`` which cells hold nothing."""
+    """``(n,)`` which cells hold nothing, or an empty text."""
     if column.dtype.kind == "f":
         return np.isnan(column)
-    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
+    cells = column.tolist()
+    return np.array([cell is None or cell != cell or cell == "" for cell in cells], dtype=bool)
 
 
 def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
@@ -113,7 +113,23 @@ def designs_of(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    array, names = _matrix(value, variables)
+    if source_type(value) == "frame":
+        value = value.to_dict("records")
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
+    rows: Any = value
+    if not isinstance(value, np.ndarray) or value.ndim == 1:
+        rows = list(value)
+    names: Names = ()
+    if variables is not None:
+        names = [column.name for column in variables]
+    elif len(rows) and isinstance(rows[0], Mapping):
+        names = [*rows[0]]
+    is_declared = variables is not None and all(column.kind for column in variables)
+    array = _matrix(rows, names, real=not is_declared)
+    if array.ndim != 2 or (variables is not None and len(names) != array.shape[1]):
+        received = Received(f"shape {array.shape}")
+        raise invalid("X", f"of shape (n, {len(names) or 'n_var'})", received)
     if variables is None:
         names = names or column_names("variables", array.shape[1], "x")
         variables = [Column(name, VARIABLE, None) for name in names]
@@ -132,44 +148,20 @@ def designs_of(
     return data, columns
 
 
-def _matrix(value: Any, variables: Sequence[Column] | None) -> tuple[AnyArray, Names]:
-    """Return the ``(n, n_var)`` cells of designs, and the names of variables; none if unknown."""
-    if source_type(value) == "frame":
-        value = value.to_dict("records")
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
-    names: Names = ()
-    if variables is not None:
-        names = [column.name for column in variables]
-    if isinstance(value, np.ndarray) and value.ndim != 1:
-        array = np.array(value, order="C")
-    else:
-        rows = list(value)
-        if rows and isinstance(rows[0], Mapping):
-            names = names or [*rows[0]]
-            rows = _cells_of_mappings(rows, names)
-        is_declared = variables is not None and all(column.kind for column in variables)
-        array = _array(rows, real=not is_declared)
-    width = "n_var" if variables is None else len(names)
-    if array.ndim != 2 or width not in ("n_var", array.shape[1]):
-        raise invalid("X", f"of shape (n, {width})", Received(f"shape {array.shape}"))
-    return array, names
-
-
-def _cells_of_mappings(rows: Sequence[Any], names: Names) -> list[list[Any]]:
-    """Return the cells of designs that are mappings from variable to value."""
+def _matrix(rows: Any, names: Names, *, real: bool) -> AnyArray:
+    """Return designs as a new array; of float64 if whole numbers beside fractions are real."""
+    if isinstance(rows, np.ndarray):
+        return np.array(rows, order="C")
     cells = []
     for row in rows:
-        if not isinstance(row, Mapping) or row.keys() != {*names}:
-            raise invalid("X", f"mappings of the variables {', '.join(map(str, names))}", row)
-        cells.append([row[name] for name in names])
-    return cells
-
-
-def _array(rows: Sequence[Any], *, real: bool) -> AnyArray:
-    """Return rows as an array of objects; of float64 if whole numbers beside fractions are real."""
+        if isinstance(row, Mapping):
+            if row.keys() != {*names}:
+                rule = f"mappings of the variables {', '.join(map(str, names))}"
+                raise invalid("X", rule, row)
+            row = [row[name] for name in names]
+        cells.append(row)
     try:
-        array = np.array(rows, dtype=object)
+        array = np.array(cells, dtype=object)
     except ValueError as error:
         raise invalid("X", "rows of one length", Received(error)) from None
     types = {type(plain(cell)) for cell in array.ravel().tolist()}

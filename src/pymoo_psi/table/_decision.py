@@ -72,7 +72,6 @@ class Decision:
 
     def __post_init__(self) -> None:
         """Check the entries, and take copies."""
-        instance("formulation", self.formulation, Formulation)
         if self.chosen is not None:
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 
-from pymoo_psi._output import Shown
 from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, mapping, real_array
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._limits import Limit, Limits, limits_of
@@ -26,9 +25,6 @@ from pymoo_psi.table._schema import (
     column_names,
     unit_texts,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 class FormulationFields(TypedDict, total=False):
@@ -45,7 +41,7 @@ class FormulationFields(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class Formulation(Shown):
+class Formulation:
     """A formulation of a problem, applied to tests by :meth:`TestTable.under`.
 
     All columns are named, and all values are in the original direction. Attributes that are not
@@ -159,19 +155,6 @@ class Formulation(Shown):
         """Return the call that makes it."""
         arguments = [f"{name}={value!r}" for name, value in self.to_dict().items()]
         return f"Formulation({', '.join(arguments)})"
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return a table of the attributes that differ from their defaults.
-
-        Example:
-            >>> print(Formulation(maximize=["gain"], limits={"mass": 30}).to_frame())
-                           value
-            maximize    ['gain']
-            limits    {'mass': 30}
-        """
-        from pandas import Series
-
-        return Series(self.to_dict()).map(str).to_frame("value")
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -43,7 +43,6 @@ _LIMIT = re.compile(
     re.DOTALL,
 )
 _TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>=]*)")
-_IN = re.compile(r"(?:^|\s)in(?:\s|$)")  # a text with it is none of "column in text, text"
 _STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does not continue a list
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
@@ -86,7 +85,9 @@ class Limit(NamedTuple):
             return value
         if isinstance(value, str):
             if re.search("[<>=]", value):
-                return _of_sides(sides_of_text(argument, value))._checked(argument)
+                sides = sides_of_text(argument, value)
+                ends = sides.get(">=", -math.inf), sides.get("<=", math.inf)
+                return cls(*ends)._checked(argument)
             value = [value]
         if not isinstance(value, (tuple, list)):
             high = _end(argument, value)
@@ -140,11 +141,6 @@ class Limit(NamedTuple):
                 f"say ({upper}, None) for at least or (None, {upper}) for at most",
             )
 
-    @property
-    def is_open(self) -> bool:
-        """Whether it allows every value."""
-        return self == Limit()
-
     def excess(self, name: str, cells: AnyArray) -> Array:
         """``(n,)`` by how much cells exceed it.
 
@@ -180,31 +176,24 @@ class Limit(NamedTuple):
     def written(self, name: str) -> str:
         """Return it in its written form, which :func:`limits_of` reads.
 
-        It cannot read a list without texts, nor names and texts that contain < > or =, a line
-        break, or blanks at an end. A name that is a number has its limit before it.
+        It cannot read a list without texts, names that are numbers, nor names and texts that
+        contain " in ", < > or =, a line break, or blanks at an end.
 
         Example:
             >>> Limit(upper=30.0).written("mass"), Limit(0.25, 1.125).written("width")
             ('mass<=30', '0.25<=width<=1.1250')
             >>> Limit(texts=("tin", "oak")).written("material"), Limit(upper=5.0).written("time, s")
             ('material in tin, oak', '"time, s<=5"')
-            >>> Limit(upper=0.0).written("5"), Limit(texts=("set in oak", "tin")).written("panel")
-            ('0>=5', 'panel=set in oak, =tin')
         """
         if self.texts is not None:
             first, *others = self.texts or ("nothing",)
-            entries = [f"{name} in {first}", *others]
-            if len(self.texts) == 1 or not first or any(map(_IN.search, self.texts)):
-                entries = [f"{name}={first}", *(f"={text}" for text in others)]
+            entries = [f"{name}={first}"]
+            if others:
+                entries = [f"{name} in {first}", *others]
             return ", ".join(map(_entry, entries))
-        is_number = re.fullmatch(NUMBER, name)  # of two numbers the first one is the limit
         if self.upper == math.inf:
-            if is_number:
-                return f"{_digits(self.lower)}<={name}"
             return _entry(f"{name}>={_digits(self.lower)}")
         if self.lower == -math.inf:
-            if is_number:
-                return f"{_digits(self.upper)}>={name}"
             return _entry(f"{name}<={_digits(self.upper)}")
         return _entry(f"{_digits(self.lower)}<={name}<={_digits(self.upper)}")
 
@@ -252,7 +241,7 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
         argument: What messages call it, such as ``--limits``.
 
     Raises:
-        ArgumentValueError: A text is not a limit, one side of a column has two limits, or a number
+        ArgumentValueError: A text is not a limit, a column of texts has two limits, or a number
             may have a point between thousands.
         ArgumentTypeError: It has none of these forms.
 
@@ -260,8 +249,6 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
         >>> limits = limits_of("f1<=2.5, yield>=80, 1<=x1<=2, material in steel, alu")
         >>> [limit.written(name) for name, limit in limits.items()]
         ['f1<=2.5', 'yield>=80', '1<=x1<=2', 'material in steel, alu']
-        >>> limits_of("panel=set in oak, =tin")["panel"].texts  # a text with "in" is listed by =
-        ('set in oak', 'tin')
         >>> limits_of({"f1": 2.5, "yield": ">= 80"})["yield"]
         Limit(lower=80.0, upper=inf, texts=None, is_bare=False)
     """
@@ -278,44 +265,30 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
 
 
 def _limits_of_texts(texts: Names, argument: str) -> dict[str, Limit]:
-    sides_by_column: dict[str, dict[str, Any]] = {}
-    texts_before: list[str] = []  # those of the entry before, to which "=text" is another one
-    listed: list[str] = []  # the same, if texts alone may follow, too
+    limits: dict[str, Limit] = {}
+    listing = ""  # the column of the entry before, if texts may follow it
     for entry in entries_of(texts):
-        if texts_before and entry.startswith("="):
-            texts_before.append(entry[1:].strip())
+        if listing and not _STATEMENT.search(entry):
+            allowed = limits[listing].texts or ()
+            limits[listing] = Limit(texts=(*allowed, entry))
             continue
-        if listed and not _STATEMENT.search(entry):
-            listed.append(entry)
-            continue
-        name, sides = _sides_of_entry(entry, argument)
-        present = sides_by_column.setdefault(name, {})
-        both = present.keys() & sides.keys()
-        if both or (present and "in" in (*present, *sides)):
-            raise invalid(argument, "given once for each side of a column", Received(entry))
-        present |= sides
-        texts_before = sides.get("in", [])
-        listed = []
-        if "=" not in entry:  # column in text
-            listed = texts_before
-    limits = {}
-    for name, sides in sides_by_column.items():
-        limits[name] = _of_sides(sides)._checked(f"{name!r} in limits")
+        name, limit = _limit_of_entry(entry, argument)
+        listing = name
+        if limit.texts is None or "=" in entry:  # not "column in text"
+            listing = ""
+        former = limits.get(name, Limit())
+        if former.texts is not None or (name in limits and limit.texts is not None):
+            raise invalid(argument, "given once for a column of texts", Received(entry))
+        ends = max(former.lower, limit.lower), min(former.upper, limit.upper)  # both hold
+        limits[name] = Limit(*ends, limit.texts)._checked(f"{name!r} in limits")
     return limits
 
 
-def _of_sides(sides: Mapping[str, Any]) -> Limit:
-    """Return the limit of numbers by sign, or of the texts in which a column is."""
-    if "in" in sides:
-        return Limit(texts=tuple(sides["in"]))
-    return Limit(sides.get(">=", -math.inf), sides.get("<=", math.inf))
-
-
-def _sides_of_entry(entry: str, argument: str) -> tuple[str, dict[str, Any]]:
-    """Return the column of an entry, and the sides of its limit, see :func:`_of_sides`."""
+def _limit_of_entry(entry: str, argument: str) -> tuple[str, Limit]:
+    """Return the column of an entry, and its limit."""
     match = _TEXTS.fullmatch(entry)
     if match is not None:
-        return match["name"], {"in": [match["text"].strip()]}
+        return match["name"], Limit(texts=(match["text"].strip(),))
     match = _LIMIT.fullmatch(entry)
     # Two signs that state the same side are no limit, nor is the absence of both.
     if match is None or _TURNED.get(match["left"]) == match["right"]:
@@ -326,12 +299,12 @@ def _sides_of_entry(entry: str, argument: str) -> tuple[str, dict[str, Any]]:
             Received(entry or "nothing"),
             "join limits by commas; use <= or >=, plain numbers with a decimal point, and no units",
         )
-    sides = {}
+    ends = {">=": -math.inf, "<=": math.inf}
     if match["left"]:
-        sides[_TURNED[match["left"]]] = _number_of_one_meaning(match["first"], entry, argument)
+        ends[_TURNED[match["left"]]] = _number_of_one_meaning(match["first"], entry, argument)
     if match["right"]:
-        sides[match["right"]] = _number_of_one_meaning(match["last"], entry, argument)
-    return match["name"], sides
+        ends[match["right"]] = _number_of_one_meaning(match["last"], entry, argument)
+    return match["name"], Limit(ends[">="], ends["<="])
 
 
 def sides_of_text(argument: str, text: str) -> dict[str, float]:
@@ -379,8 +352,7 @@ def entries_of(texts: Names) -> list[str]:
     """
     entries = []
     for text in texts:
-        line = re.sub(r"[\n\0]", " ", text)  # csv refuses \0 before Python 3.11
-        rows = csv.reader([line], skipinitialspace=True)
+        rows = csv.reader([text.replace("\n", " ")], skipinitialspace=True)
         cells = [cell.strip() for cell in next(rows, [])]
         # An empty text stays an empty entry, to be refused: it is not the absence of a list.
         entries += cells or [""]

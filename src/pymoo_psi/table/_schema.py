@@ -25,7 +25,6 @@ from pymoo_psi._validation import (
     Array,
     Names,
     Received,
-    Values,
     finite_number,
     instance,
     integer,
@@ -103,7 +102,11 @@ class Column(NamedTuple):
             ArgumentValueError: A name cannot be written, the bounds do not fit.
             ArgumentTypeError: A name or unit is not text, a bound not a number.
         """
-        _require_writable(f"the name of a column ({self.role})", self.name)
+        instance(f"the name of a column ({self.role})", self.name, str)
+        # UTF-8 has no code for half a surrogate pair, and SQLite ends a text at NUL.
+        if not self.name or re.search("[\0\ud800-\udfff]", self.name):
+            rule = "at least one Unicode character"
+            raise invalid(f"the name of a column ({self.role})", rule, self.name)
         unit = unit_text(self.name, self.unit)
         kind = self.kind
         if kind is not None:
@@ -115,8 +118,6 @@ class Column(NamedTuple):
             raise invalid(f"the bounds of {self.name!r}", "in increasing order", received)
         if kind is Kind.LOG and lower is not None and lower <= 0:
             raise invalid(f"the lower bound of {self.name!r}", "above 0 on a log scale", lower)
-        if self.maximize and self.role not in (OBJECTIVE, OUTPUT):
-            raise invalid("maximize", "of objectives and outputs", self.name)
         return self._replace(kind=kind, unit=unit, lower=lower, upper=upper)
 
 
@@ -151,14 +152,10 @@ class Schema:
         columns.sort(key=lambda column: min(ROLES.index(column.role), ROLES.index(LABEL)))
         tolerance = finite_number("eq_tolerance", self.eq_tolerance)
         vars(self).update(columns=tuple(columns), eq_tolerance=tolerance)
-        if tolerance < 0:
-            raise invalid("eq_tolerance", "0 or more", tolerance)
         for name, count in Counter([TEST, *self.names]).items():
             if count > 1:
                 rule = f"distinct, and none of {TEST}"
                 raise invalid("the names of a table", rule, name, "give it another name")
-        if len(self.with_role(LABEL)) > 1:
-            raise invalid("label", "one column", Received(self.of_role(LABEL)))
 
     @classmethod
     def of(
@@ -207,9 +204,15 @@ class Schema:
         designs = column_names("variables", variables, "x")
         n_var = len(designs)
         if len(kinds) not in (0, n_var):
-            rule = f"{n_var} kinds, one for each variable"
-            raise invalid("kinds", rule, Received(len(kinds)))
-        columns = [Column(name, VARIABLE, None) for name in designs]
+            raise invalid("kinds", f"{n_var} kinds, one for each variable", Received(len(kinds)))
+        ends = []
+        for side, bounds in (("lower", lower), ("upper", upper)):
+            ends.append(np.full(n_var, np.nan) if bounds is None else real_array(side, bounds))
+            require_shape(side, ends[-1], (n_var,))
+        columns = []
+        for j, name in enumerate(designs):
+            kind: Any = kinds[j] if kinds else None
+            columns.append(Column(name, VARIABLE, kind, lower=ends[0][j], upper=ends[1][j]))
         groups = {
             OBJECTIVE: column_names("objectives", objectives, "f"),
             INEQUALITY: column_names("inequalities", inequalities, "g"),
@@ -217,20 +220,10 @@ class Schema:
             OUTPUT: column_names("outputs", outputs),
         }
         for role, names in groups.items():
-            columns += [Column(name, role) for name in names]
-        changes: dict[str, Values] = {
-            "kind": dict(zip(designs, kinds, strict=False)),
-            "maximize": dict.fromkeys(column_names("maximize", maximize), True),
-        }
-        for name in changes["maximize"]:
+            columns += [Column(name, role, maximize=name in maximize) for name in names]
+        for name in column_names("maximize", maximize):
             known_name("maximize", name, (*groups[OBJECTIVE], *groups[OUTPUT]))
-        for side, bounds in (("lower", lower), ("upper", upper)):
-            if bounds is not None:
-                ends = real_array(side, bounds)
-                require_shape(side, ends, (n_var,))
-                changes[side] = dict(zip(designs, ends.tolist(), strict=True))
-        schema = cls(tuple(columns), eq_tolerance)
-        return schema.changed(**changes).with_units(units or {})
+        return cls(tuple(columns), eq_tolerance).with_units(units or {})
 
     # Columns
 
@@ -366,10 +359,7 @@ class Schema:
         Raises:
             ArgumentValueError: There is no such column.
         """
-        texts = unit_texts(units)
-        for name in texts:
-            known_name("units", name, self.names)
-        return self.changed(unit=texts)
+        return self.changed(unit=unit_texts(units))
 
     def with_columns(self, *columns: Column) -> Schema:
         """Return it with further columns, or other ones in the place of those with their names.
@@ -392,10 +382,6 @@ class Schema:
         """Return it without some columns."""
         kept = tuple(column for column in self.columns if column.name not in names)
         return replace(self, columns=kept)
-
-    def with_kinds(self) -> Schema:
-        """Return it with real variables where no design shows the kind."""
-        return self.changed(kind=dict(zip(self.variables, self.kinds, strict=True)))
 
     def joined(self, other: Schema) -> Schema:
         """Return it with the outputs and notes that only another one has, and its kinds.
@@ -471,22 +457,13 @@ def result_columns(names: Collection[str]) -> dict[str, str]:
 
 
 def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
-    """Return names as texts that every file can hold; with a letter, a number gives as many."""
+    """Return a list of names; with a letter, a number gives as many."""
     if letter and not isinstance(names, (str, Sequence)):
         count = integer(f"the number of {group}", names, minimum=0)
         return tuple(f"{letter}{j + 1}" for j in range(count))
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise wrong_type(group, "a list of names", names)
-    for name in names:
-        _require_writable(f"a name in {group}", name)
-    return tuple(map(str, names))
-
-
-def _require_writable(argument: str, name: Any) -> None:
-    instance(argument, name, str)
-    # UTF-8 has no code for half a surrogate pair, and SQLite ends a text at NUL.
-    if not name or re.search("[\0\ud800-\udfff]", name):
-        raise invalid(argument, "at least one Unicode character", name)
+    return tuple(names)
 
 
 def unit_text(name: str, unit: Any) -> str:

@@ -137,7 +137,7 @@ def head_of(table: Any) -> Values:
 
 def marked(table: Any) -> Values:
     """Return the head of a file of a table."""
-    return {MARK: FORMAT, "tests": len(table), **head_of(table), **marks_of(table)}
+    return {MARK: FORMAT, **head_of(table), **marks_of(table)}
 
 
 def marks_of(table: Any) -> Values:

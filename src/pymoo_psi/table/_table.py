@@ -34,14 +34,11 @@ from pymoo_psi._validation import (
     Received,
     Rows,
     Values,
-    collection,
     counted,
     finite_number,
     flat,
-    instance,
     invalid,
     known_name,
-    mapping,
     real_array,
     require_shape,
 )
@@ -75,7 +72,14 @@ from pymoo_psi.table._schema import (
     error_column,
     result_columns,
 )
-from pymoo_psi.table._storage import columns_of, marked, reason_cells, write_csv
+from pymoo_psi.table._storage import (
+    columns_of,
+    decision_head,
+    marked,
+    reason_cells,
+    schema_head,
+    write_csv,
+)
 from pymoo_psi.table._view import View
 
 if TYPE_CHECKING:
@@ -180,7 +184,7 @@ class TestTable(View, Shown):
         n = len(numbers)
         variables = None
         if schema is not None:
-            variables = instance("schema", schema, Schema).with_role(VARIABLE)
+            variables = schema.with_role(VARIABLE)
         data, designs = designs_of(X, variables)
         arrays = {OBJECTIVE: _matrix("F", F, n), INEQUALITY: _matrix("G", G, n)}
         arrays[EQUALITY] = _matrix("H", H, n)
@@ -194,14 +198,10 @@ class TestTable(View, Shown):
             require_shape(name, array, (n, len(columns)))
             for column, cells in zip(columns, array.T, strict=True):
                 data[column.name] = -cells if column.maximize else cells
-            array.setflags(write=False)
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
-        failures = _writable_reasons(reasons or {}, numbers)
+        failures = _writable_reasons(reasons or {})
         table = cls(schema, data | unknown, numbers, failures)
-        table = table.with_outputs(outputs or {}).with_notes(notes or {}, label)
-        F, G, H = arrays.values()
-        vars(table).update(F=F, G=G, H=H)
-        return table
+        return table.with_outputs(outputs or {}).with_notes(notes or {}, label)
 
     @classmethod
     def empty(cls, schema: Schema | None = None) -> TestTable:
@@ -216,7 +216,7 @@ class TestTable(View, Shown):
             >>> len(table), len(table.extended(TestTable.of([1], [[0.5]], [[2.0]])))
             (0, 1)
         """
-        schema = Schema() if schema is None else instance("schema", schema, Schema)
+        schema = schema or Schema()
         data = {c.name: cells_of_kind(c.name, [], c.kind) for c in schema.columns}
         return cls(schema, data, np.zeros(0, dtype=np.int64))
 
@@ -235,8 +235,6 @@ class TestTable(View, Shown):
             >>> table.with_outputs({"heat": [3, 4]})["heat"]
             array([3., 4.])
         """
-        if not outputs:
-            return self
         data: Columns = {}
         for name, values in outputs.items():
             data[name] = np.array(real_array(f"the output {name!r}", values))
@@ -257,24 +255,20 @@ class TestTable(View, Shown):
             >>> table.with_notes({"model": ["A", "B"]}, "model").names
             ['A', 'B']
         """
-        if not notes and label is None:
-            return self
         data: Columns = {}
-        for name, values in mapping("notes", notes, "columns to cells").items():
-            listed = collection(f"the note {name!r}", values, "a list of cells")
-            data[name] = np.fromiter(map(plain, listed), object)
-            if name in self.evaluated.values or len(listed) != len(self):
+        for name, values in notes.items():
+            data[name] = np.fromiter(map(plain, values), object)
+            if name in self.evaluated.values or len(data[name]) != len(self):
                 raise invalid(
                     "a note",
                     f"{len(self)} cells long and named unlike other columns",
-                    Received(f"{name!r} of {len(listed)}"),
+                    Received(f"{name!r} of {len(data[name])}"),
                 )
         new = [Column(name, NOTE, Kind.CHOICE) for name in data if name != self.evaluated.label]
         schema = self.evaluated.with_columns(*new)
         if label is not None:
             known_name("label", label, schema.notes)
-            roles = dict.fromkeys(schema.notes, NOTE) | {label: LABEL}
-            schema = schema.changed(role=roles)
+            schema = schema.changed(role=dict.fromkeys(schema.notes, NOTE) | {label: LABEL})
         return replace(self, evaluated=schema, data={**self.data, **data})
 
     def pareto(self) -> Mask:
@@ -374,8 +368,6 @@ class TestTable(View, Shown):
         elif formulation is not None:
             decision = replace(decision, formulation=decision_of(formulation).formulation)
         stated = decision.formulation
-        for name in fields:
-            known_name("an argument of under", name, FormulationFields.__annotations__)
         if formulation is None and "objectives" in fields:
             stated = replace(stated, ranges={})  # fixed ranges are of the former objectives
         stated = replace(stated, **fields)
@@ -384,9 +376,6 @@ class TestTable(View, Shown):
             is_same = {*objectives} == {*self.schema.objectives}
             stated = replace(stated, ranges=self.formulation.ranges if is_same else {})
         table = replace(self, decision=replace(decision, formulation=stated))
-        if table.schema == self.schema and stated.computed == self.formulation.computed:
-            # Questions on a million tests share their matrices.
-            vars(table).update(_columns=self._columns, F=self.F, G=self.G, H=self.H)
         table._require_fit()
         return table
 
@@ -413,20 +402,13 @@ class TestTable(View, Shown):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what a reader must know about the rows, and on limits that reject none.
+        """Sentences on what a reader must know about the rows.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
-            >>> table.under(limits={"f1": 5}).remarks
-            ('F1 at most 5: rejects none.',)
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]]).remarks
+            ()
         """
-        tested = ~self.failed()
-        remarks = [*self.facts]
-        for name, limit in self.limits.items():
-            if tested.any() and not limit.excess(name, self.column(name))[tested].any():
-                words = limit.in_words(name, self.schema.units.get(name, ""))
-                remarks.append(f"{words[0].upper()}{words[1:]}: rejects none.")
-        return tuple(remarks)
+        return self.facts
 
     # Rows and columns
 
@@ -488,14 +470,11 @@ class TestTable(View, Shown):
             >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
             (array([3, 1]), array([2, 3]))
         """
-        rows = np.asarray(selection)
-        if rows.dtype == np.bool_ and rows.shape != (len(self),):  # numpy takes an empty one
-            received = Received(f"a mask of shape {rows.shape} for {counted(len(self), 'row')}")
-            raise invalid("selection", "a mask or indices of rows", received)
-        if rows.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
-            rows = rows.astype(np.intp)
+        indices = np.asarray(selection)
+        if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
+            indices = indices.astype(np.intp)
         try:
-            rows = np.arange(len(self))[rows.ravel()]
+            rows = np.arange(len(self))[indices]
         except IndexError as error:
             raise invalid("selection", "a mask or indices of rows", Received(error)) from error
         numbers = self.numbers.take(rows)
@@ -512,26 +491,7 @@ class TestTable(View, Shown):
             vars(table)["_front"] = np.ones(len(rows), dtype=bool)
         return table
 
-    def sort_by(self, objective: str) -> TestTable:
-        """Return the feasible designs ordered by an objective, the best first: PSI's test table.
-
-        The largest value is the best one if the objective is maximised. Equal designs stay in the
-        order of testing; NaN comes last.
-
-        Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
-            >>> table.sort_by("f1").numbers
-            array([2, 1, 3])
-            >>> table.under(limits={"f2": 5}).sort_by("f1").numbers
-            array([1, 3])
-        """
-        names = self.schema.objectives
-        values = self.F[:, names.index(known_name("objective", objective, names))]
-        rows = np.flatnonzero(self.feasible())
-        # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
-        return self.take(rows[np.argsort(values[rows], kind="stable")])
-
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Unique names of the n designs: labels, or otherwise numbers of tests.
 
@@ -548,19 +508,9 @@ class TestTable(View, Shown):
             >>> table.with_notes({"row_no": ["A", "A", 7]}, "row_no").names
             ['A #1', 'A #2', 'row no 7']
         """
-        return [*self._names]
-
-    @cached_property
-    def _names(self) -> Sequence[str]:
         word = (self.schema.label or TEST).replace("_", " ")
-        labels = list(map(str, self._labels()))
-        if self.schema.label is None and {RUN, POINT} <= {*self.schema.notes}:
-            places = zip(self.column(RUN), self.column(POINT), strict=True)
-            for row, (run, point) in enumerate(places):
-                if str(run) != "1":
-                    labels[row] = f"{TEST} {run}.{point}"
         names = []
-        for label in labels:
+        for label in map(str, self._labels()):
             if label.isdecimal():
                 label = f"{word} {label}"
             names.append(label)
@@ -577,11 +527,15 @@ class TestTable(View, Shown):
         """Return the cells of the column that names the designs, or else the numbers of tests."""
         labels: list[Any] = self.numbers.tolist()
         if self.schema.label is not None:
-            for row, cell in enumerate(self.column(self.schema.label).tolist()):
-                if cell is None or cell != cell or cell == "":
-                    labels[row] = f"{TEST} {labels[row]}"  # it has no name of its own
-                else:
-                    labels[row] = cell
+            cells = self.column(self.schema.label)
+            are_empty = blank(cells)
+            for row, cell in enumerate(cells.tolist()):
+                labels[row] = f"{TEST} {labels[row]}" if are_empty[row] else cell
+        elif {RUN, POINT} <= {*self.schema.notes}:
+            places = zip(self.column(RUN), self.column(POINT), strict=True)
+            for row, (run, point) in enumerate(places):
+                if str(run) != "1":
+                    labels[row] = f"{TEST} {run}.{point}"
         return labels
 
     def row_of(self, design: int | str) -> int:
@@ -605,15 +559,11 @@ class TestTable(View, Shown):
         if self.schema.label is None:
             short = [name.removeprefix(f"{TEST} ") for name in self.names]  # a command takes 2.5
             return row_of_design(design, numbers, self.names, numbers, short)
-        labels = self._labels()
-        texts = list(map(str, labels))
-        is_unclear = design in labels
-        if isinstance(design, str):
-            # Where labels are numbers, one that is none of them is more likely a mistake.
-            is_unclear = any(map(str.isdecimal, texts))
-        if is_unclear and texts != list(map(str, numbers)):
+        labels = list(map(str, self._labels()))
+        # Where labels are numbers, one that is none of them is more likely a mistake.
+        if any(map(str.isdecimal, labels)) and labels != list(map(str, numbers)):
             numbers = []
-        return row_of_design(design, numbers, self.names, texts, numbers)
+        return row_of_design(design, numbers, self.names, labels, numbers)
 
     # Rankings
 
@@ -669,9 +619,7 @@ class TestTable(View, Shown):
     def _feasible_ranking(self) -> EfficiencyRanking:
         rows = np.flatnonzero(self.feasible())
         rows = rows[~self._repeated(rows)]
-        return self._ranking_of(
-            rows, self._front[rows], [self._names[row] for row in rows.tolist()]
-        )
+        return self._ranking_of(rows, self._front[rows], [self.names[row] for row in rows.tolist()])
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
@@ -839,36 +787,32 @@ class TestTable(View, Shown):
         """
         whole = self._stacked([self, other])
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
-        first = rows[inverse]  # the first row with the number of each row
-        later = np.flatnonzero(first != np.arange(len(whole)))
-        earlier = first[later]
+        earlier = rows[inverse]  # the first row with the number of each row
         # As evaluated: a failure is a result, and by rounding one of two may exceed a limit.
         status = [replace(table, decision=Decision()).status for table in (self, other)]
         results = {result_columns(whole.columns)["status"]: np.concatenate(status)}
         optional = {*whole.evaluated.outputs, *whole.evaluated.notes}
-        columns: Columns = {}
+        data = dict(whole.data)
         for name, cells in {**whole.data, **results}.items():
-            one = cells[earlier]
-            two = cells[later]
-            differing = unequal(one, two, _ROUNDING)
+            before = cells[earlier]
+            differing = unequal(before, cells, _ROUNDING)
             if name in optional:  # not every table has them
-                differing &= ~(blank(one) | blank(two))
-                columns[name] = cells.copy()
-                columns[name][earlier] = np.where(blank(one), two, one)
-            for i in np.flatnonzero(differing)[:1]:
-                test = whole.take([later[i]]).names[0]
+                is_gap = blank(before)
+                differing &= ~(is_gap | blank(cells))
+                data[name] = cells.copy()
+                data[name][earlier[is_gap]] = cells[is_gap]
+            for row in np.flatnonzero(differing)[:1]:
+                test = whole.take([row]).names[0]
                 raise invalid(
                     "tests",
                     "the same for each number",
-                    Received(f"{one[i]} and {two[i]} as {name} of {test}"),
+                    Received(f"{before[row]} and {cells[row]} as {name} of {test}"),
                     "do not join runs of different problems, bounds or versions",
                 )
-        return replace(whole, data={**whole.data, **columns}).take(rows)
+        return replace(whole, data=data).take(rows)
 
     def _stacked(self, tables: Sequence[TestTable]) -> TestTable:
         """Return the tests of tables one below the other, as evaluated, under this formulation."""
-        for table in tables:
-            instance("a table to be joined", table, TestTable)
         tables = [table for table in tables if len(table) or table.evaluated.columns] or [self]
         whole = tables[0]
         for table in tables[1:]:
@@ -918,20 +862,18 @@ class TestTable(View, Shown):
             >>> table.equals(table.take([0, 1])), table.equals(table.take([0]))
             (True, False)
         """
-        if not isinstance(other, TestTable):
+        if not isinstance(other, TestTable) or len(self) != len(other):
             return False
-        if self.schema.with_kinds() != other.schema.with_kinds():
-            return False
-        decisions = []
+        heads = []
         for table in (self, other):
-            formulation = table.formulation.without_columns()
-            decisions.append(replace(table.decision, formulation=formulation, page={}))
-        if decisions[0] != decisions[1]:
+            ranges = table.formulation.ranges or None
+            heads.append(schema_head(table.schema) | decision_head(table.decision))
+            heads[-1]["ranges"] = ranges
+        if heads[0] != heads[1]:
             return False
-        if not np.array_equal(self.numbers, other.numbers) or self.reasons != other.reasons:
-            return False
-        for name in self.columns:
-            if unequal(self.column(name), other.column(name)).any():
+        columns = columns_of(other)
+        for name, cells in columns_of(self).items():
+            if unequal(cells, columns[name]).any():
                 return False
         return True
 
@@ -995,26 +937,16 @@ class TestTable(View, Shown):
             columns[name] = self.column(name)
         results = result_columns(self.columns)
         columns[results["status"]] = self.status.astype(object)
-        columns[results["violated"]] = self._violated_names()
+        mask, names = self.violations()
+        texts = [", ".join(compress(names, row)) for row in mask.tolist()]
+        columns[results["violated"]] = np.fromiter(texts, object)
         columns[results["reason"]] = reason_cells(self)
         columns[results["pareto"]] = self.pareto()
         return columns
 
-    def _violated_names(self) -> AnyArray:
-        """``(n,)`` the names of the constraints and limits that each design violates, as a text."""
-        mask, names = self.violations()
-        texts = [", ".join(compress(names, row)) for row in mask.tolist()]
-        return np.fromiter(texts, object)
-
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        frame = self.take(np.arange(len(self))[:n]).to_frame()
-        results = result_columns(self.columns)
-        dropped = [results["pareto"]]  # that of ten rows is another one than that of all
-        for name in (results["violated"], results["reason"]):
-            if not frame[name].any():
-                dropped.append(name)
         headings = {column.name: column.heading for column in self.schema.columns}
-        return frame.drop(columns=dropped).rename(columns=headings), len(self)
+        return self.to_frame().head(n).rename(columns=headings), len(self)
 
     def to_csv(self, path: FilePath) -> None:
         """Write the table; :func:`read_table` reads it back without a change.
@@ -1109,12 +1041,10 @@ def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
     return differing
 
 
-def _writable_reasons(reasons: Mapping[int, str], numbers: Integers) -> dict[int, str]:
+def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
     """Return reasons of tests by their numbers, without characters that files cannot hold."""
     writable = {}
-    for number, reason in mapping("reasons", reasons, "numbers of tests to texts").items():
-        if number not in numbers:
-            raise invalid("reasons", "of tests of the table, by their numbers", number)
+    for number, reason in reasons.items():
         text = str(reason).encode("utf-8", "backslashreplace").decode("utf-8")
         writable[int(number)] = text.replace("\0", "␀") or "no reason given"
     return writable

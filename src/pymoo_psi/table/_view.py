@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,18 +105,14 @@ class View:
     def _matrix(self, role: str) -> AnyArray:
         """Return the columns of a role as a matrix, of objects if their types differ."""
         data = self._columns  # also without a column of the role: an expression may be wrong
-        columns = self.schema.with_role(role)
-        dtypes = {data[column.name].dtype for column in columns}
-        dtype: Any = np.float64
-        if len(dtypes) == 1:
-            (dtype,) = dtypes
-        elif dtypes:
-            dtype = object
-        matrix = np.empty((len(self), len(columns)), dtype)
-        for j, column in enumerate(columns):
+        columns = []
+        for column in self.schema.with_role(role):
             cells = data[column.name]
-            if role == OBJECTIVE and column.maximize:
-                cells = -cells
+            columns.append(-cells if role == OBJECTIVE and column.maximize else cells)
+        dtypes = {cells.dtype for cells in columns} or {np.dtype(np.float64)}
+        dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
+        matrix = np.empty((len(self), len(columns)), dtype)
+        for j, cells in enumerate(columns):
             matrix[:, j] = cells
         matrix.setflags(write=False)
         return matrix
@@ -194,7 +189,7 @@ class View:
             limit.require_fit(name, schema)
             if limit.texts is not None:
                 on_texts[name] = limit
-            elif not limit.is_open:
+            elif limit != Limit():
                 on_numbers[name] = limit
         # The order of the columns, not of the mapping: columns of violations stand in it.
         ordered = {name: on_numbers[name] for name in schema.values if name in on_numbers}
@@ -316,11 +311,8 @@ class View:
         firsts = np.zeros(len(rows))
         if self.schema.objectives:
             firsts = np.nan_to_num(self.F[rows, 0])
-        ordered = np.sort(firsts)
-        recurring = ordered[1:][ordered[1:] == ordered[:-1]]
-        if len(recurring) == 0:
-            return repeats
-        places = np.flatnonzero(np.isin(firsts, recurring))
+        values, counts = np.unique(firsts, return_counts=True)
+        places = np.flatnonzero(np.isin(firsts, values[counts > 1]))
         rows = rows[places]
         designs = {name: self.data[name][rows] for name in variables}
         parts = [self.evaluated.keys(designs), map(bytes, self.F[rows])]
