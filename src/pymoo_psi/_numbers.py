@@ -27,7 +27,7 @@ _MOST = 12  # decimals
 _LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
 _LONGEST = 1e7  # and from this size on all numbers
 _SHORT = 1e-4
-_DIGITS = 7  # and with more digits, if a column spans decades
+_DIGITS = 6  # and with more digits, if a column spans decades
 _ALL = 100 - 1e-7  # per cent, up to rounding
 
 
@@ -63,7 +63,7 @@ class NumberFormat:
         Values of up to three decimals and seven digits are written as they are. Otherwise the
         decimals follow the range: 500 values within it are told apart, and of more than three
         decades the least value has two digits. Numbers of 1e6 and more, below 1e-4, or with more
-        than seven digits so, have a power of ten.
+        than six digits so, have a power of ten.
 
         Args:
             values: All values of the column; those that are not finite are ignored.
@@ -95,7 +95,7 @@ class NumberFormat:
             is_short = True
             if spans_decades(compared):  # the least number has two digits, too
                 decimals = max(decimals, 1 - floor(log10(low)))
-                is_short = decimals + order < _DIGITS
+                is_short = decimals + max(order, 0) < _DIGITS
             if is_short:
                 return cls(min(decimals, _MOST), minus=minus)
         # Leading digits that all values have in common come on top of three that differ.

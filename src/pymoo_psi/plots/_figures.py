@@ -6,8 +6,9 @@ objective.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import combinations, product
+from itertools import chain, combinations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -295,12 +296,11 @@ def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
     The objective of more pairs is the first of a pair, so that panels share its axis.
     """
     names = table.schema.objectives
-    pairs = np.reshape(conflicting_pairs(table.F[table.pareto()])[:_PAIRS], (-1, 2)).astype(int)
-    counts = np.bincount(pairs.ravel())
-    is_second = counts[pairs[:, 1]] > counts[pairs[:, 0]]
-    pairs[is_second] = pairs[is_second, ::-1]
-    order = np.lexsort((pairs[:, 1], pairs[:, 0], -counts[pairs[:, 0]]))
-    return [(names[j], names[k]) for j, k in pairs[order]]
+    pairs = sorted(conflicting_pairs(table.F[table.pareto()])[:_PAIRS])
+    counts = Counter(chain(*pairs))
+    oriented = [sorted(pair, key=lambda j: -counts[j]) for pair in pairs]
+    oriented.sort(key=lambda pair: (-counts[pair[0]], pair))
+    return [(names[j], names[k]) for j, k in oriented]
 
 
 # Parallel coordinates
@@ -435,12 +435,9 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
             for place, power in zip(places_between(powers, *ends)[0], powers, strict=True):
                 ax.plot(place, j, "|", color="0.4", markersize=5, zorder=1)
                 looks = style | {"ha": "center", "path_effects": [HALO], "zorder": 6}
-                ax.annotate(tick(power), (place, j), (0, -8), **looks)
+                ax.annotate(tick(power), (place, j), (0, 8), **looks)
         written = NumberFormat.of(column[ranking.pareto], minus="−").text
-        worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
-        if not word:
-            value = ""
-        texts.append([heading, worst, best, value])
+        texts.append([heading, *[raised(written(value)) for value in (*ends, column[row])]])
     bold = style | {"color": INK, "fontweight": "bold"}
     _, _, bests, values = zip(*texts, strict=True)
     middle = _APART + _LETTER * len(max(bests, key=len))
@@ -452,7 +449,8 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         ax.annotate(name, (0, level), (-_APART, above), **bold)
         ax.annotate(worst, (0, level), (-_APART, below), **style)
         ax.annotate(best, (1, level), (middle, beside), **style)
-        ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
+        if word:
+            ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
         shifts = [4.5, -5.0, 0.0]
     ax.annotate("better →", (0.5, 0), (0, _LIFT), **style | {"ha": "center"})
     return places
@@ -523,10 +521,10 @@ def _name_lines(
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
-def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Array, Array]:
-    """Place names beside poles, none over another name or a pole, on few levels.
+def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Array, Mask]:
+    """Place names beside poles, none over another name or a pole.
 
-    Names of the first poles are on their right, those of the last ones on their left.
+    As many names as possible are on the right of their poles, those of the last poles on the left.
 
     Args:
         places: ``(n,)`` places of the poles.
@@ -538,24 +536,21 @@ def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Arr
         The level of each name, the nearest 0, and whether it is on the right of its pole; empty if
         there is no room.
     """
-    order = np.argsort(places, kind="stable")
-    rank = np.argsort(order)
-    best = (np.array([]), np.array([]))
-    for n_right in range(len(places), -1, -1):
-        is_right = rank < n_right
+    order = np.argsort(places, kind="stable")[::-1]
+    for n_left in range(len(places) + 1):
+        is_right = ~np.isin(np.arange(len(places)), order[:n_left])
         lows = np.where(is_right, places, places - widths)
         highs = lows + widths
         levels = np.full(len(places), -1)
-        for k in np.tile(order[::-1], len(places)):
+        for k in np.tile(order, len(places)):
             # Poles under a name end above it.
             is_over = (places > lows[k]) & (places < highs[k]) & (levels < 0)
             if levels[k] < 0 and not is_over.any():
                 is_beside = (lows < highs[k]) & (highs > lows[k])
                 levels[k] = levels[is_beside].max() + 1
-        has_room = np.all((lows >= left) & (highs <= right) & (levels >= 0))
-        if has_room and (not len(best[0]) or levels.max() < best[0].max()):
-            best = (levels, is_right)
-    return best
+        if np.all((lows >= left) & (highs <= right) & (levels >= 0)):
+            return levels, is_right
+    return np.array([]), np.array([], dtype=bool)
 
 
 # Sensitivities

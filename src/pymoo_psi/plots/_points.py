@@ -54,8 +54,8 @@ _NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effe
 # How groups are drawn. Those of a higher zorder are on top.
 _INFEASIBLE: Style = {"marker": "x", "color": "0.5", "markersize": 3.2, "zorder": 2.8}
 _OUTSIDE: Style = {
-    "color": "0.5",
-    "markersize": 4.0,
+    "color": "0.6",
+    "markersize": 3.2,
     "clip_on": False,
     "zorder": 6.0,
     "in_layout": False,
@@ -129,10 +129,9 @@ class Column:
         name_axis(axes, letter, self.label, self.options, self.sign)
 
     def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
-        """Write the value of a limit at its line: above the axes, or on its rejected side.
+        """Write the value of a limit at its line: above the axes, or on the line.
 
-        If the line is so near the end of a vertical axis that it has no room there, it is on the
-        other side.
+        On a line so near the upper end that it has no room there, it is below the line.
         """
         text = literal(f"limit {number(limit)} {self.unit}")
         if letter == "x":
@@ -140,9 +139,7 @@ class Column:
             return
         side: Style = {"va": "bottom", "xytext": (-2, 2)}
         place = axes.get_yaxis_transform().transform((1, limit))
-        level = axes.transAxes.inverted().transform(place)[1]
-        is_lower = limit == self.limits[0]
-        if (is_lower and level > _NARROW) or level > 1 - _NARROW:
+        if axes.transAxes.inverted().transform(place)[1] > 1 - _NARROW:
             side = {"va": "top", "xytext": (-2, -2)}
         axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", **side, **_NOTE)
 

@@ -79,10 +79,9 @@ _NAME: Style = BESIDE | {
 }
 _LEADER: Style = {"color": "0.4", "linewidth": 0.5, "transform": IdentityTransform()}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
-_MM_OF_LETTER = 1.4  # width of a letter in labels of axes
-_MM_OF_TICKS = 12.0  # left of axes
-_LETTERS_OF_Y = 36  # of the name of a vertical axis, at least
-_LETTERS_OF_TICK = 6  # and of a number at it, with the room beside it
+_LETTER_WIDTH = 4.0  # points, about
+_TICKS_WIDTH = 34.0  # left of axes
+_TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
 _LETTERS_OF_MARK = 6  # in a key
 # Where better values are, by the sign of an objective.
@@ -101,8 +100,7 @@ _LOW_PANEL = 30.0  # where the figure is narrow
 _ONE_PANEL = 60.0
 _HEADING = 7.0
 _AXIS = 9.0
-_LIMIT = 3.5
-_PADS = 4.0  # above and below the axes
+_PADS = 6.0  # above and below the axes
 NARROW = 120.0  # narrower figures have half as many panels side by side
 _LOWER = 0.85  # and these are so much lower
 WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
@@ -293,7 +291,6 @@ def _stack(figure: Drawing, planes: Sequence[tuple[Any, str, str]]) -> None:
     grid = planes[0][0].get_gridspec()
     names = [first for _, first, _ in planes]
     is_new = [a != b for a, b in zip(["", *names], [*names, ""], strict=True)]
-    above = set()  # rows with the value of a limit above them
     below = set()  # rows with an axis below them
     for k, (ax, _, _) in enumerate(planes):
         row = k % grid.nrows
@@ -305,15 +302,13 @@ def _stack(figure: Drawing, planes: Sequence[tuple[Any, str, str]]) -> None:
         for text in ax.texts:
             if getattr(text, "xycoords", "") == ABOVE:
                 text.set_visible(is_new[k] or row == 0)
-                if text.get_visible():
-                    above.add(row)
         head_axes(ax)
     height = _PANEL
     if len(planes) == 1:
         height = _ONE_PANEL
     elif figure.get_figwidth() * 25.4 < NARROW:
         height = _LOW_PANEL
-    total = _PADS + grid.nrows * (height + _HEADING) + _LIMIT * len(above) + _AXIS * len(below)
+    total = _PADS + grid.nrows * (height + _HEADING) + _AXIS * len(below)
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
@@ -333,23 +328,27 @@ def name_axis(
     figure: Any = axes.figure
     figure.fitted += ((name_axis, axes, letter, label, options, sign),)  # again in another width
     grid: Any = axes.get_gridspec()
-    room = int((figure.get_figwidth() * 25.4 / grid.ncols - _MM_OF_TICKS) / _MM_OF_LETTER)
-    n_ticks = int(np.clip(room // _LETTERS_OF_TICK, 1, _MOST_TICKS))
+    width = figure.get_figwidth() * 72 / grid.ncols
+    room = width - _TICKS_WIDTH
+    n_ticks = int(np.clip(room // _TICK_WIDTH, 1, _MOST_TICKS))
     if letter == "y":
-        room = max(room, _LETTERS_OF_Y)
+        head_axes(axes)
+        room = width - _TICKS_WIDTH / 2
         n_ticks = _MOST_TICKS - 1
     if label:
         text = _BETTER[letter][sign]
-        if len(label) + len(text) > room:
+        axis.set_label_text(text.format(literal(label)))
+        if _width(axis.label) > room:
             text = re.sub(",.*better", "", text)
-        axis.set_label_text(text.format(literal(label, room)))
-    if letter == "y":
-        head_axes(axes)
+            axis.set_label_text(text.format(literal(label)))
+        share = room / _width(axis.label)
+        if share < 1:
+            axis.set_label_text(text.format(literal(label, int(share * len(label[:40])) - 2)))
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
         names = [literal(option, 14) for option in options[::step]]
         rotation = 0
-        if letter == "x" and len("  ".join(names)) > room:
+        if letter == "x" and len("  ".join(names)) * _LETTER_WIDTH > room:
             rotation = 90
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
@@ -358,6 +357,12 @@ def name_axis(
         axis.set_major_formatter(_Ticks())
     else:
         axis.get_major_locator().set_params(numticks=n_ticks + 1)
+
+
+def _width(text: Text) -> float:
+    """Return the width of a text in points."""
+    figure: Any = text.figure
+    return float(text.get_window_extent().width * 72 / figure.dpi)
 
 
 def head_axes(axes: Axes) -> None:
@@ -402,11 +407,11 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
             marks.setdefault(label, {}).setdefault(type(mark), mark)
     n_letters = sum(len(label) + _LETTERS_OF_MARK for label in marks)
-    width = figure.get_figwidth() * 25.4
+    width = figure.get_figwidth() * 72
     n_columns = len(marks)
-    if n_letters * _MM_OF_LETTER > width:
+    if n_letters * _LETTER_WIDTH > width:
         n_columns = 3
-    if width < NARROW:
+    if width < NARROW / 25.4 * 72:
         n_columns = 2
     figure.legends.clear()
     handles: list[Any] = [tuple(kinds.values()) for kinds in marks.values()]
@@ -488,23 +493,22 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
         name.set_visible(True)  # an invisible one has no size
         size: Any = Text.get_window_extent(name).padded(point).size
         others = np.delete(dots, row, axis=0)
-        costs: list[float] = []
-        boxes = list(_boxes_around(dots[row], size, point))
-        for box in boxes:
-            most = min([most, *costs])
-            costs.append(_cost(axes, dots[row], box, others, paths, taken, most))
-        least = int(np.argmin(costs))
-        name.set_visible(bool(costs[least] < np.inf))
-        if name.get_visible():
-            box = boxes[least]
-            name.xyann = tuple((box.p0 - dots[row]) / point + 1)
-            way = _way(dots[row], box, point)
-            if _distance(dots[row], box) >= _LED * point:
+        best: Bbox | None = None
+        for box in _boxes_around(dots[row], size, point):
+            cost = _cost(axes, dots[row], box, others, paths, taken, most)
+            if cost < most:
+                most = cost
+                best = box
+        most = _BAD
+        name.set_visible(best is not None)
+        if best is not None:
+            name.xyann = tuple((best.p0 - dots[row]) / point + 1)
+            way = _way(dots[row], best, point)
+            if _distance(dots[row], best) >= _LED * point:
                 leader.set_data(*np.transpose(way.vertices))
             paths.append(way)
             near = Bbox([dots[row], dots[row]]).padded(_MARK * point)
-            taken += [box.padded(_GAP * point, 0), near]
-        most = _BAD
+            taken += [best.padded(_GAP * point, 0), near]
 
 
 def _boxes_around(dot: Array, size: Array, point: float) -> Iterator[Bbox]:
@@ -537,7 +541,7 @@ def _cost(
 ) -> float:
     """Return the cost of a box as the place of a name, in points of distance from its point.
 
-    It is infinite if there is no room, or if it is not below ``most``.
+    It is infinite if there is no room. If it is not below ``most``, it need not be exact.
     """
     point = axes.figure.dpi / 72
     distance = _distance(dot, box)
@@ -558,10 +562,7 @@ def _cost(
     if distance < _LED * point:  # without a leader it would name the nearest point
         n_bad += (away < _APART * distance).any()
     n_near = np.sum(_distance(others, way.get_extents()) < 2 * point)
-    cost = float(distance / point + _CROWDED * n_near + _BAD * n_bad)
-    if cost >= most:
-        return np.inf
-    return cost
+    return float(distance / point + _CROWDED * n_near + _BAD * n_bad)
 
 
 def literal(name: object, most: int = 40) -> str:
