@@ -515,8 +515,6 @@ def own_parameters(problem: Any) -> Values:
             continue
         value = _plain(getattr(problem, name, getattr(problem, f"_{name}", argument.default)))
         default = argument.default
-        if isinstance(default, np.generic):
-            default = default.item()
         # A default array is no constant: the problem may have changed its values.
         if not _is_constant(value) or (_is_constant(default) and value == default):
             continue
