@@ -256,7 +256,9 @@ class DesignSpace:
 
     def designs(self, matrix: AnyArray) -> AnyArray:
         """Return the rows of a matrix as the problem takes them: vectors, or dictionaries."""
-        matrix = matrix[:, self._are_free()]
+        free = self._are_free()
+        if not free.all():  # a copy has another layout, for which sums of a model differ in bits
+            matrix = matrix[:, free]
         if not self.named:
             return matrix
         names = self.free.variable_names
