@@ -34,9 +34,8 @@ _SECONDS = 1.0
 # Designs in the first piece: enough to measure the cost of one and to keep the workers of a runner
 # of another package busy, and few enough that a model of seconds a design loses minutes only.
 _SMALLEST = 64
-# The most designs in a piece: 65 536 fill NumPy's loops and take some megabytes; 512, where they
-# are evaluated one by one, let a progress bar move.
-_LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
+# The most designs in a piece, which fill NumPy's loops and take some megabytes.
+_LARGEST = 65_536
 # Pieces for each worker that may wait for it.
 _PIECES_AHEAD = 4
 # Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
@@ -302,15 +301,16 @@ def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
         raise invalid("problem", rule, Received("one for many designs"), remedy)
+    problem = model.problem
     smallest = _SMALLEST
     largest = _LARGEST
     if together:
         smallest = LAST
         largest = LAST
-    elif model.problem.elementwise:
-        largest = _LARGEST_ELEMENTWISE
-        if isinstance(model.problem.elementwise_runner, LoopedElementwiseEvaluation):
-            smallest = 1
+    elif problem.elementwise and isinstance(
+        problem.elementwise_runner, LoopedElementwiseEvaluation
+    ):
+        smallest = 1
     largest = options.block_size or largest
     return Queue(
         PieceTask(model, options.keep),

@@ -299,15 +299,15 @@ def _limits_of_cube(model: Model, limits: Mapping[str, Limit], learned: Names) -
         limits: Limits on columns, by name.
         learned: Columns whose limits are those of learned outputs instead.
     """
-    space = model.space
-    cube = np.zeros((2, len(space.searched)))
-    cube[1] = 1.0
-    names = dict(zip(space.variable_names, model.schema.variables, strict=True))
-    for j, variable in enumerate(space.searched):
+    names = dict(zip(model.space.variable_names, model.schema.variables, strict=True))
+    cube = []
+    for variable in model.space.searched:
         name = names[variable.name]
+        ends = 0.0, 1.0
         if name in limits and name not in learned:
-            cube[:, j] = variable.between(limits[name].lower, limits[name].upper)
-    return cube
+            ends = variable.between(limits[name].lower, limits[name].upper)
+        cube.append(ends)
+    return np.transpose(cube)
 
 
 def _needed(computed: Mapping[str, str], names: Collection[str]) -> dict[str, Expression]:

@@ -109,13 +109,13 @@ def propose(
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
     seen = np.vstack([tests.Z, goal.encode(tests.pending)])
+    if learned is None:
+        return _distant_points(seen, batch, goal, random)
+
     # In some rounds nothing is avoided, as failures may be random.
     is_risky = round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1
-    if is_risky and (learned is None or learned.failures is None):
+    if is_risky and learned.failures is None:
         tests = replace(tests, has_failed=np.zeros_like(tests.has_failed))
-    if learned is None:
-        return _distant_points(seen, tests, batch, goal, random)
-
     surrogates = _Surrogates(tests, goal, learned)
     candidates = _searched(surrogates, round_number, random)
     count = (len(seen) + batch) // 2 - len(seen) // 2  # every second one, also of odd batches
@@ -126,7 +126,7 @@ def propose(
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, goal.encode(candidates.points[selected])])
-        rest = _distant_points(seen, tests, n_missing, goal, random)
+        rest = _distant_points(seen, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
 
@@ -324,15 +324,11 @@ def _meets_requirements(points: Array, goal: Goal) -> Mask:
     return np.asarray((goal.violations(points) <= 0).all(axis=1))
 
 
-def _distant_points(
-    seen: Array, tests: Observations, count: int, goal: Goal, random: Random
-) -> Array:
-    """Return points far from all tests and from each other, away from failures if possible."""
+def _distant_points(seen: Array, count: int, goal: Goal, random: Random) -> Array:
+    """Return points far from all tests and from each other."""
     points = _random_points(count, goal, random)
     Z = goal.encode(points)
-    distance = _nearest(Z, seen)
-    distance[_failure_risk(Z, tests) > 0] *= 0.1  # chosen only if little else is left
-    return points[_farthest(Z, distance, count)]
+    return points[_farthest(Z, _nearest(Z, seen), count)]
 
 
 def _farthest(Z: Array, distance: Array, count: int) -> list[int]:
@@ -380,7 +376,7 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     Z = scaled(goal.encode(points), lengths)
     pending = scaled(goal.encode(tests.pending), lengths)
     distance = np.minimum(distances.min(axis=0)[is_unsure], _nearest(Z, pending))
-    return np.asarray(points[_farthest(Z, distance, min(count, len(points)))])
+    return points[_farthest(Z, distance, min(count, len(points)))]
 
 
 def _random_points(count: int, goal: Goal, random: Random) -> Array:
@@ -403,7 +399,7 @@ def _nearest(A: Array, B: Array) -> Array:
     return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
 
 
-def _failure_risk(Z: Array, tests: Observations, lengths: Array | None = None) -> Array:
+def _failure_risk(Z: Array, tests: Observations, lengths: Array | None) -> Array:
     """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones.
 
     Args:
@@ -414,7 +410,7 @@ def _failure_risk(Z: Array, tests: Observations, lengths: Array | None = None) -
     if not tests.has_failed.any():
         return np.zeros(len(Z))
     from_known, from_failed = _distances(Z, tests, lengths)
-    return np.asarray(np.minimum(from_known - _SAFE_DISTANCE_RATIO * from_failed, 1.0))
+    return np.minimum(from_known - _SAFE_DISTANCE_RATIO * from_failed, 1.0)
 
 
 def _distances(Z: Array, tests: Observations, lengths: Array | None) -> tuple[Array, Array]:
@@ -601,10 +597,10 @@ def _scaled(F: Array, ranges: Array) -> Array:
     return np.asarray((F - low) / lengths)
 
 
-# By what a candidate is selected, in turn. Where surrogates err, the largest gain is promised again
-# and again, whatever is tested near it; so most designs are selected by distance.
-_RULES = ("gain", "distance", "distance", "distance")
-_RULES_OF_DECISION = ("gain", "distance", "compromise", "distance")
+# By what a candidate is selected, in turn; without a decision, the compromise is a distance, too.
+# Where surrogates err, the largest gain is promised again and again, whatever is tested near it; so
+# most designs are selected by distance.
+_RULES = ("gain", "distance", "compromise", "distance")
 # While surrogates see no design that keeps all limits, the next ones have these distances from
 # tests, in turn, in units of the cube's diagonal. Without distances, all of them would lie in the
 # one place that looks best.
@@ -624,9 +620,6 @@ def _selected(
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to select; there are fewer if fewer are not tested yet.
     """
-    rules = _RULES
-    if surrogates.goal.is_directed:
-        rules = _RULES_OF_DECISION
     Z = candidates.Z
     front = surrogates.front
     contraction = surrogates.contraction
@@ -640,7 +633,7 @@ def _selected(
     gap = _nearest(F, front)  # from the nearest known objectives
     selected: list[int] = []
     for n_known in range(len(seen), len(seen) + batch):
-        turn = n_known % len(rules)
+        turn = n_known % len(_RULES)
         rows = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
         if len(rows) == 0:
             break
@@ -648,7 +641,7 @@ def _selected(
         if is_kept.any():
             rows = rows[is_kept]
             gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
-            scores = _scores(rules[turn], rows, candidates.worth, gains, distance, gap)
+            scores = _scores(_RULES[turn], rows, candidates.worth, gains, distance, gap)
         else:
             spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
             # After a search near the best tests, no candidate may be that far away.
@@ -677,6 +670,6 @@ def _scores(
     """
     if rule == "compromise" and worth.any():
         return np.where(distance > _MIN_DISTANCE_FROM_TEST, worth, -np.inf)
-    if rule != "distance" and gains[rows].max() > 0:
+    if rule == "gain" and gains[rows].max() > 0:
         return gains
     return np.where(np.isinf(gap), distance, gap)

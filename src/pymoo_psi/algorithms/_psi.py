@@ -338,7 +338,6 @@ class PointAlgorithm(WithTable, Algorithm):
         rows = np.flatnonzero(self._under(self._tests).pareto())
         if len(rows) == 0:
             violation = self._run.model.total_violation(self._tests)
-            violation = np.nan_to_num(violation, nan=np.inf)
             rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
         if self.problem.n_obj == 1:
             rows = rows[:1]

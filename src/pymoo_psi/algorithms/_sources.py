@@ -144,17 +144,6 @@ class Points:
         """Return no points."""
         return cls(np.zeros(0, dtype=np.int64), 0)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Send consecutive numbers as two: half a megabyte takes as long as 7000 designs."""
-        others = self.n_dim, self.coordinates, self.rounds, self.designs
-        if self._consecutive:
-            return _consecutive_points, (int(self.numbers[0]), len(self), *others)
-        return Points, (self.numbers, *others)
-
-    @property
-    def _consecutive(self) -> bool:
-        return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
-
     def __len__(self) -> int:
         """Return how many points there are."""
         return len(self.numbers)
@@ -173,8 +162,8 @@ class Points:
         """``(n, n_dim)`` points of the unit cube."""
         if self.coordinates is not None:
             return self.coordinates
-        if self._consecutive:  # all at once is faster
-            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
+        if len(self) > 0 and (np.diff(self.numbers) == 1).all():  # all at once is faster
+            return lp_tau(len(self), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
     def matrix(self, space: DesignSpace) -> Designs:
@@ -197,10 +186,6 @@ class Points:
         return self._with(
             numbers, lambda array, name: np.concatenate([array, getattr(others, name)])
         )
-
-
-def _consecutive_points(first: int, n: int, *others: Any) -> Points:
-    return Points(np.arange(first, first + n), *others)
 
 
 class Source:

@@ -333,9 +333,8 @@ class SurrogateSource(Source):
         others = store.others()
         self._others = others.take(model.space.are_near(others.X, REACH))
         self._tests = store.empty
-        # What the last and the next round follow, and the number of the request for it.
+        # What the next round follows, and the number of the request for it.
         self._direction = (model.formulation, 0)
-        self._next_direction = self._direction
         self._learned: Learned | None = None
         self._n_fitted = 0  # to how many of the first tests lengths are fitted
 
@@ -358,7 +357,8 @@ class SurrogateSource(Source):
 
     def direct(self, formulation: Formulation, request: int) -> None:
         """Propose the next points for another formulation, that of a request."""
-        self._next_direction = formulation, request
+        self._direction = formulation, request
+        self._n_fitted = 0
 
     def extend(self, count: int) -> None:
         """Add ``count`` points, which are proposed."""
@@ -412,9 +412,6 @@ class SurrogateSource(Source):
 
     def _new_round(self) -> list[Values]:
         """Make a round; return what is stored of each of its points."""
-        if self._direction != self._next_direction:
-            self._direction = self._next_direction
-            self._n_fitted = 0
         pending = self._pending()
         content: Values = {}
         if len(pending):  # all tests before the round were known but these

@@ -113,7 +113,7 @@ class Scale:
             return t
         if not self.reciprocal:
             # Useless predictions, as large as sinh(300), must be finite in any unit.
-            return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -300, 300)))
+            return self.origin + self.unit * np.sinh(np.clip(t, -300, 300))
         t = np.clip(t, -_NEARLY_ONE, _NEARLY_ONE)
         y = self.origin + self.unit * t / (1 - np.abs(t))
         return np.asarray(np.clip(y, -self.most, self.most))
@@ -573,7 +573,7 @@ def _slopes_by_variable(Z: Array, x: Array, S: Array, W: Array) -> tuple[Array, 
 def scaled(Z: Array, lengths: Array) -> Array:
     """Return ``(n, d)`` designs, bent, in units of lengths: covariances follow from distances."""
     d = Z.shape[1]
-    return np.asarray(_bent(Z, _rates(lengths[d:-3])) * np.exp(-lengths[:d]))
+    return _bent(Z, _rates(lengths[d:-3])) * np.exp(-lengths[:d])
 
 
 def _rates(bends: Array) -> Array:
@@ -590,7 +590,7 @@ def _bent(Z: Array, rates: Array) -> Array:
     where they are, and what lies beyond them, such as tests within other bounds, is not bent.
     """
     inside = np.clip(Z, 0, 1)
-    return np.asarray(np.expm1(rates * inside) / np.expm1(rates) + (Z - inside))
+    return np.expm1(rates * inside) / np.expm1(rates) + (Z - inside)
 
 
 def _trends(Z: Array) -> list[Array]:
