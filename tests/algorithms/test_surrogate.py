@@ -280,6 +280,17 @@ def test_another_run_of_a_study_learns_from_the_first(study_file):
     assert len(read_table(study_file)) == 53
 
 
+def test_a_limit_may_be_on_an_output_that_no_stored_test_has(study_file):
+    def cold(x):
+        return {"F": [x[0], (1 - x[0]) ** 2 + x[1]]}
+
+    minimize(Model(cold, n_var=2), PSI(20, study=study_file))
+    warm = Model(lambda x: cold(x) | {"heat": x[0]}, n_var=2)
+    table = run(warm, 16, study=study_file, batch=4, limits={"heat": (0.5, None)}).table
+    assert (table["proposal_round"] > 0).all()
+    assert (table["heat"][4:] > 0.45).mean() > 0.5
+
+
 def test_tests_of_other_bounds_are_learned_where_they_are(study_file):
     """As if they were on the edge of the bounds, they would be taken for bad designs near it."""
 

@@ -229,7 +229,7 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = runner.elastic or runner.n_workers > (self._batch or _BATCH)
         if runner.in_rounds or (runner.n_workers == 0 and not runner.elastic):
             is_asynchronous = False
-        n_first = self._n_sequence - self._n_left_out(sequence, model, store)
+        n_first = self._n_sequence - self._n_left_out(model, store)
         return SurrogateSource(
             sequence.at(slice(0, n_first)),
             n_points,
@@ -241,19 +241,14 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous=is_asynchronous,
         )
 
-    def _n_left_out(self, sequence: Points, model: Model, store: Store) -> int:
+    def _n_left_out(self, model: Model, store: Store) -> int:
         """Return how many points of the sequence are proposed instead, as other runs have tests."""
         if self._is_start_fixed:
             return 0
         n_left_out = 0
         if len(store.known()) == 0:  # a run that was begun goes on as it was
-            others = store.others()
-            others = others.take(model.space.are_near(others.X))
-            n_left_out = min(self._n_sequence, len(others))
-            first = sequence.at(slice(0, self._n_sequence - n_left_out))
-            tested = model.keys(others.X)
-            if set(model.keys(first.matrix(model.space))).issubset(tested):
-                n_left_out = self._n_sequence  # nothing new would be learned
+            n_others = np.count_nonzero(model.space.are_near(store.others().X))
+            n_left_out = min(self._n_sequence, int(n_others))
         return int(store.remember_once("points left out of the sequence", n_left_out))
 
 
