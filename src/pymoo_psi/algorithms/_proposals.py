@@ -135,24 +135,25 @@ def _searched(surrogates: _Surrogates, round_number: int, random: Random) -> _Ca
     """Return the designs that a search finds, and set the front and the ranges of surrogates."""
     tests = surrogates.tests
     goal = surrogates.goal
-    rows = surrogates.rows[surrogates.best_tests()[: _POPULATION_SIZE // 4]]
-    best = np.clip(tests.points[rows], goal.low, goal.high)
+    best = surrogates.best_points(_POPULATION_SIZE // 4)
     start_of_search = _start_anywhere
     if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
         start_of_search = _start_near
     start = start_of_search(best, surrogates.predict, goal, random)
-    points = _search(surrogates.predict, start, surrogates.contraction, goal, random)
+    points = _search(surrogates.predict, start, surrogates.contraction, random)
+    points = points[_meets_requirements(points, goal)]
     candidates = surrogates.candidates(points)
     pending = surrogates.candidates(tests.pending)
     F = np.vstack([tests.Y[tests.is_eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
     F = F[nondominated(F)]
     surrogates.ranges = _ranges(F, candidates, goal)
     surrogates.front = _scaled(F, surrogates.ranges)
-    if not goal.is_directed or len(F) == 0:
+    if not goal.is_directed or len(F) == 0 or len(points) == 0:
         return candidates
     aim = surrogates.compromise
     start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
-    compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
+    compromises = _search(aim, start, 0.0, random)
+    compromises = compromises[_meets_requirements(compromises, goal)][:_N_COMPROMISES]
     return surrogates.candidates(np.vstack([points, compromises]))
 
 
@@ -220,8 +221,6 @@ class _Surrogates:
         tests: The tests so far.
         goal: What the search seeks.
         learned: What is learned of the tests.
-        rows: ``(n,)`` the rows of the tests that are learned.
-        T: ``(n, q)`` their outputs on their scales.
         processes: The surrogate of each output.
         contraction: As :func:`_contraction` returns it.
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
@@ -229,28 +228,30 @@ class _Surrogates:
     """
 
     def __init__(self, tests: Observations, goal: Goal, learned: Learned) -> None:
-        rows = np.flatnonzero(tests.is_known)
-        self.rows = rows[evenly_spread(len(rows), _MOST_TESTS)]
-        self.T = learned.to(bounded(tests.Y[self.rows]))
-        Z = tests.Z[self.rows]
-        self.processes = []
-        for output, t in zip(learned.outputs, self.T.T, strict=True):
-            self.processes.append(output.process(Z, t))
-        self.goal = goal
-        self.contraction = _contraction(learned, goal.n_obj)
         self.tests = tests
+        self.goal = goal
+        self.learned = learned
+        self.contraction = _contraction(learned, goal.n_obj)
+        # the rows of the tests that are learned, and their outputs on their scales
+        rows = np.flatnonzero(tests.is_known)
+        self._rows = rows[evenly_spread(len(rows), _MOST_TESTS)]
+        self._T = learned.to(bounded(tests.Y[self._rows]))
+        Z = tests.Z[self._rows]
+        self.processes = []
+        for output, t in zip(learned.outputs, self._T.T, strict=True):
+            self.processes.append(output.process(Z, t))
         recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
         is_missing = tests.is_eligible.any() and not recent.any()
         self._is_cautious = goal.is_narrowed and is_missing
         self.ranges = np.zeros((2, goal.n_obj))
         self.front = np.zeros((0, goal.n_obj))
-        self.learned = learned
 
-    def best_tests(self) -> Rows:
-        """Return the indices of the tests that are learned, the best first."""
-        excess = self.goal.excess(self.T, self.learned, np.zeros_like(self.T))
-        F = self.T[:, : self.goal.n_obj]
-        return _survivors(F, excess, len(F), self.contraction)
+    def best_points(self, n: int) -> Array:
+        """Return the points of the n best tests, the best first."""
+        excess = self.goal.excess(self._T, self.learned, np.zeros_like(self._T))
+        F = self._T[:, : self.goal.n_obj]
+        best = _survivors(F, excess, n, self.contraction)
+        return np.clip(self.tests.points[self._rows[best]], self.goal.low, self.goal.high)
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what exceeds limits."""
@@ -451,8 +452,8 @@ def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Popul
     return _Population.of(aim, points, goal.low, goal.high)
 
 
-def _search(aim: Aim, start: _Population, contraction: float, goal: Goal, random: Random) -> Array:
-    """Return the ``(k, d)`` points at the end of an evolution that meet the requirements.
+def _search(aim: Aim, start: _Population, contraction: float, random: Random) -> Array:
+    """Return the ``(k, d)`` points at the end of an evolution, the best first.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
     of the points on the way is added, for :func:`_selected` to choose from.
@@ -470,7 +471,7 @@ def _search(aim: Aim, start: _Population, contraction: float, goal: Goal, random
     points = population.points
     if (population.excess > 0).any(axis=1).all():
         points = np.vstack([points, *(generation[::8] for generation in tried)])
-    return points[_meets_requirements(points, goal)]
+    return points
 
 
 def _children(parents: _Population, aim: Aim, random: Random) -> _Population:

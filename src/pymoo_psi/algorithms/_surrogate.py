@@ -31,6 +31,7 @@ from pymoo_psi.algorithms._surrogate_models import (
     bounded,
     evenly_spread,
 )
+from pymoo_psi.parallel import Queue
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
@@ -229,27 +230,26 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = runner.elastic or runner.n_workers > (self._batch or _BATCH)
         if runner.in_rounds or (runner.n_workers == 0 and not runner.elastic):
             is_asynchronous = False
-        n_first = self._n_sequence - self._n_left_out(model, store)
         return SurrogateSource(
-            sequence.at(slice(0, n_first)),
+            sequence.at(slice(0, self._n_first(model, store))),
             n_points,
             model,
-            executor,
+            executor.queue,
             store,
             seed=self.seed or 0,
             batch=self._batch,
             is_asynchronous=is_asynchronous,
         )
 
-    def _n_left_out(self, model: Model, store: Store) -> int:
-        """Return how many points of the sequence are proposed instead, as other runs have tests."""
+    def _n_first(self, model: Model, store: Store) -> int:
+        """Return how many points of the sequence come first: fewer if other runs have tests."""
         if self._is_start_fixed:
-            return 0
-        n_left_out = 0
+            return self._n_sequence
+        n_others: int = 0
         if len(store.known()) == 0:  # a run that was begun goes on as it was
-            n_others = np.count_nonzero(model.space.are_near(store.others().X))
-            n_left_out = min(self._n_sequence, int(n_others))
-        return int(store.remember_once("points left out of the sequence", n_left_out))
+            n_others = int(np.count_nonzero(model.space.are_near(store.others().X)))
+        n_others = store.remember_once("points left out of the sequence", n_others)
+        return max(self._n_sequence - n_others, 0)
 
 
 def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
@@ -292,7 +292,7 @@ class SurrogateSource(Source):
         sequence: The points that come first, those of the sequence.
         n_points: How many points there are in all.
         model: The model of the tests.
-        executor: What tests the points, and says how many workers are free.
+        queue: The points that are being evaluated, and the workers.
         store: Where proposals are kept before they are tested.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -305,7 +305,7 @@ class SurrogateSource(Source):
         sequence: Points,
         n_points: int,
         model: Model,
-        executor: Executor,
+        queue: Queue,
         store: Store,
         *,
         seed: int,
@@ -313,7 +313,7 @@ class SurrogateSource(Source):
         is_asynchronous: bool,
     ) -> None:
         self._model = model
-        self._executor = executor
+        self._queue = queue
         self._store = store
         self._seed = seed
         self._batch = batch
@@ -429,18 +429,18 @@ class SurrogateSource(Source):
             # next round is being made.
             return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
-            return max(_FIRST_BATCH, self._executor.queue.runner.n_workers)
+            return max(_FIRST_BATCH, self._queue.runner.n_workers)
         return _BATCH
 
     @property
     def _n_free(self) -> int:
         """How many workers have no design; negative while designs wait for workers."""
-        return self._executor.queue.runner.n_workers - self._executor.queue.n_pending
+        return self._queue.runner.n_workers - self._queue.n_pending
 
     @property
     def _n_ahead(self) -> int:
         """How many designs wait for workers that end while a round is being made."""
-        return max(1, self._executor.queue.runner.n_workers // 4)
+        return max(1, self._queue.runner.n_workers // 4)
 
     def _table(self) -> TestTable:
         """Return the known tests, under the formulation."""
