@@ -67,7 +67,7 @@ class Block(NamedTuple):
 
 
 class PieceTask:
-    """Returns the points of a piece without their coordinates, and the tests that are needed.
+    """Returns the numbers of the points of a piece, and the tests that are needed.
 
     It is sent to processes, which are not those of an earlier run if the values of the problem
     depend on something else.
@@ -82,9 +82,9 @@ class PieceTask:
         self._model = model
         self._keep = keep
 
-    def __call__(self, piece: Points) -> tuple[Points, TestTable]:
+    def __call__(self, piece: Points) -> tuple[Numbers, TestTable]:
         """Evaluate the points of a piece."""
-        return Points(piece.numbers, 0), self.needed(self._model.evaluated(piece))
+        return piece.numbers, self.needed(self._model.evaluated(piece))
 
     def needed(self, tests: TestTable) -> TestTable:
         """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
@@ -285,14 +285,15 @@ class Executor:
         self._reset()
 
 
-def _block_of_pieces(pieces: Sequence[tuple[Points, TestTable]], seconds: Sequence[float]) -> Block:
+def _block_of_pieces(
+    pieces: Sequence[tuple[Numbers, TestTable]], seconds: Sequence[float]
+) -> Block:
     """Return the tests of pieces, each of which took some seconds."""
-    numbers = np.concatenate([points.numbers for points, _ in pieces])
-    (_, whole), *others = pieces
+    numbers, (whole, *others) = zip(*pieces, strict=True)
     if others:  # otherwise it takes as long as a commit
-        whole = whole.extended(*(tests for _, tests in others))
-    sizes = [len(points) for points, _ in pieces]
-    return Block(numbers, whole, True, np.repeat(np.divide(seconds, sizes), sizes))
+        whole = whole.extended(*others)
+    sizes = [*map(len, numbers)]
+    return Block(np.concatenate(numbers), whole, True, np.repeat(np.divide(seconds, sizes), sizes))
 
 
 def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue:

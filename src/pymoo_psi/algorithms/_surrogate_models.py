@@ -322,42 +322,34 @@ class Covariance:
 
     def unexplained(self, Z: Array) -> Array:
         """Return the ``(k,)`` parts of the variance of designs that the tests do not explain."""
-        half = self._half(Z)
-        prior = 1 + (self.trends_of(Z) ** 2).sum(axis=1)
-        return np.asarray(np.maximum(prior - np.einsum("ij,ij->j", half, half), 0))
-
-    def _half(self, Z: Array) -> Array:
-        """Return ``(n, k)`` covariances of the tests with designs, times the inverse factor."""
-        kernel = self.matern(Z) + self.trends_of(Z) @ self.trends.T
+        trends = self.trends_of(Z)
+        kernel = self.matern(Z) + trends @ self.trends.T
         half = solve_triangular(self.factor, kernel.T, lower=True, check_finite=False)
-        return np.asarray(half)
+        prior = 1 + (trends**2).sum(axis=1)
+        return np.asarray(np.maximum(prior - np.einsum("ij,ij->j", half, half), 0))
 
     def trends_of(self, Z: Array) -> Array:
         """Return the ``(k, 2 d)`` trends of designs, whose products are covariances."""
         return np.asarray(np.hstack(_trends(Z)) * self._trend_weights)
 
     def matern(self, Z: Array) -> Array:
-        """Return ``(k, n)`` values of Matérn's kernel of designs and the tests."""
-        return _in_place_matern(self._rows(Z) @ self._columns)
+        """Return ``(k, n)`` values of Matérn's kernel of designs and the tests.
+
+        It takes most of the time of a search, and is computed in place of the squared distances.
+        """
+        squares = self._rows(Z) @ self._columns
+        np.abs(squares, out=squares)  # rounding may leave less than 0
+        r = np.sqrt(squares)
+        squares /= 3
+        squares += r
+        squares += 1
+        squares /= np.exp(r, out=r)
+        return squares
 
     def _rows(self, Z: Array) -> Array:
         """Return ``(k, d + 2)`` designs a, as :func:`scaled`, as rows ``(a, a·a, 1)``."""
         designs = _ROOT5 * scaled(Z, self._lengths)
         return np.column_stack([designs, (designs**2).sum(axis=1), np.ones(len(Z))])
-
-
-def _in_place_matern(squares: Array) -> Array:
-    """Return Matérn's kernel of squared distances, in their place.
-
-    It takes most of the time of a search.
-    """
-    np.abs(squares, out=squares)  # rounding may leave less than 0
-    r = np.sqrt(squares)
-    squares /= 3
-    squares += r
-    squares += 1
-    squares /= np.exp(r, out=r)
-    return squares
 
 
 class GaussianProcess:
