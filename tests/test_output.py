@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, Formulation, Recorded, SphereChute, TestTable, representatives
+from pymoo_psi import PSI, Recorded, SphereChute, TestTable, representatives
 from pymoo_psi._output import ROWS, whole_file
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
@@ -42,7 +42,6 @@ VIEWS = [
     lambda table: table,
     lambda table: table.ranking(),
     lambda table: representatives(table, 3),
-    lambda table: Formulation(maximize=["gain"], limits={EVIL: (None, 3), "gain": 1}),
 ]
 
 

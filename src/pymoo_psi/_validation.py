@@ -257,11 +257,3 @@ def objective_matrix(name: str, value: Any) -> Array:
         remedy = f"use {name}[None, :] for one design, {name}[:, None] for one objective"
         raise invalid(name, rule, Received(f"shape {array.shape}"), remedy)
     return finite_array(name, array, "leave out designs that failed or are infeasible")
-
-
-def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the entries of an object; JSON would silently drop the first of two with one name."""
-    entries = dict(pairs)
-    if len(entries) < len(pairs):
-        raise ValueError("a name occurs twice")
-    return entries

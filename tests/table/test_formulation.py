@@ -239,7 +239,6 @@ def test_limits_that_could_mean_two_things_are_refused(limits, message):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('{"objectives": ["a"], "objectives": ["b"]}', "a name occurs twice"),
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
         ('{"positions": [{"name": "Ann", "weight": {}}]}', "a position: .*unknown field `weight`"),
         ('{"limits": {"mass": NaN}}', "NaN is no finite number"),

@@ -17,7 +17,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Entries, FilePath, Head, Names, counted, distinct, invalid
+from pymoo_psi._validation import Entries, FilePath, Head, Names, counted, invalid
 from pymoo_psi.files._cells import (
     Cells,
     RowsByLine,
@@ -265,7 +265,7 @@ class JsonFile(FileFormat):
 
         call = f"pandas.read_json('{file.path.name}', lines=True).to_csv('designs.csv')"
         try:
-            designs = json.loads(file.text, object_pairs_hook=distinct)
+            designs = json.loads(file.text)
             if not all(isinstance(row, dict) for row in designs):
                 raise TypeError("it holds other values than objects")
         except (ValueError, TypeError, RecursionError) as error:

@@ -19,7 +19,6 @@ from pymoo_psi._validation import (
     FilePath,
     Values,
     collection,
-    distinct,
     instance,
     invalid,
     known_name,
@@ -210,7 +209,6 @@ class Decision:
         try:
             entries = json.loads(
                 content.decode("utf-8-sig"),
-                object_pairs_hook=distinct,
                 parse_constant=_number,
                 parse_float=_number,
                 parse_int=_number,

@@ -234,10 +234,7 @@ def write_csv(path: FilePath, columns: Entries, head: Head | None = None) -> Non
         ArgumentValueError: There are metadata of another program.
         OSError: A file cannot be written.
     """
-    if os.path.exists(path) and not os.path.isfile(path):
-        with whole_file(path) as new:
-            _write_rows(new, columns, head or {})
-        return
+    is_pipe = os.path.exists(path) and not os.path.isfile(path)
     metadata = metadata_path(path)
     is_former = is_marked(metadata)
     if head and metadata.exists() and not is_former:
@@ -249,7 +246,7 @@ def write_csv(path: FilePath, columns: Entries, head: Head | None = None) -> Non
         )
     with whole_file(path) as new:
         _write_rows(new, columns, head or {})
-        if head:
+        if head and not is_pipe:
             with whole_file(metadata) as new_metadata:
                 document = _document(path, columns, head)
                 text = json.dumps(document, ensure_ascii=False, indent=1) + "\n"
