@@ -4,7 +4,8 @@
 
 A mutant changes one place of one file: a comparison, an operator, a condition, a number, the order
 of two arguments, or a call without a result, which is left out. The tests of its subpackage are
-tried first, then all others. Results are kept in a file, by which an interrupted study continues.
+tried first, then all others, at last the slow ones of its subpackage. Results are kept in a file,
+by which an interrupted study continues.
 In the end, the mutants are listed that no test noticed.
 """
 
@@ -21,6 +22,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+import pytest
 
 from benchmarks.machine import QUICK, describe_machine, sized
 
@@ -149,7 +152,9 @@ def noticed_by(mutant: Mutant) -> str:
         source = path.read_bytes()
         path.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.end :])
         subpackage = Path(mutant.file).parts[2]
-        for places in ([f"tests/{subpackage}", f"{SOURCES}/{subpackage}"], ["tests", "src"]):
+        tests = f"tests/{subpackage}"
+        own = [tests, f"{SOURCES}/{subpackage}"]
+        for places in (own, ["tests", "src"], ["-m", "slow", tests]):
             words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "2", "--no-header", *places]
             environment = {**os.environ, "PYTHONPATH": str(copy / "src"), "CI": "1"}
             try:
@@ -158,7 +163,7 @@ def noticed_by(mutant: Mutant) -> str:
                 )
             except subprocess.TimeoutExpired:
                 return "it did not end"
-            if ended.returncode:
+            if ended.returncode not in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
                 lines = ended.stdout.splitlines()
                 failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
                 return (failed or lines[-1:] or ["an error"])[0][:150]

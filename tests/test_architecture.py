@@ -157,10 +157,14 @@ def outside(modules):
     return tops - {"pymoo_psi"} - {name.lower() for name in sys.stdlib_module_names}
 
 
-def test_what_is_imported_is_declared_and_the_reverse():
-    """An extra is imported in functions only; those for tests and documents are of no use here."""
+@pytest.fixture
+def project():
     tomllib = pytest.importorskip("tomllib", reason="Python 3.10 reads no TOML")
-    project = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
+    return tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
+
+
+def test_what_is_imported_is_declared_and_the_reverse(project):
+    """An extra is imported in functions only; those for tests and documents are of no use here."""
     needed = declared(project["dependencies"])
     optional = project["optional-dependencies"]
     extras = declared(
@@ -180,16 +184,13 @@ def test_what_is_imported_is_declared_and_the_reverse():
     assert outside(at_once) <= needed
 
 
-def test_the_extra_for_tests_is_enough():
+@pytest.mark.slow
+def test_the_extra_for_tests_is_enough(project):
     """But for the site, whose tests are skipped without Sphinx."""
-    tomllib = pytest.importorskip("tomllib", reason="Python 3.10 reads no TOML")
-    project = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
     needed = declared(project["dependencies"])
     for name in ("test", "xlsx", "cluster", "live"):
         needed |= declared(project["optional-dependencies"][name])
-    modules = set()
-    for path in (PROJECT / "tests").rglob("*.py"):
-        modules |= modules_of(path)
+    modules = set().union(*map(modules_of, (PROJECT / "tests").rglob("*.py")))
     own = {"benchmarks", "models", "tests"}  # the second is a module that tests write
     assert outside(modules) - own <= needed
 

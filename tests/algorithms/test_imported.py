@@ -131,10 +131,9 @@ def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_pa
 
 
 def test_values_outside_the_bounds_are_named(options):
-    problem = get_problem("bnh")
-    frame = pd.DataFrame({"x1": [1.0, 6.0, -2.0], "x2": 1.0, "f1": 1.0, "f2": 2.0})
-    frame[["g1", "g2"]] = -1.0
-    tests = import_tests(problem, frame, options)
+    outputs = {"f1": 1.0, "f2": 2.0, "g1": -1.0, "g2": -1.0}
+    frame = pd.DataFrame({"x1": [1.0, 6.0, -2.0], "x2": 1.0, **outputs})
+    tests = import_tests(get_problem("bnh"), frame, options)
     assert tests.remarks[1:] == ("x1 is outside 0 to 5 in 2 tests, the first 6.",)
 
 
@@ -172,8 +171,8 @@ def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, tmp
     assert left_out.startswith(f"{len(table) - ran.sum()} ")
 
 
-HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0}).assign(heat=5.0)
-HOT[["g1", "g2"]] = -1.0
+HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0})
+HOT = HOT.assign(heat=5.0, g1=-1.0, g2=-1.0)
 
 
 def test_known_tests_are_completed_and_not_called_new(options):

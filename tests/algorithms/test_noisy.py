@@ -60,12 +60,11 @@ def test_tests_have_seeds_and_designs_the_means_of_tests():
 
 def test_a_study_makes_only_the_tests_that_are_missing(study_file):
     interrupted(investigate, Queue(12), 8, repeat=2, study=study_file)
-    problem = Queue()
-    investigate(problem, 8, repeat=2, study=study_file)
-    assert 4 <= len(problem.calls) <= 16
-    problem = Queue()
-    table = investigate(problem, 12, repeat=3, study=study_file)
-    assert len(problem.calls) == 36 - 16
+    second, third = Queue(), Queue()
+    investigate(second, 8, repeat=2, study=study_file)
+    table = investigate(third, 12, repeat=3, study=study_file)
+    assert 4 <= len(second.calls) <= 16
+    assert len(third.calls) == 36 - 16
     assert np.array_equal(table.F, investigate(Queue(), 12, repeat=3).F)
 
 

@@ -142,8 +142,7 @@ class Tours(ElementwiseProblem):
     """Time and tolls of a tour."""
 
     def __init__(self, n=8, high=7):
-        random = np.random.default_rng(1)
-        self.distances = random.random((2, n + 1, n + 1))
+        self.distances = np.random.default_rng(1).random((2, n + 1, n + 1))
         super().__init__(n_var=n, n_obj=2, xl=0, xu=high, vtype=int)
 
     def _evaluate(self, x, out, *args, **kwargs):

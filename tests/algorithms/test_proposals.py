@@ -57,8 +57,8 @@ def test_proposals_are_near_a_limit_that_no_design_keeps():
 @pytest.mark.parametrize("edge", [0.5, *rarely(0.7)])
 def test_designs_that_would_fail_are_avoided(edge):
     _, made = proposals(failing(lambda x: x[0] > edge))
-    beyond = made[:, 0] > edge
-    assert beyond.mean() < 0.15  # half of the bounds is beyond, and the best designs are
+    # half of the bounds is beyond, and the best designs are
+    assert (made[:, 0] > edge).mean() < 0.15
 
 
 @pytest.mark.slow
@@ -120,10 +120,10 @@ def test_a_decision_leads_to_its_best_compromise(draws):
 
     f1 = np.linspace(0.16, 0.5, 2001)  # the Pareto set within the limits
     front = np.column_stack([f1, 1 - np.sqrt(f1)])
-    ideal, ranges = front.min(axis=0), np.ptp(front, axis=0)
 
     def distance(F):
-        return np.linalg.norm(np.maximum((F - ideal) / ranges, 0), axis=1)
+        shares = (F - front.min(axis=0)) / np.ptp(front, axis=0)
+        return np.linalg.norm(np.maximum(shares, 0), axis=1)
 
     decision = Formulation(limits={"f1": 0.5, "f2": 0.6})
     for seed in draws(4):

@@ -111,8 +111,7 @@ def test_an_interrupted_run_goes_on_without_a_difference(tmp_path, name):
     assert len(set(second.seen)) == len(second.seen) == len(problem.table) - len(stored)
     # each design is the test of its number
     rows = {number: row for row, number in enumerate(problem.table.numbers.tolist())}
-    numbers = result.pop.get("test_point")
-    F = problem.table.F[[rows[number] for number in numbers]]
+    F = problem.table.F[[rows[number] for number in result.pop.get("test_point")]]
     np.testing.assert_array_equal(F, result.pop.get("F"))
 
 
@@ -149,9 +148,8 @@ def test_names_directions_and_outputs_are_those_of_the_problem(tmp_path):
 
     X = batch()
     told = {"names": {"f2": "gain", "x1": "width"}, "maximize": ["gain"], "units": {"lift": "N"}}
-    first = Recorded(Winged(), study=tmp_path / "s.db", **told)
+    first, again = (Recorded(Winged(), study=tmp_path / "s.db", **told) for _ in range(2))
     out = first.evaluate(X, return_as_dictionary=True)
-    again = Recorded(Winged(), study=tmp_path / "s.db", **told)
     np.testing.assert_array_equal(again.evaluate(X, return_values_of=["lift"]), 2 * X[:, 0])
     assert again.n_evaluated == 0
     np.testing.assert_array_equal(again.table.column("gain"), -out["F"][:, 1])
@@ -167,8 +165,10 @@ def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as, nam
     X = batch(12)
     expected = FailureTolerant(Model(fails=True), failed_as=failed_as)
     answers = values(expected, X)
+    reasons = [failure.reason for failure in expected.failures]
+    path = tmp_path / "s.db"
     for _ in range(2):  # then from the file
-        model, path = Model(fails=True), tmp_path / f"{name}.db"
+        model = Model(fails=True)
         if name == "within":
             problem = Recorded(FailureTolerant(model, failed_as=failed_as), study=path)
         else:
@@ -176,11 +176,10 @@ def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as, nam
         assert problem.n_ieq_constr == expected.n_ieq_constr
         for got, answer in zip(values(problem, X), answers, strict=True):
             np.testing.assert_array_equal(got, answer)
-        assert [f.reason for f in problem.failures] == [f.reason for f in expected.failures]
+        assert [failure.reason for failure in problem.failures] == reasons
     assert model.seen == []
-    table = problem.table
-    assert table.schema.constraints == ("g1",)
-    assert list(table.reasons.values()) == [f.reason for f in expected.failures]
+    assert problem.table.schema.constraints == ("g1",)
+    assert list(problem.table.reasons.values()) == reasons
 
 
 def test_a_failure_ends_the_run_when_everything_is_stored(study_file):
@@ -196,16 +195,14 @@ def test_a_failure_ends_the_run_when_everything_is_stored(study_file):
 def test_failures_are_tried_again_if_asked_for(tmp_path):
     X, path = batch(12), tmp_path / "s.db"
     recorded(Model(fails=True), path).evaluate(X)
-    before = read_table(path)
-    failed = before.numbers[before.status == "failed"].tolist()
-    model = Model()
+    before, model = read_table(path), Model()
     problem = recorded(model, path, retry="failed")
     for _ in range(2):
         problem.evaluate(X)
-    assert model.seen == [repr(X[number - 1]) for number in failed]
-    after = problem.table
-    assert after.numbers.tolist() == before.numbers.tolist()
-    assert not (after.status == "failed").any()
+    failed = before.numbers[before.status == "failed"]
+    assert model.seen == [repr(x) for x in X[failed - 1]]
+    assert problem.table.numbers.tolist() == before.numbers.tolist()
+    assert "failed" not in problem.table.status
 
 
 # The study

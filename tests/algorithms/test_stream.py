@@ -15,6 +15,8 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, ProcessRunner, investigate
 from pymoo_psi.files import read_table
+from tests.helpers.draws import rarely
+from tests.helpers.models import Model
 from tests.helpers.processes import posix, until
 
 
@@ -126,14 +128,13 @@ class TakingLong(ProcessRunner):
             self.seen(n)
 
 
-@pytest.mark.parametrize("seconds", [0.01, 7.0, 30.0])
+@pytest.mark.parametrize("seconds", [0.01, 7.0, *rarely(30.0)])
 def test_results_of_long_computing_are_stored_at_once(tmp_path, seconds):
     """At most 20 seconds of computing may be lost, though less than a second has passed."""
     path, stored = tmp_path / "s.db", []
     runner = TakingLong(seconds, lambda n: stored.append(len(read_table(path))))
     investigate(Sum(elementwise_runner=runner), 64, study=path)
-    lost = np.arange(1, 65) - stored
-    assert (lost * seconds < 20).all()
+    assert ((np.arange(1, 65) - stored) * seconds < 20).all()
     assert len(read_table(path)) == 64
 
 
@@ -221,16 +222,12 @@ def test_an_interrupt_says_how_to_continue(tmp_path, study):
             run()
 
 
-class Rarely(ElementwiseProblem):
+def sometimes(x):
     """12 designs, of which three give a further output."""
+    return {"F": [x[0] - x[1], x[1]], **({"heat": 10.0 + x[1]} if x[0] == 3 else {})}
 
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=[3, 2], vtype=int)
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x[0] - x[1], x[1]]
-        if x[0] == 3:
-            out["heat"] = 10.0 + x[1]
+RARELY = Model(sometimes, n_var=2, xl=0, xu=[3, 2], vtype=int)
 
 
 @pytest.mark.parametrize("block_size", [1, 4, 64])
@@ -238,10 +235,10 @@ class Rarely(ElementwiseProblem):
 def test_repeated_designs_have_the_outputs_of_the_first(tmp_path, block_size, study):
     """Also in a block none of whose designs gives an output that others give."""
     path = tmp_path / "s.db" if study else None
-    table = investigate(Rarely(), 20, study=path, block_size=block_size)
-    table = investigate(Rarely(), 64, study=path, block_size=block_size) if study else table
+    for n_points in (20, 64):
+        table = investigate(RARELY, n_points, study=path, block_size=block_size)
     x, y = table.X.T
     np.testing.assert_array_equal(table.column("heat"), np.where(x == 3, 10.0 + y, np.nan))
-    n_designs = len(set(map(tuple, table.X.tolist())))
+    n_designs = len(np.unique(table.X, axis=0))
     assert table.repeats.sum() == len(table) - n_designs
     assert (len(table) == n_designs) == study  # a study has each design once

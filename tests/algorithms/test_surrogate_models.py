@@ -6,15 +6,11 @@ No proposal shows these clearly enough, so that these tests look at the function
 import numpy as np
 import pytest
 
-from pymoo_psi import lp_tau
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
-    OutputFit,
-    scales,
     without_penalties,
 )
-from tests.helpers.draws import rarely
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
@@ -27,8 +23,7 @@ def covariance(a, b):
     rates = np.sinh(BENDS)
     ends = np.clip([a, b], 0, 1)
     bent = (np.exp(rates * ends) - 1) / (np.exp(rates) - 1) + [a, b] - ends
-    difference = bent[0] - bent[1]
-    r = np.sqrt(5 * ((difference / np.exp(LENGTHS)) ** 2).sum())
+    r = np.sqrt(5 * (((bent[0] - bent[1]) / np.exp(LENGTHS)) ** 2).sum())
     linear, quadratic = np.exp(SHARES[1:])
     u, v = 2 * a - 1, 2 * b - 1
     trends = linear * 3 * u @ v + quadratic * 5 / 4 * (3 * u**2 - 1) @ (3 * v**2 - 1)
@@ -41,8 +36,7 @@ def covariances(A, B):
 
 @pytest.fixture(scope="module")
 def tests():
-    random = np.random.default_rng(1)
-    Z = random.random((N, D))
+    Z = np.random.default_rng(1).random((N, D))
     t = np.sin(3 * Z[:, 0]) + Z[:, 1] * Z[:, 2]
     return Z, (t - t.mean()) / t.std()
 
@@ -84,8 +78,7 @@ EVEN = np.linspace(1.0, 2.0, 20)
 def test_a_far_value_of_several_tests_is_a_penalty(values, expected):
     """Whatever proposals have: the tests at uniform points decide, and each objective for itself."""
     F = np.column_stack([values, np.arange(float(len(values)))])
-    proposals = [[1.5, 2e9], [3e10, 1.0]]
-    found = without_penalties(np.vstack([F, proposals]), F)
+    found = without_penalties(np.vstack([F, [[1.5, 2e9], [3e10, 1.0]]]), F)
     np.testing.assert_array_equal(found[:-2, 0], expected)
     np.testing.assert_array_equal(found[:, 1], [*F[:, 1], 2e9, 1.0])
     assert found[-2, 0] == 1.5
@@ -104,65 +97,3 @@ def test_what_is_left_out_is_predicted_from_the_others(tests, process):
         assert means[i] == pytest.approx(expected)
         left = process.variance * (K[i, i] - weights @ K[others, i])
         assert variances[i] == pytest.approx(left)
-
-
-def sides(Z, *bounds):
-    """Variables of designs in the unit cube."""
-    return [low + z * (high - low) for z, (low, high) in zip(Z.T, bounds, strict=True)]
-
-
-def inverse_inertia(Z):
-    """The deflection of a rectangular profile, which has a pole where it vanishes."""
-    width, height = sides(Z, (1, 60), (4, 160))
-    return 1e3 / (width * height**3)
-
-
-def resonance(Z):
-    ratio, damping = sides(Z, (0.2, 2), (1e-3, 0.1))
-    return 1 / np.sqrt((1 - ratio**2) ** 2 + (2 * damping * ratio) ** 2)
-
-
-def queue(Z):
-    arrivals, service = sides(Z, (0.1, 1), (1.001, 2))
-    return arrivals / (service * (service - arrivals))
-
-
-def second_order(Z):
-    load, length = sides(Z, (0, 0.3), (0.2, 1.8))
-    return 1 / np.maximum(1 - load * length**2, 1e-4) - 1
-
-
-@pytest.mark.parametrize(
-    "case",
-    [
-        (2, inverse_inertia),
-        (2, resonance),
-        (3, lambda Z: (1 / (Z + 1e-3)).sum(axis=1)),
-        *rarely(
-            (2, queue),
-            (2, second_order),
-            (2, lambda Z: 1 / (sides(Z, (1, 60), (4, 160))[0] * (4 + 156 * Z[:, 1]) ** 2)),
-            (2, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.1) + 1e-9)),
-            (3, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.3) + 1e-9) ** 2),
-            (2, lambda Z: np.tan(1.56 * Z[:, 0]) * (1 + Z[:, 1])),
-            (4, lambda Z: 1 / (Z[:, 0] + 0.002) ** 3 + Z[:, 1:].sum(axis=1)),
-        ),
-    ],
-)
-def test_beside_a_pole_predictions_are_those_of_a_reciprocal(case):
-    d, output = case
-    Z = lp_tau(128, d)
-    y = output(Z)
-    at = np.random.default_rng(0).random((1000, d))
-    errors = {}
-    for scale in scales(y, y, constraint=False):
-        fit = OutputFit.on_scale(Z, y, scale, 0.0)
-        process = GaussianProcess(Covariance(Z, fit.lengths), scale.to(y))
-        mean = process(at)
-        width = 2 * process.deviation(at)
-        predicted = scale.back(np.array([mean - width, mean, mean + width]))
-        if scale.reciprocal:
-            assert np.abs(predicted).max() <= 2 * y.max()
-        errors[scale] = np.median(np.abs(predicted[1] - output(at)))
-    chosen = OutputFit.of(Z, y, y, constraint=False).scale
-    assert errors[chosen] <= 1.3 * min(errors.values())

@@ -5,7 +5,6 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, investigate, lp_tau, rank_of_efficiency
-from pymoo_psi._numbers import percent
 from pymoo_psi.analysis import convergence, convergence_sentence
 from pymoo_psi.table import Schema
 from tests.helpers.refusals import refused
@@ -43,15 +42,6 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
     np.testing.assert_array_equal(found["moved"][1:] == 0, same)
     steps = np.abs(np.diff(bests, axis=0)) / (last.nadir - last.ideal)
     np.testing.assert_allclose(found["moved"], [np.nan, *steps.max(axis=1)])
-
-
-def test_what_the_last_doubling_brought(bnh):
-    found = convergence(bnh)
-    said = convergence_sentence(found)
-    before, last = found["mu1"].iloc[-2:]
-    assert f"{percent(1 - last / before)} nearer to the ideal point" in said
-    share = percent(found["hypervolume"].iloc[-2])
-    assert f"the hypervolume from {share} of its present value" in said
 
 
 @pytest.mark.parametrize("columns", [1, 2])

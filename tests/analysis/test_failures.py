@@ -1,6 +1,7 @@
 """The rule on variables that separates failed tests from others is found, and none where none is."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pymoo_psi import TestTable, investigate
@@ -62,11 +63,8 @@ def test_failures_at_random_or_in_balls_have_no_rule():
 def test_rules_on_failures_take_variables_of_every_kind():
     random = np.random.default_rng(3)
     offset = random.integers(-9, 10, 60)
-    X = []
-    for material, value, width in zip(
-        random.choice(["steel", "brass"], 60), offset, random.random(60), strict=True
-    ):
-        X.append({"material": material, "offset of wall": value, "load": 5.0, "width": width})
+    columns = {"material": random.choice(["steel", "brass"], 60), "offset of wall": offset}
+    X = pd.DataFrame({**columns, "load": 5.0, "width": random.random(60)})
     [sentence] = rule(X, offset >= 4)
     assert requirement(sentence) == "`offset of wall` <= 3.5"
     assert rule(X[:1], np.array([True])) == []

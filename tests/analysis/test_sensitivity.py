@@ -40,8 +40,7 @@ def ishigami(n, side=1):
 
 def test_ishigami():
     found = sensitivities(ishigami(1024))
-    error = np.abs(found["first_order"].to_numpy() - ISHIGAMI)
-    assert error.max() < 0.03
+    assert np.abs(found["first_order"].to_numpy() - ISHIGAMI).max() < 0.03
     assert (found["lower"] <= ISHIGAMI).all()
     assert (found["upper"] >= ISHIGAMI).all()
     # the order of the values of a variable has no direction
@@ -162,13 +161,3 @@ def test_of_designs_of_unknown_origin_it_is_said():
     table = table_of(X, X[:, :2])
     assert even_part(table)[1][0].startswith("It is unknown how designs were sampled: ")
     assert sensitivities(table).loc[("f1", "x1"), "first_order"] == pytest.approx(1, abs=0.01)
-
-
-def test_failed_and_rejected_tests_are_counted():
-    X = lp_tau(64, 2)
-    F = X.copy()
-    F[:3] = np.nan
-    F[5] = np.inf
-    G = np.where(np.arange(64) == 5, 1.0, -1.0)[:, None]
-    (_, counted) = even_part(table_of(X, F, G))[1]
-    assert counted.startswith("Of 64 tests 4 failed or were rejected and do not count; ")

@@ -109,8 +109,7 @@ def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_limit_keeps_the_digits_that_tell_designs_apart(offset, sign):
     frame = pd.DataFrame({"f": np.arange(1.0, 5) * sign + offset, "g": [9, 5, 1, 0.9]})
-    maximize = ["f"][: sign < 0]
-    table = read_table(frame, Formulation(["f", "g"], maximize=maximize))
+    table = read_table(frame, Formulation(["f", "g"], maximize=["f"][: sign < 0]))
     text = switching_sentences(table)[0].replace("\u00a0", "")
     (limit, design) = re.findall(r"if f must be (?:below|above) (\S+), (row \d) is", text)[0]
     pair = {1: (None, float(limit) - 0.25), -1: (float(limit) + 0.25, None)}[sign]

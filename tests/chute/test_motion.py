@@ -59,14 +59,12 @@ class TestMechanics:
         # along the exact trajectory, an integral that the kernel never takes
         sphere = (0.6, 3.0, 0.4, 0.3193, 0.1)
         path = designs.trajectory(*sphere, n=2001)
-        rho = np.hypot(*path.slip_velocity.T)
-        lost = 0.4 * simpson(rho / path.speed, x=path.eta)
+        lost = 0.4 * simpson(np.hypot(*path.slip_velocity.T) / path.speed, x=path.eta)
         np.testing.assert_allclose(solve(*sphere).dissipation, lost, rtol=1e-10)
 
     def test_mirror(self):
         rows = wide(2000, seed=2)
-        mirrored = rows * np.array([1, -1, 1, 1, 1, -1, 1, 1])
-        m, n = solve(*rows.T), solve(*mirrored.T)
+        m, n = solve(*rows.T), solve(*(rows * np.array([1, -1, 1, 1, 1, -1, 1, 1])).T)
         for name, field in fields_of(m):
             sign = np.array([-1.0, 1.0, 1.0]) if name == "exit_spin" else 1.0
             np.testing.assert_array_equal(getattr(n, name) * sign, field)

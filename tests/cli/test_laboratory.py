@@ -224,5 +224,4 @@ def test_processes_that_ask_at_once_get_different_designs(alloy):
     names = ["a.csv", "b.csv"]
     processes = [subprocess.Popen([*command, "--out", name]) for name in names]
     assert [process.wait() for process in processes] == [0, 0]
-    tests = pd.concat(map(pd.read_csv, names))
-    assert sorted(tests["test"]) == [*range(5, 13)]
+    assert sorted(pd.concat(map(pd.read_csv, names))["test"]) == [*range(5, 13)]

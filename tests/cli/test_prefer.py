@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from pymoo_psi import Decision, Preferences, read_table
-from tests.helpers.draws import rarely
 from tests.helpers.processes import LONG
 
 CARS = """\
@@ -33,8 +32,7 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
     printed = said("prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json")
     assert "you give up 9.0 k€ of price and 300 kg of mass for 210 of range." in printed
     decision = Decision.read_json("d.json")
-    table = read_table("cars.csv", decision)
-    person = Preferences(table)
+    person = Preferences(read_table("cars.csv", decision))
     person.answer("Lane, North", "Town")
     person.equal("Coast", "Country")
     person.add("A>B", "?", "Town")
@@ -145,8 +143,9 @@ def test_one_key_answers_takes_back_and_ends():
     assert (first[1], second[1]) == (">", "?")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
-@pytest.mark.parametrize("key", ["\x03", *rarely("\x04")])
+@pytest.mark.parametrize("key", ["\x03", "\x04"])
 def test_an_interruption_loses_no_answer(key):
     terminal = Terminal()
     terminal.press(["a", "e", key])

@@ -6,6 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pymoo_psi.files import read_table
@@ -33,9 +34,8 @@ def random_table(seed):
 @pytest.mark.parametrize("seed", range(40))
 def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path):
     rows, objectives, maximize, limit = random_table(seed)
-    lines = [",".join(["name", *objectives])]
-    lines += [",".join([name, *map(str, map(float, row.values()))]) for name, row in rows.items()]
-    (tmp_path / "set.csv").write_text("\n".join(lines))
+    frame = pd.DataFrame(rows).T.astype(float)
+    frame.to_csv(tmp_path / "set.csv", index_label="name")
     words = ["rank", "set.csv", "--limits", f"f0<={float(limit)}"]
     printed = said(*words, *(["--maximize", ",".join(maximize)] if maximize else []))
     signs = {name: -1 if name in maximize else 1 for name in objectives}
@@ -87,12 +87,8 @@ def test_texts_are_cut_to_the_terminal_but_no_number(columns, said, tmp_path, mo
     rng = np.random.default_rng(columns)
     names = [f"objective with a very long name {j}" for j in range(9)]
     F = rng.uniform(size=(30, 9)) * 10.0 ** rng.integers(-8, 9, 9)
-    lines = [",".join(["offer", *names])]
-    lines += [
-        ",".join([f"{'a name of many letters ' * 4}{i}", *map(repr, f)])
-        for i, f in enumerate(F.tolist())
-    ]
-    (tmp_path / "wide.csv").write_text("\n".join(lines))
+    offers = [f"{'a name of many letters ' * 4}{i}" for i in range(30)]
+    pd.DataFrame(F, offers, names).to_csv(tmp_path / "wide.csv", index_label="offer")
     monkeypatch.setenv("COLUMNS", str(columns))
     printed = said("rank", "wide.csv")
     assert max(map(len, printed.splitlines())) <= columns
@@ -161,13 +157,6 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     assert "Dora wants D: beyond cost at most 4 (4.000001)." in text
     assert "Emil wants E, which is not among these." in text
     assert text.count("equally near") + text.count("is as near") == 1
-
-
-def test_a_tie_is_said_once(said):
-    Path("set.csv").write_text("name,cost,mass\nA,1,2\nB,2,1\n")
-    printed = said("rank", "set.csv")
-    assert "Caution: B is as near to the best values as A" in printed
-    assert "equally near" not in printed
 
 
 def test_small_distances_are_no_zeros(said):

@@ -176,15 +176,6 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     assert best == before or f"(before: {before})" in printed
 
 
-def test_a_run_answers_with_designs_of_its_study(said):
-    words = ["solve", "models:Root", "--points", 32, "--study", "s.db"]
-    before = said(*words).partition("place")[2].partition("Proposed")[0]
-    printed = said(*words, "--bounds", "x1=-1:-0.5")
-    assert "s.db: 63 tests of 2 runs, 47 failed; " in printed
-    assert "the proposal is as before" in joined(printed)
-    assert len(before) == len(printed.partition("place")[2].partition("Proposed")[0])
-
-
 PROBLEMS = [
     (["dtlz2", "--n-obj", 4, "--n-var=7"], [7, 4]),
     (["models:Sized", "--length", 2.5], [2, 2]),

@@ -56,6 +56,13 @@ def edit(old, new):
     Path("beam.toml").write_text(text.replace(old, new))
 
 
+def add_stress(objectives='"mass", "stress"'):
+    """An output more, which is an objective."""
+    stress = "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
+    edit("[objectives]", stress)
+    edit('"mass", "tip"', objectives)
+
+
 def n_runs(log):
     lines = log.read_text().splitlines()
     assert len({*lines}) == len(lines), "a design ran twice"
@@ -81,10 +88,7 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     text = said(*SOLVE, "--points", "8", "--limits", "tip<=3")
     assert "tip at most 3" in text
     # an output more: it is read from the folders that are kept
-    edit(
-        "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
-    )
-    edit('"mass", "tip"', '"mass", "stress"')
+    add_stress()
     said(*SOLVE, "--points", "8")
     table = read_table("beam.db")
     assert table.schema.objectives == ("mass", "stress")
@@ -101,10 +105,7 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
 def test_an_output_of_no_folder_is_tested_on_request(log, said):
     edit('"all"', '"none"')
     said(*SOLVE, "--points", "4")
-    edit(
-        "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
-    )
-    edit('"mass", "tip"', '"mass", "stress"')
+    add_stress()
     text = said(*SOLVE, "--points", "4", code=1)
     assert "--retry incomplete runs these tests again" in text
     assert n_runs(log) == 4
@@ -143,9 +144,7 @@ def test_outputs_are_read_from_folders_of_their_tests(log, said):
     Path("model/solver.py").write_text(solver.replace("900 /", "700 /").replace("1000 /", "999 /"))
     solve = ("solve", "beam.toml", "--study", "new.db", "--points", "4")
     said(*solve)
-    edit(
-        "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
-    )
+    add_stress('"mass", "tip"')
     said(*solve)
     table = read_table("new.db")
     stress = 700 / (table["width"] * table["height"] ** 2)

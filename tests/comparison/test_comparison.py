@@ -61,8 +61,7 @@ def test_a_run_is_the_same_whatever_ran_before_it(algorithm):
     bnh, arguments = get_problem("bnh"), {"n_evaluations": 60, "algorithms": {"one": algorithm}}
     compare(get_problem("dtlz2"), **arguments, seeds=[1])  # of three objectives
     both = compare(bnh, **arguments, seeds=[1, 2]).runs
-    alone = compare(bnh, **arguments, seeds=[2]).runs
-    assert np.array_equal(both[1].X, alone[0].X)
+    assert np.array_equal(both[1].X, compare(bnh, **arguments, seeds=[2]).runs[0].X)
 
 
 def test_of_an_algorithm_without_chance_one_run_counts():

@@ -24,8 +24,7 @@ def test_holm_never_lowers_p_and_keeps_the_order(p):
     corrected = holm(p)
     assert (corrected >= p).all()
     assert (corrected <= np.minimum(1, 7 * p) + 1e-15).all()
-    order = np.argsort(p, kind="stable")
-    assert (np.diff(corrected[order]) >= 0).all()
+    assert (np.diff(corrected[np.argsort(p, kind="stable")]) >= 0).all()
 
 
 LOW, HIGH, ONE = np.arange(5.0), np.arange(5.0) + 10, np.array(0.0)

@@ -262,8 +262,7 @@ C,0,z,yes,3,1,3,1,c,3,5
 
 
 def test_words_for_a_failure_name_the_limit(read):
-    asked = Formulation(["mass", "cost"], limits="status=ok")
-    table = read(STATUS, asked)
+    table = read(STATUS, Formulation(["mass", "cost"], limits="status=ok"))
     assert table.numbers[table.feasible()].tolist() == [1, 3]
     assert not any("status" in remark for remark in table.remarks)
     refused("row 4 .* holds no number in the column 'cost'", read, STATUS, Formulation(["cost"]))

@@ -244,8 +244,7 @@ def test_a_run_continues_the_study_of_a_limited_table(tmp_path, study_file, sour
     assert read.equals(asked)
     more = read_table(read, Formulation(limits="f2<=9"))  # in addition to those of the source
     assert ([*more.limits], more.formulation.normalize) == (["f1", "f2"], False)
-    longer = investigate(problem, 64, study=study_file)
-    assert longer.equals(investigate(problem, 64))
+    assert investigate(problem, 64, study=study_file).equals(investigate(problem, 64))
 
 
 @pytest.mark.parametrize("suffix", ["csv", "xlsx"])

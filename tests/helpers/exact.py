@@ -93,8 +93,7 @@ def best_in(levels, j, k):
     result = []
     for p, q, r in zip(a, b, third, strict=True):
         better = (a <= p) & (b <= q) & ((a < p) | (b < q))
-        equal_but_better = (a == p) & (b == q) & (third < r)
-        result.append(not (better | equal_but_better).any())
+        result.append(not (better | ((a == p) & (b == q) & (third < r))).any())
     return result
 
 

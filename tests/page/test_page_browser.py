@@ -33,8 +33,8 @@ def browser():
     if program is None:
         pytest.skip("no Chromium on this machine: apt-get install chromium")
     switches = (
-        "headless no-sandbox disable-gpu disable-quic no-first-run disable-background-networking"
-        " disable-component-update disable-sync"
+        "headless no-sandbox disable-gpu disable-software-rasterizer disable-quic no-first-run"
+        " disable-background-networking disable-component-update disable-sync"
     )
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(
@@ -779,6 +779,7 @@ def test_a_search_finds_designs_that_are_not_shown(reader, frame):
 # Everyone
 
 
+@pytest.mark.slow
 def test_the_keyboard_reaches_every_named_control(laid_open):
     wanted = laid_open.page.evaluate(
         """() => { let k = 0
@@ -835,6 +836,7 @@ def test_contrast(laid_open):
     assert len(set(shapes)) >= len(shapes) - 1  # of dominated and prototype only size and colour
 
 
+@pytest.mark.slow
 def test_paper_has_one_page_with_the_decision(reader):
     reader.set(
         chosen=reader.shown[2],

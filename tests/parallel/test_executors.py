@@ -89,6 +89,7 @@ def test_a_model_that_kills_its_process(processes, study_file):
 
 
 @posix
+@pytest.mark.slow
 def test_surrogates_on_an_executor(processes, study_file):
     problem = Sum(elementwise_runner=ExecutorRunner(processes))
     search = minimize(problem, SurrogatePSI(32, study=study_file), seed=1)
@@ -108,8 +109,7 @@ def test_processes_of_python_end_what_is_given_up_and_stay(processes):
     """Otherwise an interpreter would wait for these designs at its end."""
     problem = Endless(elementwise_runner=ExecutorRunner(processes))
     minimize(problem, PSI(64, block_size=1), termination=("n_eval", 1))
-    for future in [processes.submit(abs, -1) for _ in range(4)]:
-        assert future.result() == 1
+    assert [*processes.map(abs, [-1] * 4)] == [1] * 4
     investigate(Sum(elementwise_runner=ExecutorRunner(processes)), 8)
 
 

@@ -10,7 +10,6 @@ import textwrap
 
 import pytest
 
-from tests.helpers.draws import rarely
 from tests.helpers.processes import LONG, gone, posix
 
 
@@ -54,7 +53,8 @@ print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """
 
 
-@pytest.mark.parametrize("runner", ["ProcessRunner", *rarely("JoblibRunner")])
+@pytest.mark.slow
+@pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
 def test_a_script_without_a_guard_runs_and_ends(runner):
     out, err = start(SLOW.replace("RUNNER", runner)).communicate(timeout=LONG)
     assert (out, err) == ("3.0\n", "")
@@ -134,7 +134,10 @@ queue.wait()
     [
         pytest.param(ABANDONED.replace("RUNNER", "ProcessRunner(2)"), marks=pytest.mark.slow),
         ABANDONED.replace("RUNNER", "ProcessRunner(2)") + "queue.close()",
-        ABANDONED.replace("RUNNER", "ExecutorRunner(ThreadPoolExecutor(2))") + "queue.close()",
+        pytest.param(
+            ABANDONED.replace("RUNNER", "ExecutorRunner(ThreadPoolExecutor(2))") + "queue.close()",
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["abandoned", "closed", "executor"],
 )
@@ -174,6 +177,7 @@ def test_a_parent_whose_fork_lives_on_leaves_no_workers():
 # What workers import
 
 
+@pytest.mark.slow
 def test_workers_import_from_where_the_program_does(tmp_path):
     """Not from the current folder, which is not that of the program."""
     here, there, added = (tmp_path / name for name in ("here", "there", "added"))
@@ -208,7 +212,8 @@ Path("ok").write_text(str((table.status == "ok").sum()))
 
 
 @posix
-@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", *rarely("<&- >&-")])
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", "<&- >&-"])
 def test_a_program_without_standard_streams_loses_no_design(tmp_path, closed):
     """A socket of a worker then has the number of one, to which a model may print."""
     (tmp_path / "service.py").write_text(SERVICE)

@@ -21,8 +21,7 @@ def test_expensive_designs_are_spread_over_the_workers(tmp_path):
         (tmp_path / str(x)).touch()
         return {"F": x if until(lambda: len(os.listdir(tmp_path)) == 4) else None}
 
-    runner = ProcessRunner(4)
-    assert runner(meeting, range(104)) == [{"F": x} for x in range(104)]
+    assert ProcessRunner(4)(meeting, range(104)) == [{"F": x} for x in range(104)]
 
 
 def failing(task):

@@ -46,8 +46,7 @@ def test_equal_weights_are_the_limit_of_a_small_factor(p):
 
 
 def test_equal_designs_share_places_and_dominated_have_none():
-    F = np.vstack([TWO, TWO[2], [2.0, 2.0]])
-    shares = acceptability(F)
+    shares = acceptability(np.vstack([TWO, TWO[2], [2.0, 2.0]]))
     assert np.array_equal(shares[:5], acceptability(TWO))
     assert np.array_equal(shares[5], shares[2])
     assert not shares[6].any()

@@ -331,8 +331,7 @@ def moved_without(F, i):
 def test_leaving_out_every_single_design_finds_the_same(F):
     """Among them dominated ones, which move nothing, and those that free what they dominate."""
     # Without the dominated designs beyond N, which are looked for at the ends only.
-    nadir = rank_of_efficiency(F).nadir
-    F = F[(nadir >= F).all(axis=1)]
+    F = F[(rank_of_efficiency(F).nadir >= F).all(axis=1)]
     ranking = rank_of_efficiency(F)
     found = cautions(ranking)
     assume("equidistant" not in [c.kind for c in found])

@@ -66,8 +66,7 @@ def test_distances_and_neighbours_are_those_of_the_definition(F, data):
         assert by in front
         assert (F[by] <= F[i]).all()
         assert (F[by] < F[i]).any()
-    gains = F[i] - F[why.steps.rows]
-    np.testing.assert_array_equal(why.steps.gains, gains)
+    np.testing.assert_array_equal(why.steps.gains, F[i] - F[why.steps.rows])
 
 
 @given(F=small_sets, data=st.data())

@@ -31,8 +31,7 @@ def test_what_would_take_long_is_sampled(size):
     n, m = size
     F = np.random.default_rng(m).dirichlet(np.ones(m), n)
     share, error = hypervolume(F, 1.1)
-    again = hypervolume(F[::-1], 1.1)
-    assert (share, error) == pytest.approx(again, rel=1e-12)
+    assert (share, error) == pytest.approx(hypervolume(F[::-1], 1.1), rel=1e-12)
     slow = np.random.default_rng(0).random((4_000, m)) * 1.1
     dominated = np.mean([(place >= F).all(axis=1).any() for place in slow])
     assert share == pytest.approx(dominated, abs=4 * (error + 0.5 / np.sqrt(len(slow))))
@@ -42,8 +41,7 @@ def test_what_would_take_long_is_sampled(size):
 
 @given(points, points)
 def test_igd_plus_and_epsilon_by_their_definitions(F, R):
-    unscaled = UtopianFrame(np.zeros(2), np.ones(2), True)
-    found = Reference(unscaled, R, R[0]).measure(F)
+    found = Reference(UtopianFrame(np.zeros(2), np.ones(2), True), R, R[0]).measure(F)
     distances = [min(np.linalg.norm(np.maximum(f - r, 0)) for f in F) for r in R]
     assert found["igd_plus"] == pytest.approx(np.mean(distances))
     assert found["epsilon"] == pytest.approx(max(min(max(f - r) for f in F) for r in R))

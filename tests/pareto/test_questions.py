@@ -90,8 +90,7 @@ def test_a_repeated_objective_changes_no_question_and_no_proposal():
     nearly[:, 3] *= 100
     distances = distances_for(np.array([0.2, 0.5, 0.3]), SPHERE)
     plain, twice, almost = map(Preferences, (SPHERE, doubled, nearly))
-    asked = dialogue(plain, distances, 20)
-    assert dialogue(twice, distances, 20) == asked
+    assert dialogue(twice, distances, 20) == dialogue(plain, distances, 20)
     assert np.array_equal(twice.shares, plain.shares)
     assert twice.weights["mean"].tolist() == [*plain.weights["mean"], 0.0]
     dialogue(almost, distances, 20)

@@ -77,8 +77,7 @@ def test_nondominated_refuses_what_has_no_order(value):
 def test_a_dense_front_is_no_chain_of_ties():
     """Neighbours closer than the rounding of a large offset do not make one level of all."""
     x = np.linspace(0, 1, 20_001)
-    F = np.column_stack([1.7e9 + x, 1 - np.sqrt(x)])
-    ranking = rank_of_efficiency(F)
+    ranking = rank_of_efficiency(np.column_stack([1.7e9 + x, 1 - np.sqrt(x)]))
     chosen = ranking.criteria[ranking.salukvadze, 0]
     # Times around 1.7e9 are spaced by 2.4e-7, and their range of 1 is the unit of distances.
     assert np.ptp(chosen) < 20 * np.spacing(1.7e9)

@@ -18,6 +18,7 @@ from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant
+from tests.helpers.draws import rarely
 from tests.helpers.parts import parts
 
 DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=9)
@@ -69,9 +70,16 @@ class Half(ElementwiseProblem):
 
 # pymoo's SPEA2 divides by a span of 0 where a single design is left
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning:pymoo")
-@pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
 @pytest.mark.parametrize("name", ALGORITHMS)
-@pytest.mark.parametrize(("hole", "scale"), [(0.5, -1e6), (0.95, 1e12)])
+@pytest.mark.parametrize(
+    ("failed_as", "hole", "scale"),
+    [
+        ("constraint", 0.5, -1e6),
+        ("penalty", 0.95, 1e12),
+        pytest.param("constraint", 0.95, 1e12, marks=pytest.mark.slow),
+        pytest.param("penalty", 0.5, -1e6, marks=pytest.mark.slow),
+    ],
+)
 def test_no_failed_design_is_in_a_result(name, failed_as, hole, scale):
     problem = FailureTolerant(Half(hole, scale), failed_as=failed_as)
     if failed_as == "constraint" and name in UNCONSTRAINED:
@@ -94,7 +102,7 @@ def test_nothing_is_the_result_where_all_designs_fail(name):
     assert minimize(problem, made(ALGORITHMS[name]), ("n_gen", 3), seed=1).F is None
 
 
-@pytest.mark.parametrize("hole", [0.3, 0.97, 2.0])
+@pytest.mark.parametrize("hole", [0.97, *rarely(0.3, 2.0)])
 @pytest.mark.parametrize(
     "make", [lambda: PSI(300), GA, DE, PSO, ISRES, NelderMead, lambda: CMAES(x0=np.full(3, 0.5))]
 )

@@ -118,8 +118,7 @@ def test_a_failed_program_keeps_its_folder(beam, tmp_path, mode, reason):
 def test_a_hanging_program_ends_with_all_it_started(beam, tmp_path):
     (tmp_path / "model" / "hang.sh").write_text("sleep 71 & echo $! > pid; sleep 72")
     changed = [(f"{sys.executable} solver.py", "sh hang.sh"), ("files =", "timeout = 2\nfiles =")]
-    table = investigate(beam(*changed), 1)
-    assert table.reasons[1].startswith("timed out after 2 s")
+    assert investigate(beam(*changed), 1).reasons[1].startswith("timed out after 2 s")
     assert gone(int((runs(tmp_path)[0] / "pid").read_text()))
 
 

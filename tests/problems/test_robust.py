@@ -14,6 +14,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import StudyMismatchError
+from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
@@ -44,7 +45,7 @@ def closed(statistic, q, spread, mean):
     return mean + factor * spread
 
 
-@pytest.mark.parametrize("make", [Linear, lambda load: Linear(load, elementwise=True)])
+@pytest.mark.parametrize("make", [Linear, *rarely(lambda load: Linear(load, elementwise=True))])
 @pytest.mark.parametrize(
     ("statistic", "q", "within"),
     [

@@ -100,6 +100,12 @@ def algorithm(make):
     return make()
 
 
+# Where the loop around the algorithm is tested in many ways, surrogates take most of the time.
+rarely_others = pytest.mark.parametrize(
+    "make", ["PSI", *rarely("SurrogatePSI", "PSI of scrambled points")], indirect=True
+)
+
+
 @cache
 def table_of(make, problem=BNH):
     return minimize(problem, make(), seed=1).algorithm.table
@@ -200,6 +206,7 @@ def test_a_callback_and_the_history_see_every_iteration(make):
     ],
     ids=["our own", "of several objectives", "of one"],
 )
+@rarely_others
 def test_outputs(make, output, problem, column, capsys):
     options = {} if output is None else {"output": output()}
     minimize(problem, make(), seed=1, verbose=True, **options)
@@ -227,6 +234,7 @@ def test_outputs(make, output, problem, column, capsys):
     ],
     ids=lambda value: value if isinstance(value, int) else type(value).__name__,
 )
+@rarely_others
 def test_terminations(make, termination, iterations):
     calls = []
     options = {"pf": BNH.pareto_front(), "callback": calls.append}
@@ -243,6 +251,7 @@ def test_terminations(make, termination, iterations):
 @pytest.mark.parametrize(
     ("before", "after"), [(1, ("n_gen", 20)), (2, ("n_eval", 10**6)), (9, ("n_gen", 20))]
 )
+@rarely_others
 def test_checkpoints_of_functional_runs(make, algorithm, before, after):
     minimize(BNH, algorithm, ("n_gen", before), seed=1, copy_algorithm=False)
     checkpoint = dill.loads(dill.dumps(algorithm))
@@ -258,6 +267,7 @@ def test_checkpoints_of_functional_runs(make, algorithm, before, after):
 
 
 @pytest.mark.parametrize("part", ["pop", "opt", "X"])
+@rarely_others
 def test_its_designs_start_another_algorithm(make, part):
     """As a population they come evaluated, as an array of designs they do not."""
     found = minimize(BNH, make(), seed=1)
@@ -270,7 +280,7 @@ def test_its_designs_start_another_algorithm(make, part):
 # customization/mixed, constraints
 
 
-@pytest.mark.parametrize("n_obj", [1, 2])
+@pytest.mark.parametrize("n_obj", [2, *rarely(1)])
 def test_mixed_variables(make, n_obj):
     result = minimize(Mixed(n_obj), make(), seed=1)
     assert {x["x"] for x in result.pop.get("X")} == {"nothing", "multiply"}
@@ -298,6 +308,7 @@ def runners():
 
 @pytest.mark.parametrize("name", ["starmap", "ours", *rarely("dask")])
 @pytest.mark.parametrize("wrap", [None, FailureTolerant], ids=["plain", "tolerant"])
+@rarely_others
 def test_runners_change_no_result(make, runners, name, wrap):
     problem = Plane(elementwise_runner=runners[name])
     table = minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table

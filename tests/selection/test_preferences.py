@@ -26,8 +26,7 @@ sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
 
 def in_shares(F, point=0.0, normalize=True):
     """Rows, and a point, in units of the ranges of the Pareto-optimal rows; and which these are."""
-    ranking = rank_of_efficiency(F)
-    front = np.flatnonzero(ranking.pareto)
+    front = np.flatnonzero(rank_of_efficiency(F).pareto)
     lengths = np.ptp(F[front], axis=0)
     lengths = np.where(lengths == 0, np.inf, lengths) if normalize else 1.0
     return front, (F[front] - point) / lengths

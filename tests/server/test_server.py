@@ -22,8 +22,10 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, Recorded, SurrogatePSI, investigate, live, read_table
+from pymoo_psi.server import GrowingStudy
 from pymoo_psi.study import Study
 from tests.helpers.draws import rarely
+from tests.helpers.models import Model
 from tests.helpers.processes import LONG, posix, until
 from tests.helpers.refusals import interrupted, refused
 from tests.page.test_page_browser import browser  # noqa: F401
@@ -221,8 +223,7 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
             target = target.replace("HOME", home)
             assert answers(view.address, target, method, body, **headers) == status, target
         assert tested.read_bytes() == before
-        statuses = [posted(view, STOP) for _ in range(30)]
-        assert statuses == [200] * 20 + [400] * 10
+        assert [posted(view, STOP) for _ in range(30)] == [200] * 20 + [400] * 10
         # Readers that never read: they hold up neither others nor each other.
         with ExitStack() as slow:
             for _ in range(8):
@@ -231,10 +232,9 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
                 connection.request("GET", f"{home}events?from=x-0")
             assert {answers(view.address, "/wrong/") for _ in range(50)} == {404}
             assert answers(view.address, home) == 200
-    assert stat.S_IMODE(os.stat(f"{tested}-live").st_mode) == 0o600
-    with live(tested) as view:  # without steer
-        assert posted(view, STOP) == 400
         refused("cannot start", live, tested, port=urlsplit(view.address).port)
+    assert stat.S_IMODE(os.stat(f"{tested}-live").st_mode) == 0o600
+    refused("read-only", GrowingStudy(tested, steer=False).steer, STOP.encode())
 
 
 def place_of(view):
@@ -243,17 +243,16 @@ def place_of(view):
         return re.search(r'"from": *"(\w+-\d+)"', page.read().decode())[1]
 
 
-def progress(view):
-    """What the server of a study says first to a page that was just loaded."""
-    with urlopen(f"{view.address}events?from={place_of(view)}") as events:
-        events.readline()
-        return json.loads(events.readline().decode().removeprefix("data: "))
+def progress(study):
+    """What the page of a study says of its run."""
+    growing = GrowingStudy(study, steer=False)
+    growing.look()
+    return growing.progress
 
 
 def ends(study):
     """What the page of a study without a run at work says of its end."""
-    with live(study) as view:
-        said = progress(view)
+    said = progress(study)
     assert not said["is_running"]
     return said["lines"]
 
@@ -286,8 +285,7 @@ def test_a_run_that_adopts_tests_is_done(study_file):
 def test_a_run_without_a_plan_is_not_over(tested):
     recorded = Recorded(get_problem("bnh"), study=tested)
     minimize(recorded, NSGA2(10), ("n_gen", 2), seed=1)
-    with live(tested) as view:  # as long as its process is there
-        said = progress(view)
+    said = progress(tested)  # as long as its process is there
     assert said["is_running"]
     assert said["lines"][0] == "28 of 28 tests"
 
@@ -307,11 +305,11 @@ def test_a_run_that_people_stopped_says_so(study_file):
 def test_more_tests_than_a_run_can_have_are_refused(study_file):
     problem = get_problem("bnh")
     investigate(problem, 8, study=study_file)
-    request = json.dumps({"action": "more", "name": "Eve", "count": 10**30})
-    with live(study_file, steer=True) as view:
-        assert posted(view, request) == 400
+    request = {"action": "more", "name": "Eve", "count": 10**30}
+    steer = GrowingStudy(study_file, steer=True).steer
+    refused("count", steer, json.dumps(request).encode())
     with Study(study_file).changes() as study:  # by another program
-        study.steer(json.loads(request))
+        study.steer(request)
     assert len(investigate(problem, 9, study=study_file)) == 9
     assert "refused: count" in Study(study_file).facts().steering[0]["answer"]
 
@@ -339,19 +337,13 @@ def test_a_page_has_values_that_stored_tests_get_later(tested):
         assert until(lambda: place_of(view) != before)
 
 
-class Teeth(ElementwiseProblem):
-    """Most tests of it repeat a design."""
-
-    def __init__(self):
-        super().__init__(n_var=1, n_obj=2, xl=1, xu=6, vtype=int)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x[0], -x[0]]
+# Most tests of it repeat a design.
+TEETH = Model(lambda x: {"F": [x[0], -x[0]]}, n_var=1, xl=1, xu=6, vtype=int)
 
 
 def test_a_page_that_grows_has_each_design_once(study_file, tmp_path):
-    investigate(Teeth(), 4, study=study_file)
-    investigate(Teeth(), 12, study=tmp_path / "more.db")
+    investigate(TEETH, 4, study=study_file)
+    investigate(TEETH, 12, study=tmp_path / "more.db")
     with live(study_file) as view:
         place = place_of(view)
         names = list(read_table(study_file).names)
@@ -408,10 +400,7 @@ def test_a_round_cut_off_is_tested_later(study_file):
         problem = Steered(study, [{"action": "more", "count": 6}], at=22 if study else 0)
         return minimize(problem, search, seed=1).algorithm.table
 
-    extended = table(22, study_file)
-    alone = table(28)
-    np.testing.assert_array_equal(extended.numbers, alone.numbers)
-    np.testing.assert_array_equal(extended.X, alone.X)
+    np.testing.assert_array_equal(table(22, study_file).X, table(28).X)
 
 
 def test_any_algorithm_stops_and_is_continued(study_file):

@@ -224,6 +224,7 @@ def test_every_column_stays_a_column():
         ({"gain": 0.9}, r"'gain', which is maximised, in limits must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
         ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(omitted="),
         ({"mass": (2, 1)}, r"'mass' in limits must be \(lower, upper\) in increasing order, got \(2, 1\)"),
+        ({"mass": (-np.inf, -np.inf)}, r"in increasing order, got \(-inf, -inf\)"),
         ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),
         ({"mas": 1}, "did you mean 'mass'"),
     ],
@@ -345,8 +346,7 @@ def test_other_dates_of_positions_are_refused(date):
 def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
     path = tmp_path / "d.json"
     path.write_text(json.dumps({"decided": decided}))
-    asked = Decision.read_json(path)
-    assert decision_sentences(asked.decided) == said
+    assert decision_sentences(Decision.read_json(path).decided) == said
     for wrong in ({"agree": ["Ann"]}, decided | {"agreed": ["Ann"]}, decided | {"agree": "Ann"}):
         path.write_text(json.dumps({"decided": wrong}))
         refused("must be a decision.*decided: .*", Decision.read_json, path)

@@ -50,26 +50,15 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
     numbers = np.arange(1, len(column) + 1)
     F = np.column_stack([column, -column])
     table = TestTable.of(numbers, column[:, None], F, schema=Schema.of(1, 2, **box))
-    limits = {"f1": limit}
-    seen = histogram(table.under(limits=limits), "x1", bins=bins)
-    masks = (
-        np.ones(len(table), dtype=bool),
-        table.under(limits=limits).feasible(),
-        table.under(limits=limits).pareto(),
-    )
-    counts = (seen.tested, seen.feasible, seen.pareto)
-    for count, mask in zip(counts, masks, strict=True):
-        assert count.sum() == mask.sum()
-    low, high = seen.edges[:-1], seen.edges[1:]
-    assert len(low) == bins
-    assert (low < high).all()
-    for k in range(bins):
-        last = k == bins - 1
-        inside = [low[k] <= v and (v < high[k] or (last and v <= high[k])) for v in column]
-        assert seen.tested[k] == sum(inside)
-    if boxed:
-        assert seen.edges[0] <= -2
-        assert seen.edges[-1] >= 2
+    limited = table.under(limits={"f1": limit})
+    seen = histogram(limited, "x1", bins=bins)
+    masks = (np.ones(len(table), dtype=bool), limited.feasible(), limited.pareto())
+    expected = [np.histogram(column[mask], seen.edges)[0] for mask in masks]
+    np.testing.assert_array_equal([seen.tested, seen.feasible, seen.pareto], expected)
+    assert seen.tested.sum() == len(table)
+    assert len(seen.edges) == bins + 1
+    assert (np.diff(seen.edges) > 0).all()
+    assert not boxed or seen.edges[0] <= -2 < 2 <= seen.edges[-1]
 
 
 @pytest.mark.parametrize(
@@ -100,22 +89,17 @@ def test_many_whole_numbers_share_bins():
 
 @given(limit=st.floats(0.2, 1.0), margin=st.floats(0, 2))
 def test_the_refined_box_holds_the_feasible_set(limit, margin):
-    limits = {"f1": limit}
-    inside = RING.X[RING.under(limits=limits).feasible()]
+    limited = RING.under(limits={"f1": limit})
+    inside = RING.X[limited.feasible()]
     if len(inside) == 0:
-        refused(
-            "table must be one with a feasible design",
-            RING.under(limits=limits).refined_bounds,
-            error=ValueError,
-            margin=margin,
-        )
+        message = "table must be one with a feasible design"
+        refused(message, limited.refined_bounds, error=ValueError, margin=margin)
         return
-    lower, upper = RING.under(limits=limits).refined_bounds(margin=margin)
-    tight = RING.under(limits=limits).refined_bounds()
-    np.testing.assert_array_equal(tight, [inside.min(axis=0), inside.max(axis=0)])
-    width = tight[1] - tight[0]
-    np.testing.assert_allclose(lower, np.maximum(0, tight[0] - margin * width))
-    np.testing.assert_allclose(upper, np.minimum(1, tight[1] + margin * width))
+    low, high = inside.min(axis=0), inside.max(axis=0)
+    np.testing.assert_array_equal(limited.refined_bounds(), [low, high])
+    more = margin * (high - low)
+    expected = np.clip([low - more, high + more], 0, 1)
+    np.testing.assert_allclose(limited.refined_bounds(margin=margin), expected)
 
 
 def test_refined_bounds_of_mixed_variables():
