@@ -87,12 +87,9 @@ def test_wrong_arguments_are_refused_by_name(wrong):
     refused(f"^{next(iter(wrong))} must be", acceptability, TWO, error=ArgumentValueError, **wrong)
 
 
-@pytest.mark.parametrize(("m", "factor"), [(40, 1.05), (48, 1.5)])
+@pytest.mark.parametrize(("m", "factor"), [(16, 1.1), (24, 1.5)])
 def test_weights_within_a_small_factor_of_many_objectives_are_uniform(m, factor):
-    """Hardly any weight of the simplex is within it: 1 of 100 000 and of 1000.
-
-    Here all weights but one are drawn within the factor, and those whose last one is, too, count.
-    """
+    """All weights but one are drawn within the factor, and those whose last one is, too, count."""
     rng = np.random.default_rng(1)
     # Designs that are about equally good by equal weights.
     F = np.array([np.roll(np.tile(np.linspace(0, 1, 8), m // 8), k) for k in range(8)])

@@ -218,6 +218,7 @@ TWINS = Preferences(pd.DataFrame(FIVE, list("ABCDD")))
         (lambda: SIX.answer(0, np.nan), ArgumentTypeError, "integer"),
         (lambda: SIX.add(0, "<", 1), ArgumentValueError, "one of > = ?"),
         (lambda: TWINS.answer("D", "A"), ArgumentValueError, "the name of one design"),
+        (lambda: Preferences(np.eye(40), factor=1.05), ArgumentValueError, "factor must be larger"),
         (lambda: Preferences(FIVE, p=np.nan), PsiError, "p must be"),
         (lambda: Preferences(FIVE, factor=1), PsiError, "factor"),
         (lambda: Preferences([[np.nan, 1.0]]), PsiError, "F"),

@@ -28,8 +28,7 @@ _MOST_CELLS = 1024
 _ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
 CHEBYSHEV_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
-_FEWEST = 1 / 64  # the share of the simplex within a factor below which its points are rare
-_GOLDEN = 0.6180339887498949  # multiples of the golden ratio are evenly distributed from 0 to 1
+_MOST_BLOCKS = 256  # so many weights of the simplex are tried for each one within a factor
 _FACTOR = 2.0  # the factor between weights in the sentence
 
 
@@ -54,7 +53,8 @@ def acceptability(
     Args:
         F: ``(n, m)`` objective values, or anything else that
             :func:`pymoo_psi.rank_of_efficiency` accepts, or a ranking; m at most 52.
-        factor: Only weights between 1 / factor and factor times equal ones; all unless given.
+        factor: Only weights between 1 / factor and factor times equal ones; all unless given. It is
+            any number above 1 with up to 16 objectives, and from 2 on with 52.
         p: Order of the norm, from 1 to 32, or ``numpy.inf``; 2 is that of the Salukvadze optimum.
         places: Number k of places.
         normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
@@ -167,42 +167,16 @@ def simplex_weights(n: int, m: int, factor: float | None) -> Array:
         low = 1 / (m * factor)
         high = factor / m
     blocks = []
-    first = 1
     missing = n
-    is_narrow = False
-    while missing > 0:
+    for first in range(1, 1 + n * _MOST_BLOCKS, n):
         cube = (lp_tau(n, m - 1, first=first) + 0.5 / n) % 1.0  # off the faces
-        if is_narrow:
-            chances = np.asarray(np.arange(first, first + n) * _GOLDEN % 1.0, dtype=np.float64)
-            weights = low + (high - low) * _in_cube(cube, chances, high * m)
-        else:
-            weights = low + (1 - m * low) * _on_simplex(cube)
-            weights = weights[(weights <= high).all(axis=1)]
-            is_narrow = len(weights) < n * _FEWEST
-        first += n
-        blocks.append(weights[:missing])
+        weights = low + (1 - m * low) * _on_simplex(cube)
+        blocks.append(weights[(weights <= high).all(axis=1)][:missing])
         missing -= len(blocks[-1])
-    return np.concatenate(blocks)
-
-
-def _in_cube(cube: Array, chances: Array, factor: float) -> Array:
-    """Return uniform points of the unit cube whose sum is m / (factor + 1).
-
-    Weights 1 / (m factor) + u (factor − 1 / factor) / m sum to 1 for such u. All but the last
-    coordinate have the density exp(−t u), about the mean 1 / (factor + 1); the last one is what
-    they leave of the sum. As the sum is fixed, the points are uniform if they are kept with the
-    probability exp(−t u) of the last one. So one in 6 to 20 is kept for m up to 52.
-
-    Args:
-        cube: ``(n, m - 1)`` uniform points.
-        chances: ``(n,)`` uniform numbers that decide which are kept.
-        factor: The factor, above 1.
-    """
-    t = float(3 * np.log(factor))
-    points: Array = -np.log1p(cube * np.expm1(-t)) / t
-    last = (cube.shape[1] + 1) / (factor + 1) - points.sum(axis=1)
-    is_kept = (last >= 0) & (last <= 1) & (chances <= np.exp(-t * last))
-    return np.asarray(np.column_stack([points, last])[is_kept])
+        if missing == 0:
+            return np.concatenate(blocks)
+    rule = f"larger for {m} objectives"
+    raise invalid("factor", rule, factor, "hardly any weights are within it")
 
 
 def _on_simplex(cube: Array) -> Array:
