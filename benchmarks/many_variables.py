@@ -94,7 +94,7 @@ def main() -> None:
         union = np.vstack(list(fronts.values()))
         frame = UtopianFrame(union.min(axis=0), union.max(axis=0), normalize=True)
         for name, F in fronts.items():
-            mu1 = frame.distances(F)[:, 0].min()
+            mu1 = frame.distances(F).min()
             volume, _ = hypervolume(frame.scaled(F), 1.1)
             print(f"{budget} evaluations, {name}: mu1 {mu1:.3f}, hypervolume {volume:.3f}")
 

@@ -297,7 +297,7 @@ def convergence(table: TestTable) -> pd.DataFrame:
     last = without_rounding(table.F[fronts[-1]])
     scale = UtopianFrame(last.min(axis=0), last.max(axis=0), True)  # ranges may be fixed
     best = np.insert(table.F, len(table), np.nan, axis=0)[optima]
-    mu1 = frame.distances(best)[:, 0]
+    mu1 = frame.distances(best)
     moved = np.abs(np.diff(scale.scaled(best), axis=0, prepend=np.nan)).max(axis=1)
     pairs = [hypervolume(scale.scaled(table.F[front]), _REFERENCE) for front in fronts]
     volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)

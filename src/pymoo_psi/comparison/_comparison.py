@@ -146,7 +146,7 @@ class Reference:
         frame = UtopianFrame(U, N, normalize=True)
         scaled = frame.scaled(F)
         points = scaled[spread_subset(scaled, _REFERENCE_SIZE)]
-        nearest = frame.distances(F)[:, 0].argmin()
+        nearest = frame.distances(F).argmin()
         return cls(frame, points, F[nearest])
 
     def measure(self, F: Array) -> dict[str, float]:

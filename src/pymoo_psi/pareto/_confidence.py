@@ -78,7 +78,7 @@ def probabilities(
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         is_pareto = nondominated(sample)
         frame = ranking.frame.around(sample[is_pareto])
-        distance = frame.distances(sample)[:, 0]
+        distance = frame.distances(sample)
         least = distance[is_pareto].min()
         if np.isinf(frame.scale).all():  # one design is the best in all: no other is near
             distance[~is_pareto] = np.inf

@@ -118,9 +118,9 @@ class UtopianFrame:
         return d
 
     def distances(self, F: Array) -> Array:
-        """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
-        measured, units = self.measured(F)
-        return measured * units
+        """Return the ``(n,)`` distances of ``(n, m)`` points to U, the criterion μ1."""
+        distances, unit = self.measured_to_ideal(F)
+        return distances * unit
 
     def measured(self, F: Array) -> tuple[Array, Array]:
         """Return the criteria of points in units in which no square over- or underflows.
