@@ -147,7 +147,7 @@ def test_an_objective_over_decades_gets_its_logarithm():
         {"cost of life": 10 ** (2 + 6 * shares[:, 0]), "f2": (1 - shares[:, 0]) ** 0.8}
     )
     text = said(frame, "decades")
-    assert "--compute 'log_cost of life=log10(`cost of life`)'" in text
+    assert "compute 'log_cost of life=log10(`cost of life`)'" in text
     by_logarithm = frame.assign(**{"cost of life": np.log10(frame["cost of life"])})
     optimum = rank_of_efficiency(by_logarithm).salukvadze[0]
     assert f"design {optimum} is proposed" in text
