@@ -493,6 +493,8 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
         name.set_visible(True)  # an invisible one has no size
         size: Any = Text.get_window_extent(name).padded(point).size
         others = np.delete(dots, row, axis=0)
+        reach = size.max() + 2 * _REACHES[-1] * point
+        others = others[np.abs(others - dots[row]).max(axis=1) < reach]
         best: Bbox | None = None
         for box in _boxes_around(dots[row], size, point):
             cost = _cost(axes, dots[row], box, others, paths, taken, most)
