@@ -300,7 +300,7 @@ def test_page_report_and_ranking_count_the_same_designs():
     (found,) = answer["states"]
     assert (found["count"], len(found["front"])) == (8, ranking.pareto.sum())
     assert found["remarks"] == []
-    assert "of the 8 designs within the limit" in Reader(decision_report(table)).text
+    assert "among the 8 designs within the limit" in Reader(decision_report(table)).text
     refused("a limit of a page", decision_page, offers_by_name())
 
 

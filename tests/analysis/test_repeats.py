@@ -138,7 +138,7 @@ def test_remarks_tell_repeats(frame, average_by, remarks):
 
 def test_the_command_counts_designs(file, said):
     printed = said("rank", file, "--objectives", "cost,mass", "--average-by", "variant")
-    chance = "By the repeated tests C is the best with a probability of"
+    chance = "by the repeated tests: C is the best with a probability of"
     for text in ("3 designs, 8 tests", chance, "Proposed: C"):
         assert text in printed
 

@@ -440,7 +440,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert "with mass at most 0.9 kg" in positions.first.inner_text()
     held = fresh.state["positions"]
     fresh.set(positions=[*held, {"name": "Dan", "chosen": "ghost"}])
-    assert "Dan wants ghost, which is not among these." in fresh.text("#position-list")
+    assert "Dan wants ghost, which is not among these designs." in fresh.text("#position-list")
     fresh.click(fresh.page.get_by_label("Show: Dan"))
     assert fresh.state["chosen"] is None
     fresh.set(positions=held)

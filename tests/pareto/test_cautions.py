@@ -75,7 +75,7 @@ def test_codes_that_others_dominate_are_named_too():
     """Without the first alone, the second one would take its place."""
     F = np.array([[0.96, 66], [0.05, 29], [9999, 89], [9999, 83], [0.23, 56], [0.48, 24]])
     assert said(F, "suspect", maximize=[1]).startswith(
-        "Design 2 and design 3: 9999 in f1, unlike all others, 0.05 to 0.96. "
+        "Design 2 and design 3: 9999 in f1, where all others have 0.05 to 0.96. "
     )
     assert rank_of_efficiency(F[[0, 1, 4, 5]], maximize=[1]).salukvadze == 2
     outlier = said(F, "outlier", maximize=[1])

@@ -385,7 +385,9 @@ def run_of_sequence(
     n_dim = len(model.space.searched)
     sampling = options.sampling_in(n_dim)
     if options.more and not sampling.extendable:
-        raise invalid("more", "used with a sequence that can be continued", Received(sampling))
+        raise invalid(
+            "more", "used with a sequence that can be continued", Received(sampling._name())
+        )
     table = table_of_run(model, options, lambda: sampling.identity(n_points, options.seed) + method)
     store = Store(table)
     if options.study is not None:

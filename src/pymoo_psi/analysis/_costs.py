@@ -114,12 +114,13 @@ def within_limits(table: TestTable) -> str:
     return " within the limits"
 
 
-def counts_sentence(table: TestTable, subject: str = "") -> str:
+def counts_sentence(table: TestTable, subject: str = "", *, explained: bool = False) -> str:
     """Return how many tests there are, within the limits, and not dominated.
 
     Args:
         table: The tests.
         subject: What they are tests of, if that is said.
+        explained: Whether it is said what "not dominated" means.
     """
     words = table.schema.words
     n_within = int(table.feasible().sum())
@@ -143,7 +144,12 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
         text = f"{size}{failed}"
     if n_within > 1:
         n_optimal = int(table.feasible_ranking().pareto.sum())
-        text += f"; {number(n_optimal)} of them {_are(n_optimal)} not dominated"
+        if n_optimal == n_within:
+            text += "; none of them is dominated"
+        else:
+            text += f"; {number(n_optimal)} of them {_are(n_optimal)} not dominated"
+        if explained:
+            text += ": no other is at least as good in all objectives and better in one"
     return f"{text}."
 
 
@@ -158,14 +164,14 @@ def none_left_sentence(table: TestTable) -> str:
     if not n_tests:
         return f"No design is left: {counted(len(table), words['row'])}, all {words['failed']}."
     limits = ", ".join(limit_words(table))
-    text = f"No design is left: none of {n_tests} meets the limits ({limits})."
+    text = f"No design is left: none of {n_tests} is{within_limits(table)} ({limits})."
     mask, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
     would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)
     alone = mask[would_be_left].sum(axis=0)
     if alone.any():
         n = alone.max()
-        return f"{text} Without the limit on {names[alone.argmax()]} {n} {_are(n)} left."
+        return f"{text} Without the limit on {names[alone.argmax()]}, {n} {_are(n)} left."
     rejects = mask.sum(axis=0)
     return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
 

@@ -49,9 +49,10 @@ def positions_frame(table: TestTable) -> pd.DataFrame:
     rows = []
     for position in latest_positions(table.decision.positions):
         under = written_limits(table.under(limits=position["limits"]))
-        for word, key in (("weight", "weights"), ("aspiration", "aspiration")):
-            for objective, value in position[key].items():
-                under.append(f"{word} of {objective} {number(value)}")
+        for word, key in (("weights", "weights"), ("aspirations", "aspiration")):
+            texts = [f"{name} {number(value)}" for name, value in position[key].items()]
+            if texts:
+                under.append(f"{word}: {', '.join(texts)}")
         row = {
             "name": position["name"],
             "choice": position["chosen"] or "none",
@@ -115,7 +116,7 @@ def position_sentences(table: TestTable) -> list[str]:
             text = sentence("foreign choice", design=choice)
         text = f"{record['name']} {text}."
         if record.get("under"):
-            text += f" Under {record['under']}."
+            text += f" Conditions: {record['under']}."
         if record.get("why"):
             text += f" “{record['why']}”"
         sentences.append(text)

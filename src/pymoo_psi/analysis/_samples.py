@@ -328,19 +328,20 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
         >>> print(convergence_sentence(convergence(table.under(normalize=False))))
-        The last doubling, from 512 to 1024 tests, still mattered: it brought ...
+        The last doubling, from 512 to 1024 tests, still mattered: the proposal ...
     """
     n = steps.index[-1]
     last = steps.iloc[-1]
     if len(steps) < 2 or not steps["optimum"].iloc[-2]:
         return (
-            f"Too few tests to tell: {last['feasible']:.0f} of {n} are feasible, and half of the "
-            "tests must have had some."
+            f"Too few tests to tell: {last['feasible']:.0f} of {n} are within the limits, and the "
+            "first half of the tests needs one or more."
         )
     before = steps.iloc[-2]
     doubling = f"The last doubling, from {steps.index[-2]} to {n} tests,"
     unknown = (
-        "Not known: whether there is a better region between the tests, and how right the model is."
+        "Tests do not show whether there is a better region between them, nor how accurate the "
+        "model is."
     )
     if np.isnan(last["moved"]):  # distances have no unit
         change = "the design that is the best in every objective"
@@ -353,7 +354,7 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
     if max(nearer, 1 - share - 2 * before["hypervolume_error"]) > _WORTH:
         mattered = "still mattered"
     return (
-        f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the ideal "
-        f"point, moved it by {percent(last['moved'])} of a range, and enlarged the hypervolume "
-        f"from {percent(share)} of its present value. {unknown}"
+        f"{doubling} {mattered}: the proposal came {percent(nearer)} nearer to the best values and "
+        f"moved by {percent(last['moved'])} of a range; the hypervolume was {percent(share)} of "
+        f"its present value before. {unknown}"
     )

@@ -277,7 +277,7 @@ def switching_sentences(table: TestTable) -> list[str]:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> switching_sentences(table)[0]
-        'Tighter: if f1 must be below 1, test 1 is proposed; if f2 must be below 1, test 3 is
+        'Tighter limits: if f1 must be below 1, test 1 is proposed; if f2 must be below 1, test 3 is
         proposed.'
     """
     if table.feasible_ranking().pareto.sum() > _MOST_DESIGNS:

@@ -342,8 +342,8 @@ def prefer() -> None:
     """Find the design that a person wants by a few questions.
 
     Each question shows two designs and where they differ. One key answers: a or b for the design
-    you would rather have, e if they are equally good, s skips, u takes the last answer back, q
-    ends. Each answer is written at once, to decision.json unless --out names another file, which
+    you would rather have, e if they are equally good, s to skip, u to undo the last answer, q to
+    quit. Each answer is written at once, to decision.json unless --out names another file, which
     must be new. To continue, name the same file by --decision and --out; rank, page and report
     read it by --decision, too. In a list, put an answer with a comma in quotation marks.
 
@@ -578,11 +578,12 @@ _TYPED = {
 
 def _typed_names(words: Sequence[str]) -> dict[str, str]:
     """Return the options that were typed, by the names of their arguments in Python."""
-    names = {}
+    names: dict[str, str] = {}
     for word in words:
         option, _, _ = word.partition("=")
-        names[option.lstrip("-").replace("-", "_")] = option
-    return names | _TYPED
+        name = option.lstrip("-").replace("-", "_")
+        names |= {name: option, f"n_{name}": option}
+    return _TYPED | names
 
 
 def _as_option(match: re.Match[str]) -> str:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from unicodedata import combining, east_asian_width
 
 from pymoo_psi._numbers import NumberFormat, number
-from pymoo_psi._output import is_marked, with_unit
+from pymoo_psi._output import is_marked
 from pymoo_psi._validation import Names, Rows, counted, invalid, known_name
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._app import Options, printable
@@ -119,16 +119,16 @@ def say_ranking(
         reasons: Lines after the proposal and its costs.
         notes: Lines at the end, before the next command.
         following: The next command: its first words, and its options; empty if it comes later.
-        all_by: The option or command that shows all cautions; empty if that follows.
+        all_by: The option or command that shows all cautions.
         more: Where designs are that are not shown.
     """
     ranking = table.feasible_ranking()
     columns = width() or WIDTH_OF_PIPE
     above = wrapped(head, columns).splitlines()
-    sentences = [*_proposal(table, found), *reasons]
+    sentences = [*proposal(table, found), *reasons]
     if found:
         text = f"Caution: {found[0].sentence}"
-        if len(found) > 1 and all_by:
+        if len(found) > 1:
             text += f" ({all_by} shows {len(found) - 1} more.)"
         sentences.append(text)
     below = wrapped([*sentences, *notes], columns).splitlines()
@@ -137,7 +137,8 @@ def say_ranking(
     lines = _LINES
     if len(table) <= _FEW:
         lines = _LINES_OF_FEW
-    # Beside them: two blank lines, the head of the table, its ends, and the count of further rows.
+    # Beside them: two blank lines, the head of the table, its ends, and the count of further rows;
+    # units have a line more.
     n_rows = lines - len(above) - len(below) - 6
     n_rows = min(max(n_rows, _LEAST_ROWS), _MOST_ROWS)
     if ranking.pareto.sum() == n_rows + 1:  # the row itself takes no more than its count
@@ -164,22 +165,20 @@ def _table(
     optimal = ranking.by_place[: ranking.pareto.sum()]
     shown = optimal[:n_rows]
     numbers = _numbers_of_objectives(ranking, optimal, n_rows)
-    in_units = _numbers_of_objectives(ranking, optimal, n_rows, with_units=True)
     word = (table.schema.label or TEST).replace("_", " ")
     names = [_one_line(ranking.name_of(row).removeprefix(f"{word} ")) for row in shown]
-    names = [word, *names, "best", "worst"]
-    most = max(map(_columns, names))
-    least = min(most, _LEAST_LABEL)
-    if sum(map(_room_for, in_units)) + most <= columns - len(_BESIDE_PLACES):
-        numbers = in_units
+    names = [word, "", *names, "best", "worst"]
+    least = min(max(map(_columns, names)), _LEAST_LABEL)
     cells, room = _fitting(numbers, columns - len(_BESIDE_PLACES), least)
     names = [shortened(name, max(room, least)) for name in names]
-    places = ["place", *map(str, ranking.place[shown]), "", ""]
+    places = ["place", "", *map(str, ranking.place[shown]), "", ""]
     rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
     lines = [_GAP.join(row).rstrip() for row in rows]
+    if not lines[1]:  # no objective has a unit
+        del lines[1]
     n_hidden = len(optimal) - len(shown)
     if n_hidden:
-        lines.insert(1 + len(shown), f"{_BESIDE_PLACES}… {n_hidden} more{more}")
+        lines.insert(-2, f"{_BESIDE_PLACES}… {n_hidden} more{more}")
     n_folded = len(numbers) - len(cells)
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
@@ -187,15 +186,14 @@ def _table(
 
 
 def _numbers_of_objectives(
-    ranking: EfficiencyRanking, optimal: Rows, n_rows: int, *, with_units: bool = False
+    ranking: EfficiencyRanking, optimal: Rows, n_rows: int
 ) -> list[tuple[str, str, list[str]]]:
-    """Return the name of each objective, its direction, and its numbers, the best and worst last.
+    """Return name and direction of each objective, its unit and its numbers, best and worst last.
 
     Args:
         ranking: The ranking.
         optimal: The rows of the Pareto-optimal designs, by place.
         n_rows: How many of them are shown.
-        with_units: Whether the names have their units behind them.
     """
     objectives = ranking.objectives
     numbers = []
@@ -207,10 +205,9 @@ def _numbers_of_objectives(
         if objectives.sign[j] < 0:
             ends.reverse()
             arrow = "↑"
-        heading = _one_line(name)
-        if with_units:
-            heading = with_unit(heading, objectives.units.get(name, ""))
-        numbers.append((heading, arrow, list(map(text, [*values[:n_rows], *ends]))))
+        unit = _one_line(objectives.units.get(name, ""))
+        texts = [unit, *map(text, [*values[:n_rows], *ends])]
+        numbers.append((_one_line(name), arrow, texts))
     return numbers
 
 
@@ -220,7 +217,7 @@ def _fitting(
     """Return the columns of as many objectives as fit, one or more, and the room that they leave.
 
     Args:
-        numbers: The name of each objective, its direction, and its numbers.
+        numbers: The name of each objective, its direction, and the texts below.
         columns: The width for them and the names of the designs.
         least: The least width for the names.
     """
@@ -234,12 +231,6 @@ def _fitting(
             if room >= least:
                 return cells, room
     return cells, room
-
-
-def _room_for(column: tuple[str, str, list[str]]) -> int:
-    """Return the width of the column of an objective with the gap before it."""
-    name, arrow, texts = column
-    return len(_GAP) + max(map(_columns, [f"{name} {arrow}", *texts]))
 
 
 def _one_line(name: object) -> str:
@@ -278,7 +269,7 @@ def shortened(text: str, most: int) -> str:
 # The sentences
 
 
-def _proposal(table: TestTable, found: Sequence[Caution]) -> list[str]:
+def proposal(table: TestTable, found: Sequence[Caution]) -> list[str]:
     """Return what is proposed, what it costs and, of repeated tests, how sure it is."""
     ranking = table.feasible_ranking()
     why = explain(ranking)

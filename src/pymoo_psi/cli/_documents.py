@@ -17,7 +17,6 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pymoo_psi import __version__
 from pymoo_psi._numbers import localized, number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
@@ -35,6 +34,7 @@ from pymoo_psi.cli._console import (
     command,
     print_frame,
     print_text,
+    proposal,
     require_output,
     results_folder,
     say,
@@ -121,22 +121,22 @@ def run_rank(options: Options) -> int:
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
         more = ""
     found = cautions_of_distances(table.feasible_ranking())
-    head = [*table.facts, counts_sentence(table), *decision_remarks(path, table)]
-    head += [*separation_sentences(table), *decision_sentences(table.decision.decided)]
+    head = [*table.facts, counts_sentence(table, explained=True), *decision_remarks(path, table)]
+    head += decision_sentences(table.decision.decided)
+    separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
     if found and found[0].remedy:
         column, _, _ = found[0].remedy.partition("=")
-        same = f"the same with {column} in place of {column.removeprefix('log_')} and"
+        same = f"the same command with {column} in place of {column.removeprefix('log_')} and"
         following = [same, *command("--compute", found[0].remedy)]
-    if options.long:
-        say_ranking(table, found, head, [], notes, [], all_by="", more=more)
-    else:
-        say_ranking(table, found, head, [], notes, following, all_by="--long", more=more)
     if table.decision.positions:
-        print_text(wrapped(position_sentences(table), width() or WIDTH_OF_PIPE))
+        notes += position_sentences(table)
     if options.long:
-        _say_details(table, found)
+        _say_all(table, found, head, [*notes, *separation])
         say_next(following)
+    else:
+        notes += separation[-1:]
+        say_ranking(table, found, head, [], notes, following, all_by="--long", more=more)
     return 0
 
 
@@ -149,26 +149,29 @@ def _heading(column: Column) -> str:
     return f"{heading} {arrow}"
 
 
-def _say_details(table: TestTable, found: Sequence[Caution]) -> None:
-    """Print all that is known of the best designs, and on what the proposal depends."""
+def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Names) -> None:
+    """Print the best designs with all columns, and on what the proposal depends."""
+    columns = width() or WIDTH_OF_PIPE
+    print_text(wrapped(head, columns))
     frame = ranked_frame(table, None)
-    print_text("")
-    print_frame(_for_readers(frame.head(_N_IN_DETAIL), table), "All columns, by place:")
+    print_frame(_for_readers(frame.head(_N_IN_DETAIL), table), "")
     if len(frame) > _N_IN_DETAIL:
         say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
     ranking = table.feasible_ranking()
     why = explain(ranking)
     sentences = [
-        f"mu1 is the distance to the best values, by which designs are placed; efficiency_rank, 0 "
-        f"to 6, counts three geometric criteria and places nothing. {measured_in(ranking)}.",
-        *(f"Caution: {caution}" for caution in found[1:]),
-        "One step away:",
-        *why.sentences[2:],
+        *proposal(table, found),
+        *(f"Caution: {caution}" for caution in found),
+        *(f"One step from it, {step}" for step in why.sentences[2:]),
         weights_sentence(ranking, why.row),
         *switching_sentences(table),
+        f"mu1 is the distance to the best values, which decides the place. {measured_in(ranking)}. "
+        "efficiency_rank, from 0 to 6, is the rank of efficiency of the PSI method, which does not "
+        "decide the place; see 'pymoo-psi guide method'.",
         *table.remarks[len(table.facts) :],
+        *notes,
     ]
-    print_text(wrapped([*filter(None, sentences)], width() or WIDTH_OF_PIPE))
+    print_text("\n" + wrapped([*filter(None, sentences)], columns))
 
 
 def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
@@ -203,7 +206,8 @@ def run_page(options: Options) -> int:
     path = options.file
     out = options.out
     table = opened_by_options(options, _HTML)
-    page = decision_page(table, prototype=_existing(options, table), title=_title(options, table))
+    title = _title(options, table, path.stem)
+    page = decision_page(table, prototype=_existing(options, table), title=title)
     further = _command_for_more(path, table)
     replace(page, origin=path.name, further=further).save(out)
     say_source(path, replace(table.under(limits={}), facts=table.remarks))
@@ -244,8 +248,8 @@ def _existing(options: Options, table: TestTable) -> TestTable | None:
     )
 
 
-def _title(options: Options, table: TestTable) -> str:
-    return options.title or str(table.decision.page.get("title") or options.file.stem)
+def _title(options: Options, table: TestTable, default: str) -> str:
+    return options.title or str(table.decision.page.get("title") or default)
 
 
 def run_report(options: Options) -> int:
@@ -263,12 +267,15 @@ def run_report(options: Options) -> int:
     for remark in decision_remarks(path, table):
         if remark.startswith("Warning: "):  # choice and reason have their places
             remarks.append(remark)
-    date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
-    origin = f"{path.name}, {date}, pymoo-psi {__version__}"
+    now = datetime.now(timezone.utc)
+    origin = f"{now.day} {now:%B %Y}"
+    title = _title(options, table, path.name)
+    if title != path.name:
+        origin = f"{path.name} · {origin}"
     report = decision_report(
         table,
         design=options.design,
-        title=_title(options, table),
+        title=title,
         question=options.question or "",
         about=[origin, *remarks],
         prototype=_existing(options, table),

@@ -22,7 +22,7 @@ from pymoo_psi.table import TestTable, entries_of
 
 Answer: TypeAlias = tuple[str, str, str]
 
-_KEYS = "a, b: this one rather; e: equal; s: skip; u: take back; q: end"
+_KEYS = "a or b: this design; e: equally good; s: skip; u: undo the last answer; q: quit"
 _ANSWERS = {"a": (0, ">", 1), "b": (1, ">", 0), "e": (0, "=", 1), "s": (0, "?", 1)}
 _N_DIFFERENCES = 12  # columns in which two designs differ, the objectives first
 _NOBODY = "me"  # the name of a person who gives none
@@ -40,7 +40,7 @@ def run_prefer(options: Options) -> int:
     say_source(options.file, table)
     if dialogue.foreign:
         answers = ", ".join(map("".join, dialogue.foreign))
-        say(f"Left out, as not about two Pareto-optimal designs of these: {answers}.")
+        say(f"Left out, as they do not compare two of the Pareto-optimal designs: {answers}.")
     if options.answers:
         dialogue.save()
     else:
@@ -133,9 +133,9 @@ class _Dialogue:
     def kept(self) -> str:
         """Where the answers are, as a sentence."""
         if not self.person.answers:
-            return f"no answers; {self._out} is not written"
+            return f"No answers; {self._out} is not written."
         n_answers = counted(len(self.person.answers), "answer")
-        return f"{n_answers} of {self._name} written to {self._out}"
+        return f"{n_answers} by {self._name} written to {self._out}"
 
 
 def _pressed() -> str:

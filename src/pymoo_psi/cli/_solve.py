@@ -325,9 +325,10 @@ def _say_result(
     table = result.table
     ranking = table.feasible_ranking()
     found = cautions_of_distances(ranking)
-    head = [*table.facts, counts_sentence(table, subject)]
+    head = [*table.facts, counts_sentence(table, subject, explained=True)]
     if len(table) < len(result.tests):
-        head.insert(0, f"{counted(len(result.tests), 'test')}, of which ranked:")
+        n_tests = counted(len(result.tests), "test")
+        head.insert(0, f"{n_tests} in all, {counted(len(table), 'design')} ranked.")
     if not is_new.all():
         head.append(_added(result, is_new))
     last = []
@@ -339,7 +340,7 @@ def _say_result(
     elif options.out is not None:
         following = command("pymoo-psi", "page", str(options.out))
     else:
-        following = ["the same with --study FILE.db, which keeps the tests"]
+        following = ["the same command with --study FILE.db, which keeps the tests"]
     where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
     say_ranking(table, found, head, reasons, last, following, all_by=where)
 
@@ -411,8 +412,9 @@ def run_ask(options: Options) -> int:
     write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)
     study = shlex.quote(str(options.study))
     file = shlex.quote(str(options.out))
-    say(f"{counted(len(frame), 'design')} to test in {options.out}.")
-    say(f"With results, or why a test failed: pymoo-psi tell {file} --study {study}")
+    say(f"{counted(len(frame), 'design')} to test written to {options.out}.")
+    say("Fill in the results, or why a test failed.")
+    say(f"Next: pymoo-psi tell {file} --study {study}")
     return 0
 
 

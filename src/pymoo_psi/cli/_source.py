@@ -167,7 +167,7 @@ def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
     """Say whether the chosen design has the values with which the page saved the decision."""
     warning = f"Warning: {chosen}, the chosen design,"
     if chosen not in table.names:
-        return f"{warning} is not among these."
+        return f"{warning} is not among these designs."
     row = table.names.index(chosen)
     changes = []
     for name in table.schema.objectives:

@@ -251,8 +251,9 @@ class Preferences(Shown):
             >>> person = Preferences([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
             >>> person.answer(0, 1)
             >>> print(person)
-            Proposed after 1 answer: design 0, with a probability of 80 % the best for this
-            person. The expected regret is 35 % of what is at stake.
+            Proposed after 1 answer: design 0, the best for this person with a probability of
+            80 %. The loss to expect is 35 % of the difference between this person's best
+            design and an average one.
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)

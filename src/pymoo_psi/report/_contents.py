@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from decimal import ROUND_CEILING, Context
-from functools import cached_property
 from typing import Any
 from urllib.parse import quote
 
@@ -26,7 +25,6 @@ from pymoo_psi._validation import Values, counted
 from pymoo_psi.analysis import (
     alike,
     beyond_limits,
-    change_text,
     changed_limit,
     constraint_costs,
     convergence,
@@ -58,6 +56,8 @@ _REPRESENTATIVES = 5  # side by side on paper
 _DESIGNS = 30  # a sheet has room for so many
 _CHANGES = 4  # a sentence has the largest ones
 _WEIGHTED = 5  # bars
+# An amount in a sentence on costs, and its share up to the next amount.
+_AMOUNT = re.compile(r"(.+?)( \([^()]* %[^()]*\)(?:, | and |\.)|$)")
 # How a table names limits on a column.
 _LIMIT_WORDS = {
     ("upper", "tighter"): "below",
@@ -134,17 +134,22 @@ class Choice:
         limits = within_limits(self.table)
         if n == 1:
             return f"The only design{limits}."
-        others = f"of the {counted(n, 'design')}{limits}"
         best = self.explanation.best_in
         if not self.explanation.behind.any():
-            text = f"The best {others} in every objective."
+            text = "The best in every objective"
         elif best:
-            text = f"The best {others} in {_few(best)}."
+            text = f"The best in {_few(best)}"
         else:
-            text = f"None {others} is nearer to the best values of all objectives."
+            text = "The nearest to the best values of all objectives"
+        text = f"{text} among the {counted(n, 'design')}{limits}."
         if any(caution.kind == "tie" for caution in self._cautions):  # it says so
             return text
         return f"{text} {self.explanation.ties}".strip()
+
+    def costs(self) -> list[tuple[str, str]]:
+        """Return the amounts that the design costs, each with what is said of it."""
+        _, _, changes = self.explanation.costs.partition(": ")
+        return _AMOUNT.findall(changes)
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
@@ -238,11 +243,11 @@ class Choice:
                 text = f"The {self.noun}."
             elif name in rows:
                 pair = compare_designs(free, rows=[rows[name], rows[self.name]])
-                better, worse = pair.changes(1)
-                costs = "nothing is worse"
-                if worse:
-                    costs = _few(worse)
-                text = f"The {self.noun}: {costs}; better: {_few(better or ['nothing'])}."
+                _, worse = pair.changes(1)
+                gains = zip(free.objectives.names, pair.gains[1], strict=True)
+                better = [objective for objective, gain in gains if gain > 0]
+                costs = _few(worse or ["nothing is worse"])
+                text = f"The {self.noun}: {costs}; better in {_few(better or ['nothing'])}."
             beyond: list[str] = []
             if name in table.names:
                 beyond = [*beyond_limits(table, table.names.index(name)).values()]
@@ -256,23 +261,14 @@ class Choice:
         rows = np.argsort(-shares, kind="stable")[:_WEIGHTED]
         return [(self.ranking.name_of(row), shares[row]) for row in rows if shares[row] > 0]
 
-    @cached_property
-    def changes(self) -> pd.DataFrame:
-        """The limits at which another design is proposed, each with a sentence."""
-        if self.ranking.pareto.sum() > _MOST_OPTIMAL:
-            return pd.DataFrame(columns=["column", "present", "design", "text"])
-        frame = switching_values(self.table).dropna(subset="value")
-        texts = []
-        for row in frame.to_dict("records"):
-            text = change_text(self.table, row)
-            texts.append(f"{text[0].upper()}{text[1:]}.")
-        return frame.assign(text=texts)
-
     def new_limits(self) -> pd.DataFrame:
         """Return at which limits another design is proposed, and which one."""
         rows = []
         best = []  # objectives in which no design is better
-        for change in self.changes.to_dict("records"):
+        changes: list[Any] = []
+        if self.ranking.pareto.sum() <= _MOST_OPTIMAL:
+            changes = switching_values(self.table).dropna(subset="value").to_dict("records")
+        for change in changes:
             name = change["column"]
             if is_best(change):
                 best.append(name)
@@ -312,7 +308,10 @@ class Choice:
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
         if row not in self.ranking.rows:
-            return f"beyond {listed([*beyond_limits(self.table, row)])}"
+            violated = [*beyond_limits(self.table, row)]
+            if within_limits(self.table).endswith("limit"):  # there is no other
+                return "beyond the limit"
+            return f"beyond limit: {', '.join(violated)}"
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
             return self.word
@@ -384,13 +383,11 @@ def limit_effects(table: TestTable, choice: Choice | None) -> Iterator[tuple[str
     costs["words"] = limit_words(table)
     word = table.schema.words["row"]
     for _, cost in costs.sort_values("alone", ascending=False, kind="stable").iterrows():
-        name = cost["column"]
         sentences = [_rejects(cost, counted(len(table), word))]
         if choice is None:
             sentences.append(_nearest(table, cost))
         else:
             sentences += _without(choice, cost)
-            sentences += choice.changes["text"][choice.changes["column"] == name].tolist()
         yield cost["words"], " ".join(filter(None, sentences))
 
 
@@ -399,9 +396,10 @@ def _rejects(cost: pd.Series[Any], designs: str) -> str:
     rejects = int(cost["rejects"])
     if rejects == 0:
         return f"Rejects none of {designs}."
+    text = f"Rejects {number(rejects)} of {designs}"
     if cost["alone"] == rejects:
-        return f"Rejects {number(rejects)} of {designs}."
-    return f"Rejects {number(rejects)} of {designs}, {number(cost['alone'])} of them alone."
+        return f"{text}."
+    return f"{text}, {int(cost['alone']) or 'none'} of them as the only limit."
 
 
 def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
@@ -411,13 +409,13 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     name = cost["column"]
     limit = Limit(cost["lower"], cost["upper"])
     excess = limit.excess(name, table.column(name))
-    if excess.min() == 0:
-        return "Some are within it."
+    if excess.min() == 0:  # some are within it
+        return ""
     value = table.column(name)[excess.argmin()]
     nearest = _cell(value)
     if isinstance(value, float) and np.isfinite(value):
         nearest = text_beyond(value, limit)
-    return f"The nearest: {_with_unit(table, name, nearest)}."
+    return f"The nearest value is {_with_unit(table, name, nearest)}."
 
 
 def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
@@ -503,7 +501,7 @@ def verdict(table: TestTable) -> str:
     try:
         steps = convergence(table)
     except PsiError:  # its reason is about the evenly spread tests only
-        return "Not known: it takes 8 evenly spread tests or more, some of them within the limits."
+        return "Unknown: this takes 8 evenly spread tests or more, some of them within the limits."
     if len(steps) <= 1:
         return ""
     return convergence_sentence(steps)

@@ -8,7 +8,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
-from pymoo_psi import plots
+from pymoo_psi import __version__, plots
 from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, counted, invalid
@@ -18,6 +18,7 @@ from pymoo_psi.analysis import (
     decision_sentences,
     failure_sentences,
     latest_positions,
+    none_left_sentence,
     separation_sentences,
     within_limits,
 )
@@ -112,6 +113,8 @@ class DecisionReport(Document):
                 failures=failure_sentences(table),
                 names=[position["name"] for position in latest_positions(decision.positions)],
                 counts=counts_sentence(table),
+                none_left=none_left_sentence,
+                version=__version__,
                 within=within_limits(table),
                 counted=counted,
                 number=number,
