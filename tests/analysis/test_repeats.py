@@ -9,6 +9,7 @@ import pytest
 from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read_table
 from pymoo_psi.analysis import average_repeats
 from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.pareto import degrees_of_freedom
 from pymoo_psi.table import Schema
 from tests.helpers.documents import payload_of
 from tests.helpers.refusals import refused
@@ -54,6 +55,7 @@ def test_five_tests_give_a_design_its_own_variance():
     pooled = sum(np.var(group) * len(group) for group in groups) / (len(f) - 3)
     assert errors[0] == pytest.approx(groups[0].std(ddof=1) / np.sqrt(5))
     assert errors[1:] == pytest.approx(np.sqrt(pooled / np.array([3, 4])))
+    assert degrees_of_freedom(np.array(counts)).tolist() == [5 - 1, 12 - 3, 12 - 3]
 
 
 def test_computed_columns_and_limits_are_of_means(file):
