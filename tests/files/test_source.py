@@ -368,8 +368,8 @@ def test_only_columns_that_are_needed_must_be_readable(read):
 @pytest.mark.parametrize("label", ["number", "test_point"])
 def test_prototypes_of_an_export_are_no_designs(read, label):
     text = (
-        "number,f1,f2,mu1,mu2,mu3,efficiency_rank,mark\nold,9,9,1,1,1,,prototype\n"
-        "5,1,2,0,0,0,6,Salukvadze optimum\n7,2,1,1,1,1,0,\n8,3,3,1,1,1,0,dominated\n"
+        "place,number,f1,f2,mark\n,old,9,9,prototype\n"
+        "1,5,1,2,place 1\n2,7,2,1,place 2\n,8,3,3,dominated\n"
     )
     table = read(text.replace("number", label), Formulation(["f1", "f2"]))
     assert table.F.tolist() == [[1, 2], [2, 1], [3, 3]]

@@ -41,7 +41,7 @@ def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
     investigate(problem, 8, study=tmp_path / "s.db")
     investigate(problem, 8, study=tmp_path / "s.db", sampling="sobol", seed=1)
     sent = payload_of(decision_page(tmp_path / "s.db"))
-    names = [column["name"] for column in sent["columns"] if column["role"] != "geometric"]
+    names = [column["name"] for column in sent["columns"]]
     assert names == ["f1", "f2", "x1", "x2"]
 
 
@@ -186,15 +186,6 @@ def test_axes_range_over_the_optimal_designs():
         assert [one[fact] for fact in ("range", "log", "notation")] == [
             other[fact] for fact in ("range", "log", "notation")
         ]
-
-
-def test_the_second_plot_shows_objectives_that_conflict():
-    """Speed is maximised, so that it conflicts with what increases with it."""
-    x = np.linspace(0, 1, 20)
-    frame = pd.DataFrame({"cost": x, "mass": x**2, "noise": (x - 0.4) ** 2, "speed": np.exp(x)})
-    asked = Formulation([*frame], maximize=["speed"])
-    plot = payload_of(decision_page(frame, asked))["plot"]
-    assert plot == ["cost", "mass", "cost", "speed"]
 
 
 def test_short_numbers_are_written_as_in_the_file():

@@ -71,8 +71,12 @@ class Reader:
         self.page.wait_for_selector("body[data-ready]")
 
     def ask(self, expression):
-        """The value of an expression, in which D is the page's hook."""
-        return self.page.evaluate(f"(() => {{const D = decisionPage; return {expression}}})()")
+        """The value of an expression, in which D is the page's hook and what its scripts know."""
+        known = "...decisionPage, update, explain, axes, scatter, verdict, order, inspected"
+        resting = "resting: decisionPage.settled && !search"
+        return self.page.evaluate(
+            f"(() => {{const D = {{{known}, {resting}}}; return {expression}}})()"
+        )
 
     def set(self, **changes):
         """Change the state as a control would."""
@@ -129,14 +133,13 @@ class Reader:
         self.field(name).press("Enter")
         self.settle()
 
-    def brush(self, selector, corner, opposite):
-        """Drag a box; corners as shares of the element, from its upper left."""
+    def drag(self, selector, start, end):
+        """Drag from one spot of an element to another; shares of its width and height."""
         self.until("D.resting")  # nothing above grows any more
         self.page.locator(selector).scroll_into_view_if_needed()
         box = self.page.locator(selector).bounding_box()
         spots = [
-            (box["x"] + x * box["width"], box["y"] + y * box["height"])
-            for x, y in (corner, opposite)
+            (box["x"] + x * box["width"], box["y"] + y * box["height"]) for x, y in (start, end)
         ]
         self.page.mouse.move(*spots[0])
         self.page.mouse.down()
@@ -292,7 +295,7 @@ def test_an_end_of_a_slider_moves_alone(reader):
 def test_what_is_no_number_is_no_limit(reader):
     reader.type_limit("mass [kg], at most", "1.2.3")
     field = reader.field("mass [kg], at most")
-    assert field.get_attribute("aria-invalid") == "true"
+    assert not field.evaluate("(field) => field.validity.valid")
     reader.type_limit("cost, total, at least", "0")
     assert field.input_value() == "1.2.3"  # stays to be mended, whatever else is set
     reader.type_limit("cost, total, at least", "")
@@ -300,7 +303,8 @@ def test_what_is_no_number_is_no_limit(reader):
     reader.type_limit("mass [kg], at most", "6e-1")
     reader.type_limit("mass [kg], at least", "0.7")
     assert reader.state["limits"] == {"mass": [None, 0.6]}
-    assert "above the upper" in reader.text("#messages")
+    message = reader.field("mass [kg], at least").evaluate("(field) => field.validationMessage")
+    assert "above the upper" in message
 
 
 def test_categories_and_dominated_designs_are_ticked(reader, frame):
@@ -324,7 +328,7 @@ def test_designs_are_pinned_and_compared(reader):
     cell = reader.page.locator("#compare-table tbody tr").first.locator("th, td").nth(4)
     mass = beams().set_index("number").loc[second, "mass"]
     assert ("better" if mass < 1.4 else "worse") in cell.inner_text()
-    reader.click(reader.page.get_by_label(f"× {first} out of the comparison"))
+    reader.click(reader.page.locator("#compare-table").get_by_label(f"Compare: {first}"))
     assert reader.state["pins"] == [second]
 
 
@@ -333,14 +337,12 @@ def test_the_nearest_better_designs_are_named(reader):
     reader.set(chosen=label)
     reader.settle()
     steps = reader.ask(
-        f"D.explain(D.data, D.ranking, D.data.rowOf.get('{label}')).steps.map((s) => [s.text, D.data.names[s.row]])"
+        f"D.explain(D.ranking, D.data.rowOf.get('{label}')).steps.map((s) => [s.text, D.data.names[s.row]])"
     )
     texts = reader.page.locator("#steps-list > div").all_inner_texts()
     for text, (difference, name) in zip(texts, steps, strict=True):
-        assert (
-            text.split("Compare")[0].replace("\n", " ").split()
-            == f"{name}: {difference}.".replace(". But", " But").split()
-        )
+        said = text.split("Proposed if")[0].split("Compare")[0]
+        assert said.split() == f"{name}: {difference}.".replace(". But", " But").split()
     reader.page.locator("#steps-list button.small").first.focus()
     reader.press("Enter")
     # The button is a new one; who works by keys stays on it.
@@ -357,7 +359,7 @@ def test_undo_and_redo(fresh):
     fresh.type_limit("mass [kg], at most", "0.7")
     states.append(fresh.state)
     # A drag is one step, however many positions it passes.
-    fresh.brush("[aria-label='cost, total, upper limit']", (0.98, 0.5), (0.6, 0.5))
+    fresh.drag("[aria-label='cost, total, upper limit']", (0.015, 0.5), (0.4, 0.5))
     states.append(fresh.state)
     assert "cost, total" in states[2]["limits"]
     fresh.click("#count")
@@ -400,10 +402,10 @@ def member(visit, page_file, tmp_path):
         for k in choose:  # a change of mind is another choice under the same name
             label = reader.shown[k]
             if keys:
-                reader.page.locator("#table").focus()
-                reader.press("Home", *["ArrowDown"] * k, "Enter", "c")
+                reader.page.locator("#table-body button").first.focus()
+                reader.press(*["ArrowDown"] * k, "Enter", "c")
             else:
-                reader.page.locator("#table .row").nth(k).click()
+                reader.page.locator("#table-body tr").nth(k).click()
                 reader.click(reader.page.get_by_label(f"Choose: {label}").first)
             assert reader.state["chosen"] == label
             reader.page.keyboard.type(f"{name} wants it.")
@@ -462,8 +464,8 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     expected = separation_sentences(table)[:3]
     assert fresh.page.locator("#separation li").all_inner_texts()[:3] == expected
     # Another choice undoes the decision.
-    fresh.page.locator("#table").focus()
-    fresh.press("Home", "ArrowDown", "c")
+    fresh.page.locator("#table-body button").first.focus()
+    fresh.press("ArrowDown", "c")
     assert fresh.state["decided"] is None
     # The rest of a file is taken if it is asked for.
     another = visit(page_file)
@@ -518,13 +520,15 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     reader.type_limit("mass [kg], at most", repr(float(mass) - 1e-3))
     assert f"{best} is proposed" in reader.text("#verdict-words")
     reader.until("D.resting")
-    row = reader.page.locator("#relax-list li", has_text="mass must be").first
+    row = reader.page.locator("#relax-list li, #steps-list > div", has_text="mass must be").first
     switched = row.inner_text().replace("\xa0", " ").split(", ")[1].split(" is proposed")[0]
+    if row.locator("h3").count():
+        switched = row.locator("h3 button").inner_text()
     row.get_by_label("Set: mass, at most").focus()
     reader.press("Enter")
     assert reader.ask("D.data.names[D.verdict.row]") == switched
     reader.until("D.resting")  # who works by keys stays where the limit was
-    assert reader.ask("document.activeElement.closest('#relax') !== null")
+    assert reader.ask("document.activeElement.closest('#relax, #steps') !== null")
     reader.type_limit("mass [kg], at most", "")
     # A limit that all others break: the design keeps its limits, and loses its place.
     front = reader.ask("[...D.ranking.front]")
@@ -595,7 +599,7 @@ def test_axes_over_decades_are_logarithmic(show):
 
 def test_a_link_shows_the_state(fresh, page_file, window):
     fresh.type_limit("mass [kg], at most", "0.7")
-    fresh.set(chosen=fresh.shown[3], rows={"hidden": ["strength"]})
+    fresh.set(chosen=fresh.shown[3], hidden=["strength"])
     state, address = fresh.state, fresh.page.url
     assert address.startswith(f"{page_file.as_uri()}#")
     window.page.goto("about:blank")
@@ -611,7 +615,7 @@ def test_a_link_shows_the_state(fresh, page_file, window):
 
 
 def test_charts_are_pictures_to_copy(fresh):
-    for part in ("#copy-rows", "#scatter-a button:text('Copy')"):
+    for part in ("#copy-rows", "#scatter-plot button:text('Copy')"):
         with fresh.page.expect_download() as download:
             # Where the clipboard is forbidden, the picture is saved.
             fresh.page.evaluate("() => { navigator.clipboard.write = () => { throw 0 } }")
@@ -623,14 +627,14 @@ def test_charts_are_pictures_to_copy(fresh):
 
 def test_zooming_keeps_what_is_at_the_spot(reader):
     row = reader.ask("D.verdict.row")
-    before = reader.ask(f"D.plots[0].spot({row})")
+    before = reader.ask(f"D.scatter.spot({row})")
     for _ in range(3):
-        reader.click(reader.page.get_by_label("First plot, zoom in"))
-    assert reader.ask(f"D.plots[0].spot({row})") == pytest.approx(before, abs=1)
-    assert reader.ask("D.plots[0].drawn")["beyond"] > 0
+        reader.click(reader.page.get_by_label("Zoom in"))
+    assert reader.ask(f"D.scatter.spot({row})") == pytest.approx(before, abs=1)
+    assert reader.ask("D.scatter.drawn")["beyond"] > 0
     for _ in range(3):
-        reader.click(reader.page.get_by_label("First plot, zoom out"))
-    assert reader.ask("D.plots[0].drawn")["beyond"] == 0
+        reader.click(reader.page.get_by_label("Zoom out"))
+    assert reader.ask("D.scatter.drawn")["beyond"] == 0
 
 
 def test_a_choice_beyond_the_limits_is_marked(reader):
@@ -644,50 +648,13 @@ def test_a_choice_beyond_the_limits_is_marked(reader):
     assert reader.text("#position-list .beyond").startswith("beyond mass at most")
 
 
-def test_a_box_sets_the_limits_of_both_columns(reader, frame):
-    reader.brush("#scatter-a .plot", (0.35, 0.2), (0.7, 0.6))
-    limits = reader.state["limits"]
-    assert set(limits) == set(OBJECTIVES[:2])
-    inside = np.all([frame[name].between(*limits[name]) for name in limits], axis=0)
-    assert 5 < inside.sum() < 300
-    reader.click("#undo")  # one step
-    assert reader.state["limits"] == {}
-
-
-def axis(k):
-    """The axis of an objective, from its worst value at the left to the best one."""
-    return f"#objectives .row:nth-child({k + 2}) .axis"
-
-
-def test_a_brush_along_an_axis_sets_its_limits(reader):
-    before = reader.ask("D.scale(D.data.by.get('mass'))")
-    reader.brush(axis(0), (0.4, 0.2), (0.8, 0.2))
-    low, high = reader.state["limits"]["mass"]
-    start, end = before["low"], before["high"]
-    assert start + 0.1 * (end - start) < low < start + 0.3 * (end - start)
-    assert start + 0.5 * (end - start) < high < start + 0.7 * (end - start)
-    assert reader.ask("D.scale(D.data.by.get('mass'))") == before  # limits leave the axes be
-
-
-@pytest.mark.parametrize("k", [2, *rarely(0, 1)])
-def test_a_brush_rejects_no_better_design(reader, frame, k):
-    """Objective k: its best value is at the right, from where a hand begins not quite."""
-    reader.brush(axis(k), (0.97, 0.2), (0.4, 0.2))
-    is_open = [end is None for end in reader.state["limits"][OBJECTIVES[k]]]
-    assert is_open == [True, False] if OBJECTIVES[k] != "strength" else [False, True]
-    reader.reset()
-    # In the middle both ends are meant.
-    reader.brush(axis(k), (0.55, 0.2), (0.4, 0.2))
-    assert None not in reader.state["limits"][OBJECTIVES[k]]
-
-
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
     name = reader.ask(f"D.data.names[{best}]")
     reader.until("D.resting")
-    reader.page.locator("#scatter-a .plot").scroll_into_view_if_needed()
-    box = reader.page.locator("#scatter-a .plot").bounding_box()
-    x, y = reader.ask(f"D.plots[0].spot({best})")
+    reader.page.locator("#scatter-plot .plot").scroll_into_view_if_needed()
+    box = reader.page.locator("#scatter-plot .plot").bounding_box()
+    x, y = reader.ask(f"D.scatter.spot({best})")
     reader.page.mouse.move(box["x"] + x - 2, box["y"] + y)
     reader.page.mouse.move(box["x"] + x, box["y"] + y)
     reader.settle()
@@ -700,7 +667,7 @@ def test_hovering_tells_label_and_values(reader):
     reader.page.keyboard.type("Light.")
     reader.press("Tab")
     assert (reader.state["chosen"], reader.state["reason"]) == (name, "Light.")
-    reader.page.locator("#table .row").nth(4).click()
+    reader.page.locator("#table-body tr").nth(4).click()
     reader.press("c")
     assert (reader.state["chosen"], reader.state["reason"]) == (reader.shown[4], "")
     assert reader.page.evaluate("document.activeElement.id") == "reason"
@@ -714,15 +681,15 @@ def test_ticks_are_told_apart_and_say_their_values(opened):
         low = float(rng.normal() * 10.0 ** rng.integers(-12, 13))
         high = low + abs(low) * float(10.0 ** rng.uniform(-8, 4))
         scales.append({"low": low, "high": high, "log": low > 0 and bool(rng.integers(2))})
-    told = opened.page.evaluate("(all) => all.map((s) => decisionPage.tickTexts(s, 5))", scales)
-    raised = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-", "\xa0")
+    told = opened.page.evaluate("(all) => all.map((s) => tickTexts(s, 5))", scales)
     for scale, ticks in zip(scales, told, strict=True):
-        assert 0 < len(ticks["values"]) < 21
-        power = int(ticks["factor"].translate(raised)[3:] or 0)
-        for value, text in zip(ticks["values"], ticks["texts"], strict=True):
-            plain = re.sub("^10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$", r"1e\1", text).translate(raised)
-            said = float(plain) * 10.0**power
-            assert said == pytest.approx(value, rel=1e-11, abs=1e-300), (scale, text)
+        assert 0 < len(ticks) < 21
+        for tick in ticks:
+            plain = tick["text"].replace("\N{MINUS SIGN}", "-").replace("\xa0", "")
+            assert float(plain) == pytest.approx(tick["value"], rel=1e-11, abs=1e-300), (
+                scale,
+                tick,
+            )
 
 
 # Table and export
@@ -736,25 +703,24 @@ def test_export_gives_exactly_what_is_shown(reader, tmp_path):
     assert reader.file_name == "Beams_such-shown.csv"
     exported = pd.read_csv(io.StringIO(text), dtype={"number": str}, keep_default_na=False, **EXACT)
     names = ["place", "number", "mass [kg]", *OBJECTIVES[1:], "width [mm]", "material"]
-    assert list(exported.columns) == [*names, "mu1", "mu2", "mu3", "mark"]
+    assert list(exported.columns) == [*names, "mark"]
     assert exported["number"].tolist() == shown
 
 
 def test_the_table_sorts_and_holds_only_rows_in_view(reader):
     frame = beams().set_index(beams()["number"].astype(str))
-    heading = reader.page.locator("#table .head button", has_text="mass [kg]")
+    heading = reader.page.locator("#table-head button", has_text="mass [kg]")
     for down in (False, True):
         reader.click(heading)
         mass = frame.loc[reader.shown[1:], "mass"].to_numpy()
         assert (np.diff(mass) * (-1 if down else 1) >= 0).all()
-    assert reader.page.locator("#table .row").count() < 30 < len(reader.shown)
-    assert reader.page.get_attribute("#table", "aria-rowcount") == str(len(reader.shown) + 1)
-    reader.page.locator("#table").focus()
-    reader.press("End")
-    last = "document.querySelector('#table .row:last-child .label').textContent"
-    reader.until(f"{last} === '{reader.shown[-1]}'")
-    reader.press("Enter")
-    assert reader.text("h1") == f"Inspected: {reader.shown[-1]}"
+    rows = reader.page.locator("#table-body tr")
+    assert rows.count() == 16 < len(reader.shown)
+    reader.click("#more-rows")
+    assert rows.count() == min(64, len(reader.shown))
+    rows.locator("button").first.focus()
+    reader.press(*["ArrowDown"] * 60, "Enter")
+    assert reader.text("h1") == f"Inspected: {reader.shown[60]}"
     assert reader.state["chosen"] is None
 
 
@@ -764,9 +730,9 @@ def test_a_search_finds_designs_that_are_not_shown(reader, frame):
     reader.page.fill("#search", name)
     reader.until("D.resting")
     assert reader.shown[0] == name
-    assert "dominated" in reader.text("#table .row")
+    assert "dominated" in reader.text("#table-body tr")
     reader.set(limits={"mass": [None, frame["mass"].iloc[row] - 1e-3]})
-    reader.click("#table .row")
+    reader.click("#table-body tr")
     reader.until("D.resting")
     assert f"{name} is beyond the limits on mass." in reader.text("#verdict-words")
     for text, fits in (("Steel", frame["material"] == "steel"), ("nobody", frame["mass"] < 0)):
@@ -796,10 +762,6 @@ def test_the_keyboard_reaches_every_named_control(laid_open):
     names = laid_open.page.evaluate("reached")
     assert len(names) == wanted > 50
     assert all(names.values())
-    laid_open.page.locator("#table").focus()
-    laid_open.page.keyboard.press("ArrowDown")
-    laid_open.page.keyboard.press("Shift+Tab")
-    assert laid_open.page.evaluate("document.activeElement.id") != "table"
 
 
 CONTRAST = """() => {
@@ -821,7 +783,7 @@ CONTRAST = """() => {
   const borders = [...document.querySelectorAll("button:enabled, input[type=text], select, textarea")]
     .filter((e) => e.getClientRects().length && parseFloat(getComputedStyle(e).borderTopWidth) > 0)
     .map((e) => [ratio(rgb(getComputedStyle(e).borderTopColor), ground(e.parentElement)), e.id + e.className])
-  const marks = Object.entries(decisionPage.looks).map(([key, {colour}]) =>
+  const marks = Object.entries(LOOKS).map(([key, {colour}]) =>
     [ratio([1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16)), [255, 255, 255]), key])
   return {texts, borders, marks}
 }"""
@@ -832,7 +794,7 @@ def test_contrast(laid_open):
     assert len(measured["texts"]) > 200
     assert [entry for entry in measured["texts"] if entry[0] < 4.5] == []
     assert [entry for entry in measured["borders"] + measured["marks"] if entry[0] < 3] == []
-    shapes = laid_open.page.evaluate("Object.values(decisionPage.looks).map((look) => look.shape)")
+    shapes = laid_open.page.evaluate("Object.values(LOOKS).map((look) => look.shape)")
     assert len(set(shapes)) >= len(shapes) - 1  # of dominated and prototype only size and colour
 
 
@@ -968,15 +930,15 @@ def fronts(n, m=4):
     return frame
 
 
-OVERLAPS = """(charts) => charts.map(({names}) => names.filter((a, k) => names.slice(0, k).some((b) =>
-    a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)).length)"""
+OVERLAPS = """({names}) => names.filter((a, k) => names.slice(0, k).some((b) =>
+    a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)).length"""
 
 
 # Names without a line to their point that are nearer to another one.
-STRAY = """(charts) => charts.map(({names, spot}) => names.filter(({row, x, y, width, height, tie}) => {
+STRAY = """({names, spot}) => names.filter(({row, x, y, width, height, tie}) => {
     const away = (other) => { const [u, v] = spot(other)
         return Math.hypot(Math.max(x - u, 0, u - x - width), Math.max(y - v, 0, v - y - height)) }
-    return !tie.length && [...decisionPage.ranking.front].some((other) => away(other) < away(row)) }).length)"""
+    return !tie.length && [...decisionPage.ranking.front].some((other) => away(other) < away(row)) }).length"""
 
 
 @pytest.mark.parametrize("n", [480, *rarely(12, 6000)])
@@ -984,40 +946,43 @@ def test_every_design_is_drawn(show, n):
     """What lies beyond an axis, or has no value in it, is counted on the chart."""
     frame = fronts(n)
     reader = show(decision_page(frame, [f"f{j + 1}" for j in range(4)]))
-    reader.page.locator("#scatter-b select").first.select_option("heat")
-    reader.page.locator("#scatter-a select").first.select_option("f4")
+    across = reader.page.get_by_label("Plot, across")
     for name, upper in (("f1", np.inf), ("f1", 0.9), ("f2", 0.4)):
         reader.set(limits={name: [None, upper]} if upper < np.inf else {})
         shown = frame[frame[name] <= upper]
         n_missing = int(shown["heat"].isna().sum())
-        first, second = reader.ask("D.plots.map((plot) => plot.drawn)")
+        across.select_option("f4")
+        reader.settle()
+        first = reader.ask("D.scatter.drawn")
+        across.select_option("heat")
+        reader.settle()
+        second = reader.ask("D.scatter.drawn")
         assert first["points"] == reader.ask("D.axes.drawn") == len(shown)
         assert (second["points"], second["missing"]) == (len(shown) - n_missing, n_missing)
         is_beyond = 0 in shown.index and reader.ask("D.ranking.best[0]") != 0
         assert first["beyond"] == is_beyond
     # A design that is looked at, and those chosen and pinned, are inside.
     reader.set(limits={}, pins=["design number 0"])
-    assert reader.ask("D.plots[0].drawn")["beyond"] == 0
+    assert reader.ask("D.scatter.drawn")["beyond"] == 0
 
 
 @pytest.mark.parametrize("width", [1440, *rarely(390, 768, 2560)])
 def test_names_never_cover_one_another(show, width):
     page = decision_page(fronts(12).drop(columns="heat"), [f"f{j + 1}" for j in range(4)])
     reader = show(page, width=width)
-    for part in ("#objectives", "#scatter-a .plot", "#positions"):
+    for part in ("#objectives", "#scatter-plot .plot", "#positions"):
         box = reader.page.locator(part).bounding_box()
         assert width != 1440 or box["y"] + box["height"] <= WINDOW["height"], part
     reader.set(chosen="design number 3", pins=["design number 5"])
-    assert reader.page.evaluate(f"({OVERLAPS})(decisionPage.plots)") == [0] * 2
+    assert reader.page.evaluate(f"({OVERLAPS})(scatter)") == 0
     marks = {
         3,
         5,
         reader.ask("D.ranking.best[0]"),
         *reader.ask("D.verdict.steps.map((s) => s.row)"),
     }
-    for rows in reader.ask("D.plots.map((chart) => chart.names.map((name) => name.row))"):
-        assert marks <= set(rows)
-    assert reader.page.evaluate(f"({STRAY})(decisionPage.plots)") == [0] * 2
+    assert marks <= set(reader.ask("D.scatter.names.map((name) => name.row)"))
+    assert reader.page.evaluate(f"({STRAY})(scatter)") == 0
 
 
 def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
@@ -1025,7 +990,7 @@ def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
     (tmp_path / "d.csv").write_text(text, "utf-8")
     asked = Formulation(["Preis", "Masse"], units={"Masse": "%"})
     reader = show(decision_page(tmp_path / "d.csv", asked))
-    assert "12 500,25" in reader.text("#table .body").replace("\xa0", " ")
+    assert "12 500,25" in reader.text("#table-body").replace("\xa0", " ")
     reader.type_limit("Preis, at most", "4 748,36")
     assert reader.state["limits"] == {"Preis": [None, 4748.36]}
     reader.page.locator("#search").focus()
@@ -1034,7 +999,7 @@ def test_a_german_file_shows_and_accepts_decimal_commas(show, tmp_path):
     reader.type_limit("Preis, at most", "4.748")  # four and a half, or thousands?
     assert reader.state["limits"] == {"Preis": [None, 4748.5]}
     reader.set(limits={})
-    reader.click(reader.page.locator("#table .row").nth(1))
+    reader.click(reader.page.locator("#table-body tr").nth(1))
     assert "Masse 0,75 points" in reader.text(".lead")
 
 

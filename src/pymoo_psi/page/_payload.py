@@ -14,48 +14,16 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._numbers import NumberFormat
-from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Names, Values
-from pymoo_psi.pareto import SENTENCES, conflicting_pairs, nondominated, weight_shares
+from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
+from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.sequences import lp_tau
-from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable, has_errors
+from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable
 
-# Names of columns that depend on the limits; ``rank --out`` writes the same.
-_GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
-_COMPUTED_BY_PAGE = {
-    "unit": "",
-    "role": "geometric",
-    "maximize": False,
-    "texts": None,
-    "values": None,
-    "notation": NumberFormat(4).pattern,
-    "range": [0, 1],
-    "log": False,
-}
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
 # none of a normal one.
 _FENCE = 2.5
 _DECADES = 2.0  # a logarithmic scale spans at least these
-# The looks of categories, which no other mark has. Neighbours differ in lightness, too.
-_HUES = {
-    "down": "#D55E00",
-    "up": "#00795A",
-    "hexagon": "#B07800",
-    "square": "#7F3C8D",
-    "pentagon": "#C4568F",
-    "left": "#5F6B00",
-    "star": "#8C4A2F",
-    "burst": "#0E8080",
-}
-# The colours of shares up to some values.
-_SHADES = {
-    "#C9D3E0": 0.01,
-    "#9DB4D3": 0.05,
-    "#6F94C4": 0.2,
-    "#4272AE": 0.5,
-    "#1F528F": 0.9,
-    "#08306B": 1.0,
-}
 
 
 def payload(
@@ -103,9 +71,6 @@ def payload(
         }
     )
     del opens_with["formulation"]
-    shades = []
-    if live is None:  # all designs are there
-        shades = _shades(table.under(limits=decision.formulation.limits))
     columns = _columns(tables, optimal)
     return {
         "title": title,
@@ -125,18 +90,51 @@ def payload(
         "names": names,
         "n": len(table),
         "columns": columns,
-        "plot": _plotted(columns, schema.objectives, table.F[optimal]),
+        "plot": _plotted(columns),
         "optimal": _base64(optimal.view(np.uint8)),
-        "shades": shades,
-        "head": {
-            "pymoo_psi_designs": 1,
-            "objectives": schema.objectives,
-            "maximized": schema.maximize,
-            "variables": schema.variables,
-            "outputs": schema.outputs,
-            "units": schema.units,
-        },
+        "export": _export(table, columns),
     }
+
+
+def _export(table: TestTable, columns: Sequence[Values]) -> Values:
+    """Return what the metadata of an export say of its columns (CSVW), and the roles of these."""
+    schema = table.schema
+    names = [column["name"] for column in columns]
+    label = schema.label or TEST
+    kind = "string"
+    if all(isinstance(one, int) for one in _labels(table)):
+        kind = "integer"
+    described: list[Values] = [
+        {"titles": "place", "datatype": "integer"},
+        {"titles": _apart(label), "datatype": kind},
+    ]
+    for column in columns:
+        title = column["label"]
+        if title in names:  # perhaps of another column
+            title = _apart(column["name"])
+        entry = {"titles": title, "datatype": "number"}
+        if column["texts"] is not None:
+            entry["datatype"] = "string"
+        if column["unit"]:
+            entry["schema:unitText"] = column["unit"]
+        described.append(entry)
+    described.append({"titles": "mark", "datatype": "string"})
+    head = {
+        "pymoo_psi_designs": 1,
+        "objectives": schema.objectives,
+        "maximized": schema.maximize,
+        "variables": schema.variables,
+        "outputs": schema.outputs,
+        "units": schema.units,
+    }
+    return {"head": head, "columns": described}
+
+
+def _apart(name: str) -> str:
+    """Return the heading of a column in an export, whose first column is the place."""
+    if name == "place":
+        return "place (text)"
+    return name
 
 
 def _points(n_dim: int) -> list[str]:
@@ -145,29 +143,6 @@ def _points(n_dim: int) -> list[str]:
         return []
     points = lp_tau(1024, n_dim) * 1024
     return [_base64(column.astype(np.uint16)) for column in points.T]
-
-
-def _shades(table: TestTable) -> list[Values]:
-    """Return shares of designs by which the page shades them, in classes from light to dark.
-
-    They are those within the limits that the page opens with.
-
-    Args:
-        table: Designs, one or more of them feasible.
-    """
-    ranking = table.feasible_ranking()
-    shares = {"share of the weights, which are squared": weight_shares(ranking)}
-    if has_errors(table):
-        shares["probability of being optimal"] = table.confidence()["pareto"].to_numpy()
-    texts = [f"up to {100 * bound:g} %" for bound in _SHADES.values()]
-    looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in _SHADES]
-    shades = []
-    for label, values in shares.items():
-        classes = np.zeros(len(table), dtype=np.intp)
-        classes[ranking.rows] = np.searchsorted(list(_SHADES.values()), values)
-        shade = {"label": label, "texts": texts, "looks": looks, "values": classes.tolist()}
-        shades.append(shade)
-    return shades
 
 
 def rows_of(designs: TestTable) -> Values:
@@ -223,7 +198,7 @@ def roles(table: TestTable) -> list[tuple[str, str]]:
 
 
 def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
-    """Return the columns of the page: those of the tables, then the geometric criteria.
+    """Return the columns of the page: those of the tables.
 
     Args:
         tables: The designs, then existing designs if there are any.
@@ -247,39 +222,16 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
         values = values_of(name, *tables)
         if values.dtype == object:
             column |= _packed_texts(values)
-            if len(column["texts"]) <= len(_HUES):
-                looks = [{"colour": _HUES[shape], "shape": shape, "size": 4.5} for shape in _HUES]
-                column["looks"] = looks
         else:
             column |= _packed_numbers(values, optimal, log=(schema[name].kind is Kind.LOG))
         columns.append(column)
-    for field, name in _GEOMETRIC.items():  # their values depend on the limits
-        columns.append({"field": field, "name": name, "label": name, **_COMPUTED_BY_PAGE})
     return columns
 
 
-def _plotted(columns: Sequence[Values], objectives: Names, optimal: Array) -> list[str]:
-    """Return the names of the columns of both scatter plots, across and up.
-
-    The second plot has the two objectives that conflict most, other than the first two.
-
-    Args:
-        columns: The columns of the page.
-        objectives: The names of the m objectives.
-        optimal: ``(n, m)`` minimised objectives of the Pareto-optimal designs.
-    """
-    variables = []
-    for column in columns:
-        if column["role"] == "variable" and column["texts"] is None:
-            variables.append(column["name"])
-    first = [*objectives, _GEOMETRIC["mu1"]][:2]
-    second = [_GEOMETRIC["mu3"], _GEOMETRIC["mu2"]]
-    if len(objectives) > 2:
-        others = [pair for pair in conflicting_pairs(optimal) if pair != (0, 1)]
-        second = [objectives[j] for j in others[0]]
-    elif variables:
-        second = [*variables, objectives[0]][:2]
-    return [*first, *second]
+def _plotted(columns: Sequence[Values]) -> list[str]:
+    """Return the names of the columns of the scatter plot: the first two with numbers."""
+    names = [column["name"] for column in columns if column["texts"] is None]
+    return [names[0], names[min(1, len(names) - 1)]]
 
 
 def number_formats(table: TestTable) -> dict[str, NumberFormat]:

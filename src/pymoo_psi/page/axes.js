@@ -14,7 +14,7 @@ const axes = (() => {
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
   let hasBest = false // whether the column of best values is there
-  const former = new Map() // the density
+  let former // the density
   const {size, clean, fit} = layers(plot, 3, () => draw(true))
   const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
 
@@ -34,9 +34,9 @@ const axes = (() => {
 
   function lay() {
     lanes = columnsShown.map((column, j) => (
-      {column, y: heights[j], values: valuesOf(ranking, column), x: placing(scaleOf(column), ...endsOf(column))}))
+      {column, y: heights[j], values: column.values, x: placing(scaleOf(column), ...endsOf(column))}))
     // Rows that stand one above the other at a distance, on a narrow screen, have no lines.
-    gaps = lanes.slice(1).map((lane, j) => [lanes[j], lane]).filter(([upper, lower]) => lower.y - upper.y < 110)
+    gaps = lanes.slice(1).map((lane, j) => [lanes[j], lane]).filter(([upper, lower]) => lower.y - upper.y < 80)
   }
 
   // Single lines, drawn by the browser.
@@ -76,19 +76,11 @@ const axes = (() => {
     }
   }
 
-  // Every design is a tick on every axis.
-  function countTicks(counts, line, rows, step) {
-    const ratio = devicePixelRatio
-    const thick = max(1, round(1.4 * ratio))
-    for (const {values, x, y} of lanes) {
-      const [top, bottom] = [y - 4, y + 4].map((end) => round(end * ratio))
-      for (const row of rows) countBox(counts, line, round(x(values[row]) * ratio), top, thick, bottom - top, step)
-    }
-  }
-
   function drawAxes() {
     const g = clean(0)
-    drawDensity(g, [[INK.context, data.designs]], data.total, [data.n > MOST_TICKS ? 0.3 : 0.9, 500], countTicks, new Map())
+    for (const {values, x, y} of data.n > MOST_TICKS ? [] : lanes) {
+      for (const row of data.designs) drawLine(g, INK.context, x(values[row]), y - 4, x(values[row]), y + 4, 1.4)
+    }
     g.setLineDash([3, 3])
     for (const {y} of lanes) drawLine(g, INK.context, INSET, y, size.width - INSET, y)
     g.setLineDash([])
@@ -97,9 +89,12 @@ const axes = (() => {
   function drawLeft() {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_LINES
-    const groups = byColour(shownRows)
-    if (!isFew) drawDensity(g, groups, data.total, [0.2, 120], countLines, former)
-    else for (const [colour, some] of groups) lines(g, some, {strokeStyle: colour, globalAlpha: shownRows.length > 40 ? 0.4 : 0.5, lineWidth: 1})
+    const {colour} = LOOKS.other
+    if (!isFew) former = drawDensity(g, colour, shownRows, data.total, [0.2, 120], countLines, former)
+    else {
+      lines(g, shownRows, {strokeStyle: colour, globalAlpha: 0.4, lineWidth: 1})
+      lines(g, nearest(), {strokeStyle: colour, lineWidth: 1.2})
+    }
     for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
     for (const {row, look} of marks) {
       g.setLineDash(LOOKS[look].dashes ?? [])
@@ -134,35 +129,17 @@ const axes = (() => {
     }
   }
 
-  // Whether the line of a marked design passes through a text above or below an axis.
-  const isCrossed = (lane, side, from, to) => gaps.filter((pair) => pair[side] === lane).some((pair) => marked.some((row) => {
-    const [start, end] = [lane, pair[1 - side]].map(({values, x}) => x(values[row]))
-    const place = start + (end - start) * 17 / (pair[1].y - pair[0].y)
-    return place > from - 5 && place < to + 5
-  }))
-
-  // The ends of the per cent, below an axis, a little beside or above it where this keeps them off a line, and how many
-  // designs lie beyond the ends of the axis. The best value has a column of its own where there is room.
-  function drawEnds(g, lane) {
-    const {column, values, x, y} = lane
+  // The ends of the per cent, below an axis, and how many designs lie beyond the ends of the axis. The best
+  // value has a column of its own where there is room.
+  function drawEnds(g, {column, values, x, y}) {
     const {low, high} = scaleOf(column)
     const ends = rangeOf(column) ?? (isTurned(column) ? [high, low] : [low, high])
-    const [a, b] = ends.map((end) => valueText(column, end))
-    const [first, second] = [a, b].map((text) => g.measureText(text).width)
-    const [from, to] = ends.map(x)
-    const isPair = a !== b && !(hasBest && isObjective(column))
-    const both = isPair ? first + 8 + second : first
-    const start = min(max(0, isPair ? min(from, to - both) : from), size.width - both)
-    const parts = [[a, start, first]]
-    if (isPair) parts.push([b, max(start + both - second, min(to, size.width) - second), second])
-    parts.forEach(([text, place, width], k) => {
-      const [, start, length] = parts[1 - k] ?? ["", -width - 8, width]
-      const hasRoom = (at) => at >= 0 && at + width <= size.width && (at + width + 8 <= start || at >= start + length + 8)
-      const places = [place, ...[place + 12, place - 12].filter(hasRoom)]
-      const below = places.find((at) => !isCrossed(lane, 0, at, at + width))
-      const isAbove = below === undefined && !isCrossed(lane, 1, place, place + width)
-      drawText(g, text, below ?? place, isAbove ? y - 17 : y + 18, "left")
-    })
+    const [worst, best] = ends.map((end) => valueText(column, end))
+    const hasBoth = worst !== best && !(hasBest && isObjective(column))
+    const [first, second] = [worst, best].map((text) => g.measureText(text).width + 8)
+    const from = max(0, min(x(ends[0]), size.width - first - (hasBoth ? second : 0)))
+    drawText(g, worst, from, y + 18, "left")
+    if (hasBoth) drawText(g, best, min(size.width, max(from + first + second, x(ends[1]))), y + 18, "right")
     // Counted only where there are some: the least of all rows takes a tenth of the time.
     const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
       ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)
@@ -186,7 +163,7 @@ const axes = (() => {
     const isNew = all || !columnsShown
     if (isNew) {
       measure()
-      former.clear()
+      former = undefined
     }
     if (!size.width || !columnsShown.length) return void (clean(0), clean(1))
     lay()
@@ -212,17 +189,9 @@ const axes = (() => {
     })
   }
 
-  // A drag along an axis sets its limits; a click inspects.
-  function listen(column) {
-    const {axis} = controls.get(column)
-    const shareAt = (x) => {
-      const [from, to] = endsOf(column)
-      return min(1, max(0, (x - from) / (to - from)))
-    }
-    listenTo(axis, (x, y) => rowAt(x, y + heights[columnsShown.indexOf(column)] - axis.clientHeight / 2),
-      (x, _, u) => [[column, between(column, scaleOf(column), shareAt(x), shareAt(u))]])
+  for (const {column, axis} of controls.values()) if (axis) {
+    listenTo(axis, (x, y) => rowAt(x, y + heights[columnsShown.indexOf(column)] - axis.clientHeight / 2))
   }
-  for (const {column, axis} of controls.values()) if (axis) listen(column)
   new ResizeObserver(() => {
     columnsShown = null
     if (verdict !== undefined) draw(true)

@@ -68,50 +68,37 @@ function wrapped(g, text, width) {
   return lines
 }
 
-// The rows by the colour in which they are drawn.
-const byColour = (rows) => hues ? [...Map.groupBy(rows, (row) => hues(row).colour)] : [[LOOKS.other.colour, rows]]
-
 // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
 // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
-// long. Former counts on the same axes, by colour, are mended by the rows that come and go.
+// long. The former density on the same axes is mended by the rows that come and go; the next is returned.
 //   count(counts, line, rows, step) adds a step where a mark begins in a line of pixels, from the left,
 //   and takes it away behind its end; line is the numbers of a line, one more than pixels
 const DARKEST = 1000 // marks at a pixel
-function drawDensity(g, groups, total, [least, alpha], count, former) {
+function drawDensity(g, colour, rows, total, [least, alpha], count, former) {
   const {width, height} = g.canvas
-  if (!width || !height) return
-  const many = 2 ** ceil(Math.log2(sum(groups.map(([, rows]) => rows.length)) || 1))
-  for (const [colour, rows] of groups) {
-    const last = former.get(colour) ?? {rows: [], drawn: new Uint8Array(total), counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
-    const {counts, image} = last
-    const drawn = new Uint8Array(total)
-    for (const row of rows) drawn[row] = 1
-    count(counts, width + 1, picked(rows, (row) => !last.drawn[row]), 1)
-    count(counts, width + 1, picked(last.rows, (row) => !drawn[row]), -1)
-    const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-    const shades = new Uint32Array(DARKEST + 1)
-    for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - min(0.5, alpha / many)) {
-      shades[k] = (round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
-    }
-    const pixels = new Uint32Array(image.data.buffer)
-    for (let y = 0, from = 0, at = 0; y < height; y++, from++) {
-      let marks = 0
-      for (const end = at + width; at < end; at++) {
-        marks += counts[from++]
-        pixels[at] = shades[marks < DARKEST ? marks : DARKEST]
-      }
-    }
-    former.set(colour, {image, counts, rows, drawn})
-    if (groups.length === 1) g.putImageData(image, 0, 0)
-    else { // above one another
-      const canvas = new OffscreenCanvas(width, height)
-      canvas.getContext("2d").putImageData(image, 0, 0)
-      g.save()
-      g.resetTransform()
-      g.drawImage(canvas, 0, 0)
-      g.restore()
+  if (!width || !height) return former
+  const {counts, image, drawn: before, rows: last} = former ??
+    {rows: [], drawn: new Uint8Array(total), counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
+  const drawn = new Uint8Array(total)
+  for (const row of rows) drawn[row] = 1
+  count(counts, width + 1, picked(rows, (row) => !before[row]), 1)
+  count(counts, width + 1, picked(last, (row) => !drawn[row]), -1)
+  const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+  const shades = new Uint32Array(DARKEST + 1)
+  const step = 1 - min(0.5, alpha / 2 ** ceil(Math.log2(rows.length || 1)))
+  for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= step) {
+    shades[k] = (round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
+  }
+  const pixels = new Uint32Array(image.data.buffer)
+  for (let y = 0, from = 0, at = 0; y < height; y++, from++) {
+    let marks = 0
+    for (const end = at + width; at < end; at++) {
+      marks += counts[from++]
+      pixels[at] = shades[marks < DARKEST ? marks : DARKEST]
     }
   }
+  g.putImageData(image, 0, 0)
+  return {image, counts, rows, drawn}
 }
 
 // A box of a mark.
@@ -122,41 +109,6 @@ function countBox(counts, line, left, top, width, height, step) {
     counts[at + width] -= step
   }
 }
-
-// A drag on an element: down(x, y, event) returns {move(x, y), up(x, y, moved)}, or null where nothing
-// is to be dragged. Places are those of the start, as what a drag changes may move the element itself.
-function onDrag(element, down) {
-  element.onpointerdown = (event) => {
-    if (event.button !== 0) return
-    const box = element.getBoundingClientRect()
-    const at = (e) => [e.clientX - box.left, e.clientY - box.top]
-    const job = down(...at(event), event)
-    if (!job) return
-    let moved = false // a hand that shakes by a pixel does not drag
-    const move = (e) => {
-      moved ||= hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
-      if (moved) job.move(...at(e))
-    }
-    const end = (e) => {
-      element.onpointermove = element.onpointerup = element.onpointercancel = null
-      job.up(...at(e), moved)
-    }
-    event.preventDefault()
-    element.setPointerCapture(event.pointerId)
-    element.onpointermove = move
-    element.onpointerup = element.onpointercancel = end
-  }
-}
-
-// The limit that a drag from one share of an axis to another sets. It is open at the ends of the axis,
-// and near the best value of an objective, as no hand means to reject only the best designs.
-const NEAR_BEST = 0.1
-const between = (column, scale, from, to) => [min(from, to), max(from, to)].map((share, k) => {
-  const inside = (at) => (k ? 1 - at : at)
-  const isBetter = isObjective(column) && column.maximize === Boolean(k)
-  const isOpen = inside(share) <= (isBetter ? inside(shareOn(scale)(column.range[k])) + NEAR_BEST : 0)
-  return isOpen ? null : readable(column, valueAt(scale, share))
-})
 
 // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.
 function nearestRow(most, distance) {

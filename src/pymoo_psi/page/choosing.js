@@ -6,8 +6,8 @@ let question = null // the two rows that are asked about
 
 // What the answers that count say, `counting`, and the rest of it.
 function said(answers) {
-  if (model?.front !== ranking.front) [model, sayings] = [new Preferences(data, ranking), new Map()]
-  const counting = countedAnswers(data, ranking, answers)
+  if (model?.front !== ranking.front) [model, sayings] = [new Preferences(ranking), new Map()]
+  const counting = countedAnswers(ranking, answers)
   const key = counting.join(";")
   if (!sayings.has(key)) sayings.set(key, {counting, ...model.after(counting)})
   return sayings.get(key)
@@ -34,7 +34,7 @@ const ANSWERS = {a: () => answer(">"), b: () => answer(">", 1), e: () => answer(
 
 // One of two designs: only where it differs from the other, its objectives first and large.
 function card(row, other, letter) {
-  const differing = limitable.filter((column) => cellText(column, row) !== cellText(column, other))
+  const differing = data.columns.filter((column) => cellText(column, row) !== cellText(column, other))
   return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {ariaLabel: `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
     make("dl", differing.slice(0, 12).map((column) => make(isObjective(column) ? "div.large" : "div", make("dt", column.label), make("dd", cellText(column, row))))))
 }
@@ -52,8 +52,7 @@ function showQuestions() {
       make("p", sentence("preferred", {answers, design: called(row), share: percent(told.shares.get(row)), regret: percent(told.regret)})),
       make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
       !question && make("p", sentence(told.regret < ENOUGH ? "enough" : "none left")),
-      leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`),
-      make("ul", makeAll("li", counting.map((one) => tradeText(data, ranking, one)).filter(Boolean))))
+      leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`))
   } else renew("answer-words", make("p", "No design is left."))
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
   renew("pair", question && [card(...question, "A"), card(...question.toReversed(), "B")])

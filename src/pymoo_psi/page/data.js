@@ -5,6 +5,8 @@
 // All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
 // up to rounding; columns, limits, states and sentences are in the original unit and direction.
 
+let data // of the page: one table
+
 const bytesOf = (base64) => {
   const text = atob(base64)
   const bytes = new Uint8Array(text.length)
@@ -16,11 +18,8 @@ const numbersOf = (base64) => new Float64Array(bytesOf(base64))
 
 // The payload of the file as arrays; its numbers are little-endian float64 in base64.
 function decode(payload) {
-  const columns = payload.columns.map((column) => ({
-    ...column,
-    values: column.values === null ? null : numbersOf(column.values),
-  }))
-  const data = {
+  const columns = payload.columns.map((column) => ({...column, values: numbersOf(column.values)}))
+  data = {
     ...payload,
     columns,
     objectives: columns.filter(isObjective),
@@ -29,15 +28,12 @@ function decode(payload) {
     points: payload.points.map((text) => new Uint16Array(bytesOf(text))), // of the LPτ sequence, times 1024, by dimension
     more: [], // what `grow` has added
   }
-  useMark(payload.decimal ?? ".")
-  useSentences(payload.sentences)
-  // A user's column goes before a geometric one of the same name.
-  for (const column of [...columns].reverse()) data.by.set(column.name, column)
-  return addDesigns(data, payload.more ?? [])
+  for (const column of columns) data.by.set(column.name, column)
+  return addDesigns(payload.more ?? [])
 }
 
 // Add designs that came since, where there is no prototype: `names`, `labels` and the cells of columns.
-function addDesigns(data, more) {
+function addDesigns(more) {
   for (const {names, labels, columns} of more) {
     data.names.push(...names)
     data.labels.push(...labels)
@@ -72,33 +68,30 @@ function addDesigns(data, more) {
     last: null, // the front before
   })
   // What was dominated stays so.
-  if (more.length) data.optimal = Uint8Array.from(data.designs, (i) => data.optimal[i] !== 0 && dominatorAmong(data, i, all) < 0)
-  data.whole = ranked(data, all)
-  if (more.length) for (const column of data.columns) if (column.range && column.values) {
+  if (more.length) data.optimal = Uint8Array.from(data.designs, (i) => data.optimal[i] !== 0 && dominatorAmong(i, all) < 0)
+  data.whole = ranked(all)
+  if (more.length) for (const column of data.columns) if (column.range) {
     for (const ends of [column.range, column.axis]) [1, -1].forEach((sign, k) => {
       ends[k] = sign * min(sign * ends[k], sign * endOf(column.values, sign, data.whole.front))
     })
   }
-  data.fixed = fixedFrame(data) // the points U and N of fixed ranges
-  data.wholeFixed = isFixed(data.opens_with.ranges) ? ranked(data, all, data.fixed) : data.whole // by these
+  data.fixed = fixedFrame() // the points U and N of fixed ranges
+  data.wholeFixed = isFixed(data.opens_with.ranges) ? ranked(all, data.fixed) : data.whole // by these
   return data
 }
 
 const isObjective = ({role}) => role === "objective"
-// Distances are measured from the U and N of what is left: they move with the limits.
-const isGeometric = ({role}) => role === "geometric"
-const valuesOf = (ranking, column) => isGeometric(column) ? ranking[column.field] : column.values
-
 // Ranges in which distances are measured whatever the limits, by name, in increasing order: those
 // that the page was made with, or those of all designs.
 const isFixed = (ranges) => isObject(ranges) && Object.keys(ranges).length > 0
-function fixedFrame({objectives, opens_with: {ranges}, whole}) {
+function fixedFrame() {
+  const {objectives, opens_with: {ranges}, whole} = data
   if (!isFixed(ranges)) return whole.frame
   const [low, high] = [0, 1].map((end) => objectives.map(({name, maximize}) =>
     maximize ? -ranges[name][1 - end] : ranges[name][end]))
   return {ideal: low, nadir: high}
 }
-const rangesOf = (data, {fixed}) => !fixed ? {} : byName(data.objectives.map(({name, maximize}, j) => {
+const rangesOf = ({fixed}) => !fixed ? {} : byName(data.objectives.map(({name, maximize}, j) => {
   const ends = [data.fixed.ideal[j], data.fixed.nadir[j]].map((value) => (maximize ? -value : value))
   return [name, maximize ? ends.reverse() : ends]
 }))

@@ -2,23 +2,19 @@
 
 const MOST_PINS = 5
 
-// Minutes in UTC, the second and its fraction, a text in the order of time as table's Decision has it:
-// without a time 0:00, without an offset UTC; "" of what is no date. DATE is the text of _DATE there.
-const DATE = /^(\d{4}-\d\d-\d\d)(?:[T ]([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d)(?:\.(\d+))?)?(?:Z|([+-])([01]\d|2[0-3]):([0-5]\d))?)?$/
+// The time of a date of a position, in UTC as table's Decision has it: without a time 0:00, without an offset
+// UTC; NaN of what is no date. DATE is the text of _DATE there.
+const DATE = /^(?!0000)\d{4}-\d\d-\d\d([T ](?:[01]\d|2[0-3]):[0-5]\d(?::[0-5]\d(?:\.\d+)?)?(Z|[+-](?:[01]\d|2[0-3]):[0-5]\d)?)?$/
 function timeOf(date) {
-  const parts = DATE.exec(date)
-  if (!parts) return ""
-  const [, day, hour = 0, minute = 0, second = "00", fraction = "", sign, hours = 0, minutes = 0] = parts
-  const start = new Date(`${day}T00:00Z`)
-  // A 30 February is 2 March, or none; years of Python begin at 1.
-  if (!isNumber(+start) || start.toISOString().slice(0, 10) !== day || day < "0001") return ""
-  const offset = (sign === "-" ? -1 : 1) * (hours * 60 + +minutes)
-  const time = start / 60000 + hour * 60 + +minute - offset
-  return `${5e9 + time}:${second}.${fraction.replace(/0+$/, "")}` // ten digits in all years
+  const [, time, offset] = DATE.exec(date) ?? []
+  const day = date.slice(0, 10)
+  if (!new Date(day).toJSON()?.startsWith(day)) return NaN // a 30 February is 2 March, or none
+  if (!time) return DATE.test(date) ? Date.parse(date) : NaN
+  return Date.parse(date.replace(" ", "T") + (offset ? "" : "Z"))
 }
 
 // A state from untrusted input, a file; a remark names what does not fit.
-function checked(data, anything) {
+function checked(anything) {
   const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
   const fitting = (key, fits, otherwise, object = anything) => {
     const value = entryOf(object, key)
@@ -27,11 +23,10 @@ function checked(data, anything) {
     return otherwise
   }
   // A list of different items, and values by the names of columns, without those that do not fit.
-  const items = (key, fits, object) => [...new Set(fitting(key, Array.isArray, [], object))]
-    .filter((item) => fits(item) || (lost.add(key), false))
-  const entries = (key, read, object) => {
+  const items = (key, fits) => [...new Set(fitting(key, Array.isArray, []))].filter((item) => fits(item) || !lost.add(key))
+  const entries = (key, read) => {
     const values = byName()
-    for (const [name, entry] of entriesOf(fitting(key, isObject, {}, object))) {
+    for (const [name, entry] of entriesOf(fitting(key, isObject, {}))) {
       const column = data.by.get(name)
       const value = column && read(column, entry)
       if (value === undefined) lost.add(key)
@@ -40,19 +35,18 @@ function checked(data, anything) {
     return values
   }
   const isText = (value) => typeof value === "string"
-  const isList = (list, fits, most = Infinity) => Array.isArray(list) && list.length <= most && list.every(fits)
-  const isTexts = (list) => isList(list, isText)
+  const isTexts = (list) => Array.isArray(list) && list.every(isText)
   const isName = (name) => data.by.has(name)
-  const isDesign = (name) => isText(name) && data.rowOf.has(name)
-  const isDate = (text) => isText(text) && (text === "" || timeOf(text) !== "")
-  const isAnswer = (answer) => isList(answer, isText, 3) && isText(answer[2]) && RELATIONS.includes(answer[1])
-  const isPair = (pair) => isList(pair, (end) => end === null || isNumber(end)) && pair.length === 2 && pair.some(isNumber) && !(pair.every(isNumber) && pair[0] > pair[1])
-  const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by) || (order.by === "column" && isName(order.name)))
+  const isDesign = (name) => data.rowOf.has(name)
+  const isDate = (text) => text === "" || (isText(text) && isNumber(timeOf(text)))
+  const isAnswer = (answer) => isTexts(answer) && answer.length === 3 && RELATIONS.includes(answer[1])
+  const isEnd = (end) => end === null || isNumber(end)
+  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.every(isEnd) && pair.some(isNumber) && !isTwisted(pair)
   const isDecided = (one) => isObject(one) && isDesign(one.chosen) && [[one.date], one.agree, one.dissent].every(isTexts)
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.
-  const limit = ({texts, role}, value) => {
+  const limit = ({texts}, value) => {
     if (!texts && isNumber(value)) return [null, value] // it is the greatest
-    if (!texts) return role !== "geometric" && isPair(value) ? value : undefined
+    if (!texts) return isPair(value) ? value : undefined
     if (!Array.isArray(value)) return undefined
     const known = texts.filter((text) => value.includes(text))
     if (known.length < value.length) lost.add("limits")
@@ -60,32 +54,31 @@ function checked(data, anything) {
   }
   // What somebody holds at a date, checked as a state is; the choice may be of other designs.
   const position = (one) => {
-    const {state: {limits, reason, preference, answers}, remarks} = checked(data, {...one, chosen: null, positions: [], preference: one})
+    const {state: {limits, reason, weights, aspiration, answers}, remarks} = checked({...one, chosen: null, positions: []})
     if (remarks.length) lost.add("positions")
     const name = isText(one.name) ? one.name.slice(0, 60) : ""
-    return {name, date: fitting("date", isDate, "", one), chosen: fitting("chosen", isText, null, one), limits, ...preference, reason, answers}
+    return {name, date: fitting("date", isDate, "", one), chosen: fitting("chosen", isText, null, one), limits, weights, aspiration, reason, answers}
   }
   const numberIf = (fits) => (column, value) => isObjective(column) && isNumber(value) && fits(value) ? value : undefined
-  const {by, name, down} = fitting("order", isOrder, {by: "distance"})
-  const [rows, preference] = ["rows", "preference"].map((key) => entryOf(anything, key) ?? {})
   const positions = items("positions", isObject).map(position).filter((one) => one.name)
   const state = {
     limits: entries("limits", limit),
     fixed: entryOf(anything, "fixed") === true,
     dominated: entryOf(anything, "dominated") === true,
     // The rows of objectives: their order, those that are hidden, those with the other scale.
-    rows: byName(["order", "hidden", "turned"].map((key) => [key, items(key, isName, rows)])),
-    plot: fitting("plot", (names) => isList(names, isName, 4), []), // across and up of both
+    rows: items("rows", isName),
+    hidden: items("hidden", isName),
+    turned: items("turned", isName),
+    plot: items("plot", (name) => data.by.get(name)?.texts === null), // across and up
     pins: items("pins", isDesign).slice(0, MOST_PINS),
     answers: items("answers", isAnswer),
     chosen: fitting("chosen", isDesign, null),
-    order: {by, ...by === "column" ? {name} : {}, down: down === true},
-    preference: {
-      weights: entries("weights", numberIf((weight) => weight >= 0), preference),
-      aspiration: entries("aspiration", numberIf(() => true), preference),
-    },
+    sorted: fitting("sorted", (name) => name === data.label || isName(name), null), // by a column or the label; null: by place
+    down: entryOf(anything, "down") === true,
+    weights: entries("weights", numberIf((weight) => weight >= 0)),
+    aspiration: entries("aspiration", numberIf(() => true)),
     // In one order, each once, whatever files they come from and in whatever order.
-    positions: [...new Map(positions.map((one) => [[timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
+    positions: [...new Map(positions.map((one) => [[one.date && 5e15 + timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
       .sort().map(([, one]) => one), // by their keys
     decided: fitting("decided", isDecided, null),
     reason: fitting("reason", isText, "").slice(0, 10000),
@@ -103,13 +96,13 @@ function parsed(text) {
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
 // what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
-function decisionOf(data, state, date) {
+function decisionOf(state, date) {
   const {limits, reason, chosen, positions, decided, ...view} = state
   const row = data.rowOf.get(chosen)
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : isNumber(values[row]) ? values[row] : null
   return {
     ...data.opens_with,
-    ranges: rangesOf(data, state),
+    ranges: rangesOf(state),
     units: byName(data.columns.filter(({name, role, unit}) => unit && (role === "objective" || entryOf(limits, name)))
       .map(({name, unit}) => [name, unit])),
     limits,
@@ -121,37 +114,32 @@ function decisionOf(data, state, date) {
     page: {
       title: data.title,
       date,
-      values: row === undefined ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
-        .map((column) => [column.name, valueOf(column)])),
+      values: row === undefined ? {} : byName(data.columns.map((column) => [column.name, valueOf(column)])),
       state: view,
     },
   }
 }
 
-const initialState = (data) => stateOf(data, data.opens_with)
+const initialState = () => stateOf(data.opens_with)
 
 // The state that a decision file holds, or null if it is about something else.
-function opened(data, text) {
+function opened(text) {
   const content = parsed(text)
   const {objectives, maximize = [], normalize = true, units, ranges, page} = isObject(content) ? content : {} // Python leaves defaults out
   const own = data.opens_with
-  const differs = (list, names) => !Array.isArray(list) || JSON.stringify([...list].sort()) !== JSON.stringify([...names].sort())
+  const sorted = (list) => Array.isArray(list) ? JSON.stringify([...list].sort()) : ""
   const unlike = data.columns.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
-  const reasons = [
-    [!isObject(page), "it is not a decision saved by a page"],
-    [differs(objectives, own.objectives) || differs(maximize, own.maximize), "it has other objectives or directions"],
-    [unlike, `its unit of ${unlike?.name} differs`],
-    [normalize !== data.normalize, "it measures distances differently (normalize)"],
-    [isFixed(ranges) && entriesOf(rangesOf(data, {fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
-      "it has other fixed ranges"],
+  const isOther = [
+    !isObject(page), sorted(objectives) !== sorted(own.objectives), sorted(maximize) !== sorted(own.maximize), unlike, normalize !== data.normalize,
+    isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
   ]
-  const reason = reasons.find(([isRefused]) => isRefused)
-  return reason ? {state: null, remarks: [`The file cannot be opened: ${reason[1]}.`]} : stateOf(data, content)
+  if (!isOther.some(Boolean)) return stateOf(content)
+  return {state: null, remarks: ["The file cannot be opened: it is no decision on this page, or one with other objectives, directions, units or ranges."]}
 }
 
 // The state of a formulation, and what a reader must know of it.
-function stateOf(data, {limits, chosen, reason, ranges, positions, decided, page: {values, state: view}}) {
-  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits, chosen, reason, positions, decided})
+function stateOf({limits, chosen, reason, ranges, positions, decided, page: {values, state: view}}) {
+  const {state, remarks} = checked({...view, fixed: isFixed(ranges), limits, chosen, reason, positions, decided})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])
@@ -165,14 +153,14 @@ function stateOf(data, {limits, chosen, reason, ranges, positions, decided, page
 // (selection's separation_sentences).
 const latest = (positions) => [...new Map(positions.map((one) => [one.name, one])).values()]
 
-function separation(data, ranking, positions) {
+function separation(ranking, positions) {
   const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen)).map((one) => ({...one, row: data.rowOf.get(one.chosen)}))
   const measure = ranking.count ? ranking : data.whole
   const sentences = held.flatMap((one, k) => held.slice(0, k).filter(({row}) => row !== one.row).map((other) =>
-    against(data, measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
+    against(measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
   if (!sentences.length || !ranking.count) return sentences
   // In an objective in which all designs left are equal, the range is that of these and the choices.
-  const {lengths: ofAll} = new Frame(data.F, joined(ranking.front, held.map(({row}) => row)), true)
+  const {lengths: ofAll} = frameOf(data.F, joined(ranking.front, held.map(({row}) => row)), true)
   const lengths = measure.frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
   const lossesOf = (i, {weights, row}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)

@@ -55,10 +55,6 @@ function renewElement(old, node) {
 const tied = (text) => text.replace(/(?<=\d) /g, "\u00a0")
 const upper = (text) => text.replace(/^./, (first) => first.toUpperCase())
 
-// A name that may go on in a new line behind each underscore or slash, and before a capital within;
-// a unit may not.
-const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\])/).flatMap((part, k) => (k ? [make("wbr"), part] : [part]))
-
 function say(sentences) {
   const close = sentences.length && button("Close", () => say([]))
   $("messages").replaceChildren(...childrenOf([close, makeAll("p", sentences)])) // announced again
@@ -69,18 +65,18 @@ function numberField(input, name, accept) {
   input.ariaLabel = name
   input.onchange = () => {
     const {value, wrong} = typed(input.value)
-    const why = wrong ?? accept(value)
-    if (why || isWrong(input)) say(why ? [`${name}: ${why}`] : [])
-    input.ariaInvalid = why !== ""
+    input.setCustomValidity(wrong ?? accept(value))
+    input.reportValidity()
   }
 }
-const isWrong = (input) => input.ariaInvalid === "true"
-const numbersShown = new Map() // of fields
+// What is being typed stays as long as the number is the same.
 function showNumber(input, value) {
-  if (numbersShown.get(input) !== value) input.ariaInvalid = false
-  numbersShown.set(input, value)
-  const isTyped = input === document.activeElement && typed(input.value).value === value
-  if (!isWrong(input) && !isTyped) input.value = value === null ? "" : exact(value)
+  const text = value === null ? "" : exact(value)
+  if (text !== input.defaultValue) showText(input, text)
+}
+function showText(input, text) {
+  input.value = input.defaultValue = text
+  input.setCustomValidity("")
 }
 
 // Do what a key stands for, unless it is pressed with another one.

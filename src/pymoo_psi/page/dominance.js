@@ -3,7 +3,7 @@
 // The rows that no row left dominates, in ascending order. What is Pareto optimal among all is so
 // among fewer; what is dominated stays so as long as the dominator found last is left, and what was
 // optimal in the last call is compared only with rows that have come back since.
-function frontOf(data, mask, rows) {
+function frontOf(mask, rows) {
   const {optimal, dominator, last} = data
   if (rows.length === data.n) return picked(rows, (i) => optimal[i])
   const added = new Uint8Array(data.n)
@@ -14,7 +14,7 @@ function frontOf(data, mask, rows) {
     const i = rows[k]
     if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
       const stays = last?.front[i]
-      dominator[i] = stays && !more ? -1 : dominatorAmong(data, i, stays ? added : mask)
+      dominator[i] = stays && !more ? -1 : dominatorAmong(i, stays ? added : mask)
     }
     front[i] = optimal[i] || dominator[i] < 0 ? 1 : 0
   }
@@ -23,17 +23,17 @@ function frontOf(data, mask, rows) {
 }
 
 // Find what dominates each design, one at a time, before a limit asks for all of them at once.
-function* prepare(data) {
+function* prepare() {
   const all = new Uint8Array(data.n).fill(1)
   for (let i = 0; i < all.length; i++) {
     if (data.optimal[i] || data.dominator[i] >= 0) continue
-    data.dominator[i] = dominatorAmong(data, i, all)
+    data.dominator[i] = dominatorAmong(i, all)
     yield
   }
 }
 
 // One of the rows among a mask that dominates a row; -1 if there is none.
-function dominatorAmong(data, i, among) {
+function dominatorAmong(i, among) {
   data.boxes ??= boxesOf(data.F, data.designs)
   return dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), among)
 }

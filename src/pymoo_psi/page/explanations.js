@@ -4,12 +4,9 @@ const TIE = 1e-9 // as in pareto
 const STEP = 0.01
 const MOST_COSTS = 4
 
-let sentences = {} // of pareto
-const useSentences = (texts) => { sentences = texts }
-
 // A sentence with its parts; one that begins with a design has a capital.
 function sentence(name, parts = {}) {
-  const text = sentences[name]
+  const text = data.sentences[name]
   const isBegin = (part, at) => part === "design" && at === 0 && text.endsWith(".")
   return text.replace(/\{(\w+)\}/g, (_, part, at) => isBegin(part, at) ? capital(parts.design) : parts[part])
 }
@@ -21,7 +18,7 @@ const listed = (names, word = "and") =>
 const counted = (n, one) => `${exact(n)} ${one}${n === 1 ? "" : "s"}`
 
 // What a design is under the limits.
-function placeText(data, {mask, pareto, place}, row) {
+function placeText({mask, pareto, place}, row) {
   if (row >= data.n) return "prototype"
   if (!mask[row]) return "outside the limits"
   return pareto[row] ? `place ${place[row]}` : "dominated"
@@ -37,7 +34,7 @@ function bySize(shares) {
 }
 
 // What a row gains against another in each objective, and this in shares of the ranges.
-function gainsOf(data, {frame}, row, other) {
+function gainsOf({frame}, row, other) {
   const gains = data.F.map((column) => column[other] - column[row] + 0)
   return {gains, shares: gains.map((gain, j) => shareOf(gain, frame.lengths[j]))}
 }
@@ -50,8 +47,8 @@ const changeText = (column, gain, ranking) => sentence((gain > 0) === column.max
   {objective: column.name, amount: amount(column, abs(gain), ranking)})
 
 // Where a design is better than another and where worse, in words.
-function differenceText(data, ranking, row, other) {
-  const difference = gainsOf(data, ranking, row, other)
+function differenceText(ranking, row, other) {
+  const difference = gainsOf(ranking, row, other)
   const [better, worse] = gainsAndLosses(difference, (j) => changeText(data.objectives[j], difference.gains[j], ranking))
   return better && worse ? sentence("mixed", {better, worse}) : better || worse || sentence("equal")
 }
@@ -59,45 +56,35 @@ function differenceText(data, ranking, row, other) {
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
-function against(data, ranking, key, row, other, parts = {}) {
+function against(ranking, key, row, other, parts = {}) {
   const [design, name] = [data.names[row], data.names[other]]
-  return sentence(key, {design, other: name, difference: differenceText(data, ranking, row, other), ...parts})
+  return sentence(key, {design, other: name, difference: differenceText(ranking, row, other), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
-// best, the chosen one, the one looked at and what is pinned, and the designs nearest to the one
-// looked at, so that there are four. Each: `{row, roles}`.
-function comparison(data, ranking, state, shown = -1) {
-  if (ranking.count === 0) return []
+// best, the chosen one, the one looked at, what is pinned, and designs one step away from the one looked
+// at, so that there are four. Each: `{row, roles}`.
+function comparison(ranking, state, verdict) {
+  if (!verdict) return []
   const row = (name) => data.rowOf.get(name) ?? -1
   const best = ranking.best[0]
   const chosen = row(state.chosen)
   const base = data.total > data.n ? data.n : best
-  const looked = [shown, chosen, best].find((i) => i >= 0)
-  const rows = new Set([base, best, chosen, looked, ...state.pins.map(row)].filter((i) => i >= 0))
-  const near = nearestTo(data, ranking, looked, rows, 4 - rows.size)
-  const roles = {base: [base], proposed: [best], chosen: [chosen], near}
-  return [...rows, ...near].map((i) => ({row: i, roles: Object.keys(roles).filter((role) => roles[role].includes(i))}))
-}
-
-// Some rows of the front that are nearest to a row, in units of the ranges, but for those taken.
-function nearestTo(data, {front, frame}, row, taken, count) {
-  const away = new Float64Array(data.n)
-  data.F.forEach((column, j) => {
-    for (const i of front) away[i] += ((column[i] - column[row]) / frame.lengths[j]) ** 2
-  })
-  return [...argsort(away, picked(front, (i) => !taken.has(i))).subarray(0, max(0, count))]
+  const rows = new Set([base, best, chosen, verdict.row, ...state.pins.map(row)].filter((i) => i >= 0))
+  for (const step of verdict.steps) if (rows.size < 4) rows.add(step.row)
+  const roles = {base, proposed: best, chosen}
+  return [...rows].map((i) => ({row: i, roles: Object.keys(roles).filter((role) => roles[role] === i)}))
 }
 
 // What rows gain against one of them in each objective, and this in shares of its range.
-function compareRows(data, ranking, rows, base) {
-  const all = rows.map((row) => gainsOf(data, ranking, row, base))
+function compareRows(ranking, rows, base) {
+  const all = rows.map((row) => gainsOf(ranking, row, base))
   return data.objectives.map((column, j) => ({column, gains: all.map(({gains}) => gains[j]), shares: all.map(({shares}) => shares[j])}))
 }
 
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
-function explain(data, ranking, row) {
+function explain(ranking, row) {
   const {front, frame: {low, lengths}, pareto} = ranking
   const {objectives, F} = data
   const own = F.map((column) => column[row])
@@ -140,14 +127,14 @@ function explain(data, ranking, row) {
   return {
     row,
     objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], away: behind[j], share: shares[j]})),
-    steps: [...steps].map((i) => ({row: i, text: differenceText(data, ranking, i, row)})),
-    standing: standingOf(data, ranking, row, dominatedBy),
-    costs: costsOf(data, ranking, behind, shares),
+    steps: [...steps].map((i) => ({row: i, text: differenceText(ranking, i, row)})),
+    standing: standingOf(ranking, row, dominatedBy),
+    costs: costsOf(ranking, behind, shares),
   }
 }
 
 // How far a design is from the best value where this is the greatest share of a range.
-function behindText(data, ranking, row) {
+function behindText(ranking, row) {
   const {frame} = ranking
   const behind = data.F.map((column, j) => column[row] - frame.low[j])
   const shares = behind.map((value, j) => shareOf(value, frame.lengths[j]))
@@ -158,7 +145,7 @@ function behindText(data, ranking, row) {
 }
 
 // How far a design is from the best values, the greatest share of a range first; the rows have the shares.
-function costsOf(data, ranking, behind, shares) {
+function costsOf(ranking, behind, shares) {
   const places = bySize(shares).filter((j) => behind[j] > 0)
   if (!places.length) return sentence("all best")
   const changes = places.slice(0, MOST_COSTS).map((j) => {
@@ -169,12 +156,12 @@ function costsOf(data, ranking, behind, shares) {
   return sentence("costs", {changes: listed(changes)})
 }
 
-function standingOf(data, ranking, row, dominatedBy) {
+function standingOf(ranking, row, dominatedBy) {
   const {front, best, mask, frame} = ranking
   const design = data.names[row]
   if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
   if (!mask[row]) return `${capital(design)} is beyond the limits.`
-  if (dominatedBy >= 0) return sentence("dominated", {design, other: data.names[dominatedBy], difference: differenceText(data, ranking, dominatedBy, row)})
+  if (dominatedBy >= 0) return sentence("dominated", {design, other: data.names[dominatedBy], difference: differenceText(ranking, dominatedBy, row)})
   if (front.length === 1) return sentence("single", {design})
   const names = data.objectives.filter((_, j) => frame.low[j] < frame.high[j] && data.F[j][row] === frame.low[j]).map(({name}) => name)
   const parts = {design, best: names.length ? sentence("best", {objectives: listed(names)}) : "", front: front.length}
@@ -187,15 +174,15 @@ function standingOf(data, ranking, row, dominatedBy) {
 // null if nothing is left and none is chosen.
 //   instead    chosen against proposed, as a sentence; "" where they are one
 //   remarks    what a reader must know of it
-function verdictOn(data, ranking, chosen, key = "instead") {
+function verdictOn(ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
   const first = (ranking.fixed ? data.wholeFixed : data.whole).best[0]
   const remarks = []
   if (!ranking.best.includes(first)) {
-    remarks.push(against(data, ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
+    remarks.push(against(ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
   const isProposed = ranking.best.includes(row)
-  return {...explain(data, ranking, row), remarks, instead: isProposed ? "" : against(data, ranking, key, row, proposed)}
+  return {...explain(ranking, row), remarks, instead: isProposed ? "" : against(ranking, key, row, proposed)}
 }

@@ -1,6 +1,6 @@
 // Files: decisions, pages and tables that are saved, and decisions that are opened.
 
-const decisionNow = () => decisionOf(data, state, new Date().toISOString())
+const decisionNow = () => decisionOf(state, new Date().toISOString())
 const isSaved = () => { saved = JSON.stringify(state) }
 const textFile = (text, type) => new Blob([text], {type})
 
@@ -13,8 +13,8 @@ function saveDecision() {
 
 function exportRows() {
   const name = `${data.file}-shown.csv`
-  download(textFile(csv(data, order, ranking), "text/csv"), name)
-  download(textFile(metadata(data, order, state, name), "application/json"), `${name}-metadata.json`)
+  download(textFile(csv(order, ranking), "text/csv"), name)
+  download(textFile(metadata(order, state, name), "application/json"), `${name}-metadata.json`)
   say([`Saved as ${name}. Keep ${name}-metadata.json beside it.`])
 }
 
@@ -35,12 +35,12 @@ async function openFiles(files) {
   const [remarks, positions] = [[], []]
   let single // the state of a single file
   for (const file of files) {
-    const read = opened(data, await file.text())
+    const read = opened(await file.text())
     single = files.length === 1 && read.state
     remarks.push(...read.remarks.map((text) => `${file.name}: ${text}`))
     positions.push(...read.state?.positions ?? [])
   }
-  const merged = (next) => checked(data, {...next, positions: [...state.positions, ...positions]}).state
+  const merged = (next) => checked({...next, positions: [...state.positions, ...positions]}).state
   const whole = () => take({state: merged(single), remarks})
   if (!positions.length) return single ? whole() : say([...remarks, "No positions are added."])
   change(merged(state))

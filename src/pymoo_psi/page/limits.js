@@ -3,7 +3,7 @@
 // The designs within all limits, and what each limit rejects. A value that is missing keeps none.
 //   mask, count  prototypes are always in the mask and never counted
 //   rejected     by name of the column, which designs its limit rejects
-function limited(data, state) {
+function limited(state) {
   const {n, total} = data
   const rejected = new Map()
   for (const [name, limit] of entriesOf(state.limits)) {
@@ -24,6 +24,7 @@ function limited(data, state) {
   return {mask, count: sum(mask) - (total - n), rejected}
 }
 
+const isTwisted = ([low, high]) => low !== null && high !== null && low > high
 const limitText = ({name, unit}, end, value) =>
   `${name} ${end ? "at most" : "at least"} ${withUnit({unit}, exact(value))}`
 
@@ -34,25 +35,25 @@ const limitText = ({name, unit}, end, value) =>
 // stays at any; row the design proposed then, -1 for none; next the limit there; written the value
 // with the digits of its sentence; isBest that no design is better.
 const MOST_STEPS = 200
-function* switches(data, state, now) {
+function* switches(state, now) {
   const found = []
   for (const column of data.columns) {
-    if (column.texts || isGeometric(column)) continue
+    if (column.texts) continue
     const pair = entryOf(state.limits, column.name) ?? [null, null]
     for (const end of [0, 1]) for (const looser of [false, true]) {
       const isWorse = isObjective(column) && end === (column.maximize ? 0 : 1)
-      if (pair[end] !== null || (isWorse && !looser)) found.push(yield* switchOf(data, state, now, column, pair, end, looser, isWorse))
+      if (pair[end] !== null || (isWorse && !looser)) found.push(yield* switchOf(state, now, column, pair, end, looser, isWorse))
     }
   }
   return found
 }
 
-function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse) {
+function* switchOf(state, now, {name, values}, pair, end, looser, isWorse) {
   const sign = end ? 1 : -1
   const without = {...state.limits, [name]: pair.map((limit, k) => (k === end ? null : limit))}
-  const free = looser ? limited(data, {limits: without}) : now
+  const free = looser ? limited({limits: without}) : now
   let rows = picked(data.designs, (i) => free.mask[i])
-  if (isWorse) rows = looser ? ranked(data, free.mask).front : now.front
+  if (isWorse) rows = looser ? ranked(free.mask).front : now.front
   const known = gathered(values, rows).map((value) => sign * value).sort()
   let steps = [...new Set(known)].filter((value) => value === value && (!looser || value > sign * pair[end]))
   if (!looser) steps = steps.reverse()
@@ -61,7 +62,7 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
     const mask = new Uint8Array(data.total)
     for (const i of rows) if (looser ? sign * values[i] <= steps[step] : sign * values[i] < steps[step]) mask[i] = 1
     const {last} = data
-    const {best} = ranked(data, mask, now.fixed)
+    const {best} = ranked(mask, now.fixed)
     data.last = last
     const isSame = first < 0 ? !best.length : best.includes(first)
     return isSame ? null : best[0] ?? -1
@@ -90,16 +91,15 @@ function* switchOf(data, state, now, {name, values}, pair, end, looser, isWorse)
 }
 
 // Sentences on them, each with what it is on; the last one is on all objectives in which no design is better.
-function switchTexts(data, ranking, found) {
+function switchTexts(ranking, found) {
   const changes = found.filter(({value}) => value !== null)
   const best = changes.filter(({isBest}) => isBest)
-  const texts = changes.filter(({isBest}) => !isBest).map((one) => [switchText(data, ranking, one), one])
+  const texts = changes.filter(({isBest}) => !isBest).map((one) => [switchText(ranking, one), one])
   if (best.length) texts.push([sentence("none better", {objectives: listed(best.map(({name}) => name), "or")}), {...best[0], next: null, exact: true}])
   return texts
 }
 
-function switchText(data, ranking, {name, end, looser, written: [value, digits], row}) {
-  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name,
-    other: row < 0 ? sentence("none") : sentence("other", {design: data.names[row]}),
-    limit: withUnit(data.by.get(name), short(value, digits, decimalsOf(data.by.get(name), ranking)))})
+function switchText(ranking, {name, end, looser, written: [value, digits], row}, other = row < 0 ? sentence("none") : sentence("other", {design: data.names[row]})) {
+  const column = data.by.get(name)
+  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other, limit: withUnit(column, short(value, digits, decimalsOf(column, ranking)))})
 }

@@ -3,9 +3,6 @@ const isNumber = Number.isFinite
 const entriesOf = Object.entries
 const {abs, ceil, floor, hypot, log10, max, min, round, sqrt} = Math
 
-let decimalMark = "." // as in the source
-const useMark = (mark) => { decimalMark = mark }
-
 // A number rounded as Python rounds it: by all of its digits, an exact half to the even one. From five
 // digits on thousands are apart.
 const formats = new Map() // making one takes long
@@ -17,7 +14,7 @@ function rounded(value, options) {
   const text = formats.get(key).format(value.toPrecision(60))
   return localized(text).replace("E", "e")
 }
-const localized = (text) => text.replaceAll(",", "\u00a0").replace(".", decimalMark)
+const localized = (text) => text.replaceAll(",", "\u00a0").replace(".", data.decimal)
 
 const decimals = (count) => ({minimumFractionDigits: count, maximumFractionDigits: count})
 const powerOfTen = (options) => ({...options, notation: "scientific"})
@@ -35,7 +32,7 @@ function short(value, digits = 4, least = 0) {
   const near = Number(size.toPrecision(digits))
   if (near >= 10 ** digits || near < 1e-4) return rounded(value, powerOfTen(significant))
   const text = rounded(value, significant)
-  const count = text.split(decimalMark)[1]?.length ?? 0
+  const count = text.split(data.decimal)[1]?.length ?? 0
   return count < least ? rounded(value, decimals(least)) : text
 }
 
@@ -98,15 +95,15 @@ const THOUSANDS = /^([+-]?[1-9]\d{0,2}([.,\s])\d{3}(?:\2\d{3})*)((?!\2)[.,]\d*)?
 function typed(text) {
   let plain = text.trim().replace(/[−–]/g, "-")
   const [, whole, gap, fraction = ""] = plain.match(THOUSANDS) ?? []
-  if (gap && (fraction || gap !== decimalMark)) {
+  if (gap && (fraction || gap !== data.decimal)) {
     const joined = whole.replaceAll(gap, "")
     if (/[.,]/.test(gap) && !fraction && whole.split(gap).length === 2) {
-      return {wrong: `${whole.replace(gap, decimalMark)} or ${joined}? Enter one of them.`}
+      return {wrong: `${whole.replace(gap, data.decimal)} or ${joined}? Enter one of them.`}
     }
     plain = joined + fraction
   }
   if (plain === "") return {value: null}
-  if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "Enter a number such as 1.5 or 2e3."}
   const value = Number(plain.replace(",", "."))
-  return isNumber(value) ? {value} : {wrong: "Enter a number below 1e308."}
+  if (!isNumber(value) || /[box]/i.test(plain)) return {wrong: "Enter a number such as 1.5 or 2e3."}
+  return {value}
 }

@@ -1,7 +1,7 @@
 // The decision page: controls, keys, and what a server and tests may ask of it.
 
 function reset() {
-  numbersShown.clear() // what is wrong is not to be mended any more
+  for (const input of document.querySelectorAll("input:invalid")) showText(input, input.defaultValue)
   inspected = -1
   change(initial.state)
 }
@@ -23,13 +23,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redye)
 addEventListener("beforeprint", paper(true))
 addEventListener("afterprint", paper(false))
 addEventListener("hashchange", addressed)
-addEventListener("focusin", enter)
 addEventListener("keydown", (event) => {
   const {target, key, ctrlKey, metaKey, shiftKey} = event
   const ids = {z: shiftKey ? "redo" : "undo", y: "redo"}
   const id = (ctrlKey || metaKey) && ids[key.toLowerCase()]
   // What is being typed the browser undoes; after that it would go on in another field.
-  const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== (target.id === "search" ? "" : entered)
+  const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== target.defaultValue
   if (!id || isTyping) return
   event.preventDefault()
   $(id).click()
@@ -37,28 +36,24 @@ addEventListener("keydown", (event) => {
 
 // Designs that came since. The charts keep their scales unless they must change.
 function grow(more) {
-  addDesigns(data, more)
+  addDesigns(more)
   filtered = null
   update()
 }
 
-const header = document.querySelector("header")
-new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
 saved = JSON.stringify(state)
 past[++at] = saved
 say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
 document.documentElement.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
 addressed()
-inPieces(prepare(data))
+inPieces(prepare())
 
 const page = {
-  data, update, grow, explain, tickTexts, looks: LOOKS,
+  data, grow,
   state: () => state,
-  set: (next, done = true) => { change(checked(data, next).state, done); update() },
-  get ranking() { return ranking }, get verdict() { return verdict },
-  get order() { return order }, get inspected() { return inspected },
+  set: (next) => { change(checked(next).state); update() },
+  get ranking() { return ranking },
   get settled() { return !waiting && !pending },
-  get resting() { return page.settled && !search }, plots, axes, scale: scaleOf,
 }
 window.decisionPage = page
 // Once the typeface is there, in which texts are measured.

@@ -12,13 +12,13 @@ function showPositions() {
     make("div", words(one)),
     make("div.buttons",
       make("label", make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
-      button("Show", () => change({limits: one.limits, chosen: data.rowOf.has(one.chosen) ? one.chosen : null, reason: one.reason, answers: one.answers, preference: {weights: one.weights, aspiration: one.aspiration}}), {ariaLabel: `Show: ${one.name}`}),
+      button("Show", () => showPosition(one), {ariaLabel: `Show: ${one.name}`}),
       button("×", () => change({positions: toggled(positions, one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
   show("positions-title", held.length)
-  renew("separation", makeAll("li", separation(data, ranking, positions)))
+  renew("separation", makeAll("li", separation(ranking, positions)))
   show("decide", held.length)
   $("decide").disabled = chosen === null
   renew("decide", `Decide for ${chosen ?? "a choice"}`)
@@ -26,17 +26,17 @@ function showPositions() {
     decided?.dissent.length && ` ${sentence("dissent", {dissent: listed(decided.dissent)})}`)
 }
 
+// The page as somebody had it.
+function showPosition({limits, chosen, reason, weights, aspiration, answers}) {
+  change({limits, reason, weights, aspiration, answers, chosen: data.rowOf.has(chosen) ? chosen : null})
+}
+
 // What somebody wants, which limits it breaks, and what the verdict gives up against it.
 function words(one) {
   const row = rowOf(one.chosen)
-  const numbers = (text, entries) => {
-    const parts = entriesOf(entries).map(([name, value]) => `${name} ${exact(value)}`)
-    return parts.length && `${text} ${parts.join(", ")}`
-  }
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
   const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
-  const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`,
-    one.answers.length && counted(one.answers.length, "answer"), numbers("weights", one.weights), numbers("aspirations", one.aspiration)]
+  const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`]
   return [make("div", make("b", one.name), " ", choiceOf(one, row)),
     broken.length && make("span.beyond", `beyond ${broken.join(", ")}`), make("div.hint", facts.filter(Boolean).join(" · "))]
 }
@@ -50,7 +50,7 @@ function choiceOf({chosen}, row) {
 function given(row) {
   const role = roleOf(verdict.row)
   if (row === verdict.row) return `is ${role}`
-  const {gains, shares} = gainsOf(data, ranking.count ? ranking : data.whole, verdict.row, row)
+  const {gains, shares} = gainsOf(ranking.count ? ranking : data.whole, verdict.row, row)
   const j = bySize(shares).find((k) => gains[k] < 0)
   if (j === undefined) return `the ${role} design is nowhere worse`
   return `${role}: ${changeText(data.objectives[j], gains[j], ranking)}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
@@ -59,9 +59,9 @@ function given(row) {
 function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
-  const {limits, chosen, reason, preference, answers} = state
+  const {limits, chosen, reason, weights, aspiration, answers} = state
   $("adding").open = false
-  change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, ...preference, reason, answers}]})
+  change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, weights, aspiration, reason, answers}]})
 }
 
 function decide() {

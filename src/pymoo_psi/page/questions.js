@@ -21,7 +21,7 @@ function firstGreatest(values) {
 //   values        for each weight, of the candidates: 1 for the best one, 0 for an average one
 //   winners       for each weight, which candidate is the best
 class Preferences {
-  constructor(data, {front, frame}) {
+  constructor({front, frame}) {
     this.front = front
     const columns = data.F.map((column, j) => Float64Array.from(front, (i) => max(0, (column[i] - frame.ideal[j]) / frame.scale[j])))
     const varied = columns.filter((column) => endOf(column, -1) > endOf(column, 1))
@@ -150,17 +150,7 @@ function simplexWeights(points, m) {
 }
 
 // The answers of names that count here: those on designs that no other dominates.
-function countedAnswers(data, {pareto}, answers) {
+function countedAnswers({pareto}, answers) {
   const rows = answers.map(([one, relation, other]) => [data.rowOf.get(one) ?? -1, relation, data.rowOf.get(other) ?? -1])
   return rows.filter(([one, , other]) => pareto[one] && pareto[other])
-}
-
-// What an answer gives up for what (pareto's Preferences.trades).
-function tradeText(data, ranking, [one, relation, other]) {
-  const difference = gainsOf(data, ranking, one, other)
-  const [better, worse] = gainsAndLosses(difference, (j) =>
-    `${amount(data.objectives[j], abs(difference.gains[j]), ranking)} of ${data.objectives[j].name}`)
-  if (relation === "?" || !(better || worse)) return ""
-  const names = {design: data.names[one], other: data.names[other]}
-  return sentence(relation === ">" ? "rather" : "as good", {...names, better, worse})
 }

@@ -14,8 +14,8 @@ const isTurned = (column) => isObjective(column) && !column.maximize
 
 // Objectives as the reader has put them in order, without those that are hidden.
 function objectivesInOrder() {
-  const {order, hidden} = state.rows
-  const names = [...new Set([...order, ...data.objectives.map(({name}) => name)])]
+  const {rows, hidden} = state
+  const names = [...new Set([...rows, ...data.objectives.map(({name}) => name)])]
   return names.map((name) => data.by.get(name)).filter((column) => isObjective(column) && !hidden.includes(column.name))
 }
 
@@ -26,12 +26,13 @@ function shownColumns() {
 }
 
 function toggleRow(key, name) {
-  change({rows: {...state.rows, [key]: toggled(state.rows[key], name)}})
+  change({[key]: toggled(state[key], name)})
 }
 function moveRow(column, to, done = true) {
-  const names = objectivesInOrder().map(({name}) => name).filter((name) => name !== column.name)
-  names.splice(max(0, to), 0, column.name)
-  change({rows: {...state.rows, order: names}}, done)
+  const before = objectivesInOrder()
+  const after = before.filter((one) => one !== column).toSpliced(max(0, to), 0, column)
+  const isMoved = after.some((one, k) => one !== before[k])
+  change(isMoved ? {rows: after.map(({name}) => name)} : {}, done)
 }
 
 // A row is moved by its grip, dragged or by keys.
@@ -43,18 +44,17 @@ function listenToGrip(element, column) {
     element.focus()
   }
   onKeys(element, {arrowup: step(-1), arrowdown: step(1)})
-  onDrag(element, (_, y) => {
-    const from = place()
-    const height = controls.get(column).row.offsetHeight
-    const to = (v) => from + round((v - y) / height)
-    return {
-      move: (_, v) => { if (to(v) !== place()) moveRow(column, to(v), false) },
-      up: (_, v, moved) => { if (moved) moveRow(column, to(v)) },
+  element.onpointerdown = (start) => {
+    const [from, height, stop] = [place(), controls.get(column).row.offsetHeight, new AbortController()]
+    const drag = ({type, clientY}) => {
+      const isDone = type !== "pointermove"
+      moveRow(column, from + round((clientY - start.clientY) / height), isDone)
+      if (isDone) stop.abort()
     }
-  })
+    for (const type of ["pointermove", "pointerup", "pointercancel"]) addEventListener(type, drag, {signal: stop.signal})
+    start.preventDefault()
+  }
 }
-
-const isTwisted = ([low, high]) => low !== null && high !== null && low > high
 
 // A field is for one end of a limit.
 function listenToField(input, column, k) {
@@ -86,7 +86,7 @@ function rowOfColumn(column) {
   const {label, name, field, maximize, unit} = column
   const {low, high} = scaleOf(column)
   if (!(high > low) && !isObjective(column)) {
-    return make("p.constant", broken(label), `: ${column.values.some(isNumber) ? `${valueText(column, low)} for all designs` : "no values"}`)
+    return make("p.constant", label, `: ${column.values.some(isNumber) ? `${valueText(column, low)} for all designs` : "no values"}`)
   }
   const row = copyOf("row")
   const all = (selector) => [...row.querySelectorAll(selector)]
@@ -94,7 +94,7 @@ function rowOfColumn(column) {
   const [inputs, thumbs, cells] = [".field input", ".axis input", ".value, .best, .share"].map(all)
   const [grip, log, hide] = all("button")
   const [sense, note, axis, fill] = all(".sense, .note, .axis, .bar i")
-  title.append(...broken(unit ? label.slice(0, label.length - unit.length - 3) : label))
+  title.append(unit ? label.slice(0, label.length - unit.length - 3) : label)
   ofUnit.append(unit && ` [${unit}]`)
   note.id = `note-${field}`
   inputs.forEach((input, k) => {
@@ -139,7 +139,7 @@ function rowOfTexts(column) {
 
 $("objectives").append(...data.objectives.map(rowOfColumn))
 for (const group of $("further").children) {
-  const columns = limitable.filter(({role}) => role === group.dataset.role)
+  const columns = data.columns.filter(({role}) => role === group.dataset.role)
   group.hidden = !columns.length
   group.ontoggle = () => { columnsShown = null; soon() }
   const rows = columns.map((column) => column.texts ? rowOfTexts(column) : rowOfColumn(column))
@@ -164,7 +164,7 @@ function showRows() {
   const limited = folded.filter(limitOf).length
   show("fold", folded.length)
   renew("fold", isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`)
-  renew("hidden", state.rows.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
+  renew("hidden", state.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
   renew("value-head", verdict ? roleOf(verdict.row) : "none")
   for (const control of controls.values()) if (control.row.isConnected) showRow(control)
   for (const group of $("further").children) {

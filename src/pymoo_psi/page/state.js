@@ -2,8 +2,8 @@
 // makes a new one through change(), and the page is made from it, at most once a frame.
 
 const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
-const data = decode(JSON.parse($("payload").textContent))
-const initial = initialState(data)
+decode(JSON.parse($("payload").textContent))
+const initial = initialState()
 let {state} = initial
 const past = [] // states as text, for undo and redo
 let at = -1 // the present one
@@ -51,7 +51,7 @@ function address() {
 function addressed() {
   if (location.hash.length < 2) return
   try {
-    take(checked(data, {...initial.state, ...parsed(decodeURIComponent(location.hash.slice(1)))}))
+    take(checked({...initial.state, ...parsed(decodeURIComponent(location.hash.slice(1)))}))
   } catch {
     say(["The address holds no state of this page."])
   }
@@ -83,11 +83,11 @@ function lead(everything) {
   const filter = JSON.stringify([state.limits, state.fixed, state.positions])
   if (filter !== filtered) {
     filtered = filter
-    left = limited(data, state)
-    ranking = left.count < data.n || state.fixed ? ranked(data, left.mask, state.fixed ? data.fixed : null) : data.whole
+    left = limited(state)
+    ranking = left.count < data.n || state.fixed ? ranked(left.mask, state.fixed ? data.fixed : null) : data.whole
     switchLater()
   }
-  verdict = verdictOn(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
+  verdict = verdictOn(ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
   markDesigns()
   showRows()
   showVerdict()
@@ -98,15 +98,14 @@ function lead(everything) {
 function follow() {
   const keepFocus = focusKept()
   pending = false
-  order = searched(data, $("search").value.trim(), ordered(data, ranking, state))
+  order = searched($("search").value.trim(), ordered(ranking, state))
   showSteps()
-  showCompare()
+  if (!dragging) showCompare() // below all that a hand on a slider looks at
   showQuestions()
   showShares()
   showPositions()
   showPreference()
-  showOrder()
-  table.show()
+  showTable()
   keepFocus()
 }
 
@@ -121,9 +120,6 @@ function inPieces(generator, finish) {
   setTimeout(inPieces, 0, generator, finish)
 }
 
-let entered // the text of the field in focus, as it was entered or taken last
-const enter = () => { entered = document.activeElement?.value }
-
 // Buttons go or are disabled: who works by keys stays at the first beside the one that was pressed.
 function focusKept() {
   const element = document.activeElement
@@ -132,7 +128,6 @@ function focusKept() {
     // Asking makes the browser lay out the page: where the focus is in no part, nothing is asked.
     const isGone = place && !(element.isConnected && !element.disabled && element.checkVisibility())
     if (isGone) (place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
-    enter()
   }
 }
 
@@ -143,8 +138,7 @@ const called = (row) => data.names[row]
 const chosenRow = () => rowOf(state.chosen)
 const proposedRow = () => ranking.best[0] ?? -1
 const isPinned = (row) => state.pins.includes(called(row))
-const placed = (row) => placeText(data, ranking, row)
-const limitable = data.columns.filter((column) => !isGeometric(column))
+const placed = (row) => placeText(ranking, row)
 const limitOf = (column) => entryOf(state.limits, column.name) ?? null
 
 function look(row) {
@@ -155,7 +149,7 @@ function look(row) {
 
 // On a scale over decades the digits follow the size of the number, not the range of the column.
 const valueText = (column, value) => column.log && isNumber(value) ? short(value) : written(column, value)
-const cellText = (column, row) => valueText(column, valuesOf(ranking, column)[row])
+const cellText = (column, row) => valueText(column, column.values[row])
 const awayText = (column, value) => amount({...column, unit: column.unit === "%" ? "%" : ""}, abs(value), ranking) // as in the sentences
 const shareText = (share) => (isWithin(share) ? percent(abs(share)) : "beyond")
 
@@ -181,18 +175,13 @@ function pin(row) {
 const rowButton = (text, action, row, properties) => button(text, () => action(row), {ariaLabel: `${text}: ${called(row)}`, ...properties})
 const pinButton = (row) => rowButton("Compare", pin, row, {ariaPressed: isPinned(row)})
 const chooseButton = (row) => rowButton("Choose", choose, row, {title: "C", className: "small main"})
-const inspectButton = (row, kind = "") => make(`button.link${kind}`, {onclick: () => inspect(row)}, called(row))
+const inspectButton = (row, kind = "") => make(`button.link${kind}`, {value: row, onclick: () => inspect(row)}, called(row))
 
-// Limits on columns, [null, null] for none.
-function setLimits(pairs, done) {
-  let {limits} = state
-  for (const [{name}, limit] of pairs) {
-    limits = without(limits, name)
-    if (limit.some((end) => end !== null)) limits = {...limits, [name]: limit}
-  }
-  change({limits}, done)
+// A limit on a column, [null, null] for none.
+function setLimit({name}, limit, done) {
+  const others = without(state.limits, name)
+  change({limits: limit.some((end) => end !== null) ? {...others, [name]: limit} : others}, done)
 }
-const setLimit = (column, limit, done) => setLimits([[column, limit]], done)
 
 const numericLimit = (column) => (column.texts ? null : limitOf(column)) ?? [null, null]
 
@@ -210,7 +199,7 @@ function limitTexts(column, limit) {
 const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [data.by.get(name)] : []))
 
 const errorOf = ({name}) => data.by.get(`${name} standard error`)
-const isLog = (column) => Boolean(column.log) !== state.rows.turned.includes(column.name)
+const isLog = (column) => Boolean(column.log) !== state.turned.includes(column.name)
 
 // The ends of the axis of a column: of all designs but outliers, and of what is marked.
 let marked = [] // rows that no axis leaves out
@@ -218,11 +207,8 @@ let scales = new Map()
 function scaleOf(column) {
   if (scales.has(column)) return scales.get(column)
   let [low, high] = column.texts ? [0, column.texts.length - 1] : column.axis ?? column.range
-  if (isGeometric(column)) [low, high] = [1, -1].map((sign) =>
-    endOf(valuesOf(data.whole, column), sign, state.dominated ? data.whole.rows : data.whole.front))
-  if (!(low <= high)) [low, high] = [0, 1]
   for (const row of marked) {
-    const value = valuesOf(ranking, column)[row]
+    const value = column.values[row]
     if (isNumber(value)) [low, high] = [min(low, value), max(high, value)]
   }
   if (high - low <= 1e-12 * max(abs(low), abs(high))) high = low // rounding is no distance

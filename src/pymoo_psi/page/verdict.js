@@ -41,9 +41,8 @@ function showVerdict() {
     renew("verdict-variables")
   }
   renew("certain", validity())
-  renew("shaded", isShaded && validity())
   renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
-  if ($("reason").value !== state.reason) $("reason").value = state.reason
+  if ($("reason").value !== state.reason) showText($("reason"), state.reason)
   renew("reason-printed", state.reason || "–")
   showCounts()
 }
@@ -58,51 +57,60 @@ function showCounts() {
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
-  renew("axis-head", `worst → best of all ${exact(data.n)}`)
-  const what = `${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}`
-  const measure = state.fixed ? "of the fixed range" : "of the thick part, their worst to their best"
-  renew("foot", shownRows.length > 1 && `Lines: the ${what}. Per cent: ${measure}.`)
-  const lines = limitable.flatMap((column) => limitTexts(column, limitOf(column)))
+  const measure = state.fixed ? "the fixed range" : "the thick part of an axis, from their worst to their best value"
+  renew("foot", shownRows.length > 1 && [`Lines and dark ticks: the ${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}. `,
+    make("span.screen", "Point at one for its name. "), `Per cent: of ${measure}.`])
+  const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
+
+// The limits at which another design is proposed, where they are known.
+let changes = []
+const changeTo = (row) => changes.find(([, one]) => one.row === row && !one.looser)?.[1]
+const tried = ({exact}) => exact ? "" : " (of values tried)"
+const setButton = ({name, end, next}) => button("Set", () => setLimit(data.by.get(name), numericLimit(data.by.get(name)).with(end, next)),
+  {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(data.by.get(name), next)}`})
 
 function showSteps() {
   const {steps} = verdict ?? {steps: []}
   show("steps", steps.length)
   renew("steps-list", steps.map(({row, text}) => {
-    const [gain, costs] = tied(text).split(/\. (?=But )/)
-    return make("div", make("h3", inspectButton(row), `: ${gain}`), make("p", costs && `${costs}.`), pinButton(row))
+    const [gain, costs] = text.split(/\. (?=But )/)
+    const change = changeTo(row)
+    return make("div", make("h3", inspectButton(row), `: ${tied(gain)}`),
+      make("p", costs && `${tied(costs)}. `, change && tied(`Proposed ${switchText(ranking, change, "").replace(/, $/, tried(change))}.`)),
+      make("div.buttons", pinButton(row), change && setButton(change)))
   }))
+  const isStep = ({row}) => steps.some((step) => step.row === row)
+  const others = changes.filter(([, one]) => !(isStep(one) && changeTo(one.row) === one))
+  const place = $(verdict ? "further-words" : "left") // a way back is needed at once
+  if ($("relax").parentElement !== place) verdict ? place.prepend($("relax")) : place.append($("relax"))
+  show("relax", others.length)
+  renew("relax-list", others.map(([text, one]) => make("li", upper(`${tied(text)}${tried(one)}. `),
+    one.row >= 0 && pinButton(one.row), " ", one.next !== null && setButton(one))))
 }
 
 // Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
 let search = null
 function switchLater() {
   search?.return() // that of the limits before
-  $("relax").ariaBusy = true
-  search = switches(data, state, ranking)
+  changes = []
+  search = switches(state, ranking)
   setTimeout(inPieces, 250, search, showSwitches)
 }
 
 function showSwitches(found) {
   if (!found) return // another search has begun
   search = null
-  const changes = switchTexts(data, ranking, found)
-  show("relax", changes.length)
-  $("relax").ariaBusy = false
+  changes = switchTexts(ranking, found)
   const keepFocus = focusKept()
-  renew("relax-list", changes.map(([text, one]) => {
-    const {name, end, row, next, exact} = one
-    const column = data.by.get(name)
-    return make("li", upper(`${tied(text)}${exact ? "" : " (of values tried)"}. `), row >= 0 && pinButton(row), " ",
-      next !== null && button("Set", () => setLimit(column, numericLimit(column).with(end, next)), {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`}))
-  }))
+  showSteps()
   keepFocus()
 }
 
 // Comparison: what it holds and against what is comparison()'s.
 function showCompare() {
-  const parts = comparison(data, ranking, state, inspected)
+  const parts = comparison(ranking, state, verdict)
   const rows = parts.map(({row}) => row)
   show("compare", rows.length > 1)
   renew("compare-hint", `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
@@ -110,11 +118,11 @@ function showCompare() {
   const heads = parts.map(({row, roles}) => head("col",
     make("div.named", left.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
     make("div.roles", [...roles, placed(row)].join(", ")),
-    make("div.buttons", isPinned(row) && button("×", () => pin(row), {ariaLabel: `× ${called(row)} out of the comparison`, title: "Take out"}))))
+    make("div.buttons", isPinned(row) && pinButton(row))))
   renew("compare-table",
     make("thead", make("tr", head("col", "Objective"), heads)),
-    make("tbody", compareRows(data, ranking, rows, rows[0]).map(({column, gains, shares}) =>
-      make("tr", head("row", broken(column.label)), rows.map((row, k) =>
+    make("tbody", compareRows(ranking, rows, rows[0]).map(({column, gains, shares}) =>
+      make("tr", head("row", column.label), rows.map((row, k) =>
         make("td.number", make("div", cellText(column, row)), k > 0 && gainTexts(column, gains[k], shares[k])))))))
 }
 
