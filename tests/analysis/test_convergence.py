@@ -67,6 +67,6 @@ def test_too_little_to_tell():
     found = convergence(table)
     assert found["optimum"][:3].tolist() == [0, 0, 0]
     assert np.isinf(found["mu1"][:3]).all()
-    assert convergence_sentence(found).startswith("Too few tests to tell: 24 of 64 are feasible")
+    assert convergence_sentence(found).startswith("Too few tests to tell: 24 of 64 are within")
     refused("of 8 tests or more, got 7 tests", convergence, table.take(np.arange(7)))
     refused("with a feasible design", convergence, table.take(np.arange(16)))

@@ -175,7 +175,6 @@ REVERSED = table_of([14, 13, 12, 11, 10])
         (LABELLED, "12", 1),
         (LABELLED, "C", 1),
         (LABELLED.feasible_ranking(), "C", 1),
-        (NUMBERED, 14, 3),
         (NUMBERED, "13", 1),
         (REVERSED, "name 12", 1),
     ],
@@ -198,6 +197,7 @@ def test_a_design_goes_by_label_or_number(source, design, row):
         (PLAIN, 10, "be a feasible .* infeasible; violations"),
         (LABELLED, "A", "be a feasible .* infeasible; violations"),
         (LABELLED, "F", "design must be"),
+        (NUMBERED, 14, "if labels are integers, give the name"),
         (REVERSED, 12, "such as 'name 14', .* got 12; .* give the name, or row="),
         (REVERSED, "1", "the name of one design"),  # no label, though the number of a test
     ],

@@ -31,7 +31,6 @@ from pymoo_psi.algorithms._surrogate_models import (
     bounded,
     evenly_spread,
 )
-from pymoo_psi.parallel import Queue
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
 
@@ -234,7 +233,7 @@ class SurrogatePSI(PointAlgorithm):
             sequence.at(slice(0, self._n_first(model, store))),
             n_points,
             model,
-            executor.queue,
+            executor,
             store,
             seed=self.seed or 0,
             batch=self._batch,
@@ -292,7 +291,7 @@ class SurrogateSource(Source):
         sequence: The points that come first, those of the sequence.
         n_points: How many points there are in all.
         model: The model of the tests.
-        queue: The points that are being evaluated, and the workers.
+        executor: What tests the points, and says how many workers are free.
         store: Where proposals are kept before they are tested.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -305,7 +304,7 @@ class SurrogateSource(Source):
         sequence: Points,
         n_points: int,
         model: Model,
-        queue: Queue,
+        executor: Executor,
         store: Store,
         *,
         seed: int,
@@ -313,7 +312,7 @@ class SurrogateSource(Source):
         is_asynchronous: bool,
     ) -> None:
         self._model = model
-        self._queue = queue
+        self._executor = executor  # not its queue, of which there is no copy
         self._store = store
         self._seed = seed
         self._batch = batch
@@ -429,18 +428,18 @@ class SurrogateSource(Source):
             # next round is being made.
             return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
-            return max(_FIRST_BATCH, self._queue.runner.n_workers)
+            return max(_FIRST_BATCH, self._executor.queue.runner.n_workers)
         return _BATCH
 
     @property
     def _n_free(self) -> int:
         """How many workers have no design; negative while designs wait for workers."""
-        return self._queue.runner.n_workers - self._queue.n_pending
+        return self._executor.queue.runner.n_workers - self._executor.queue.n_pending
 
     @property
     def _n_ahead(self) -> int:
         """How many designs wait for workers that end while a round is being made."""
-        return max(1, self._queue.runner.n_workers // 4)
+        return max(1, self._executor.queue.runner.n_workers // 4)
 
     def _table(self) -> TestTable:
         """Return the known tests, under the formulation."""
