@@ -68,7 +68,7 @@ def test_answers_that_fit_no_longer_stay_in_the_file(said):
     said("prefer", "cars.csv", *OPTIONS, *given)
     more = ["--decision", "d.json", "--limits", "mass<=1400", "--answers", "Country?Town"]
     printed = said("prefer", "cars.csv", *more, "--out", "e.json")
-    assert "of these: Town>Coast, Country>Coast." in printed
+    assert "designs: Town>Coast, Country>Coast." in printed
     [*_, last] = Decision.read_json("e.json").positions
     assert ["".join(answer) for answer in last["answers"]] == [
         "Town>Coast",
@@ -114,7 +114,7 @@ class Terminal:
     def press(self, keys):
         for key in keys:
             for line in self.process.stdout:
-                if line.startswith("a, b: "):
+                if line.startswith("a or b: "):
                     break
             while self.process.poll() is None and not self._is_raw():
                 pass
