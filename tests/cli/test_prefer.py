@@ -137,7 +137,7 @@ def test_one_key_answers_takes_back_and_ends():
     terminal.press("abuxsq")
     code, out, _ = terminal.end()
     assert code == 0
-    assert "2 answers of me written to d.json" in out
+    assert "2 answers by me written to d.json" in out
     [position] = Decision.read_json("d.json").positions
     first, second = position["answers"]
     assert (first[1], second[1]) == (">", "?")
@@ -151,5 +151,5 @@ def test_an_interruption_loses_no_answer(key):
     terminal.press(["a", "e", key])
     code, out, err = terminal.end()
     assert code == (130 if key == "\x03" else 0)
-    assert "2 answers of me written to decision.json" in out + err
+    assert "2 answers by me written to decision.json" in out + err
     assert len(Decision.read_json("decision.json").positions[0]["answers"]) == 2
