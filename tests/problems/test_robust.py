@@ -166,6 +166,7 @@ CHUTE = SphereChute()
         (CHUTE, {"uncertainty": {"mu": stats.norm(0.4, 0.01)}}, TypeError, "problem must be a function of mu that returns a pymoo problem"),
         (SphereChute, {"uncertainty": {"mu": 0.4}}, TypeError, r"uncertainty\['mu'\] must be a distribution such as"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),
+        (SphereChute, {"uncertainty": {"mu": stats.norm(0.4, -0.01)}}, ValueError, "must be a distribution with finite quantiles"),
     ],
 )  # fmt: skip
 def test_mistakes(problem, options, kind, message):

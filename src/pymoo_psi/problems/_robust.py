@@ -292,13 +292,15 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
 
 
 def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
-    """Return the quantiles of a distribution of SciPy."""
+    """Return the quantiles of a distribution of SciPy, finite ones."""
     # SciPy has both names: ppf for its old distributions, icdf for its new ones
     quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
     if quantile is None:
         rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
         raise wrong_type(argument, rule, distribution)
     quantiles: Array = quantile(probabilities)
+    if not np.isfinite(quantiles).all():  # SciPy has NaN for a scale of 0 or below
+        raise invalid(argument, "a distribution with finite quantiles", quantiles)
     return quantiles
 
 
