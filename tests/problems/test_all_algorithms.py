@@ -128,3 +128,10 @@ def test_penalties_are_worse_than_all_before():
     assert (F[failed] > F[~failed].max(axis=0)).all()
     assert len(np.unique(F[failed], axis=0)) == failed.sum()
     np.testing.assert_array_equal(problem.evaluate(X[::-1])[::-1], F)
+
+
+def test_what_fails_before_any_other_design_is_no_better_than_later_ones():
+    problem = FailureTolerant(Half(0.5, 1e6), failed_as="penalty")
+    X = np.full((2, 3), 0.9)
+    X[0, 1] = 0.1
+    assert (problem.evaluate(X[:1]) > problem.evaluate(X[1:])).all()

@@ -354,7 +354,7 @@ class FailureTolerant(WrappedProblem):
         problem = with_requirements(untolerant(problem))
         self.failed_as: str = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.failures: list[EvaluationError] = []
-        self._largest = np.zeros(problem.n_obj)  # size of every objective so far
+        self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
         n_ieq_constr = problem.n_ieq_constr
         if self.failed_as == "constraint":
             n_ieq_constr += 1
@@ -379,12 +379,14 @@ class FailureTolerant(WrappedProblem):
     def _penalise(self, X: Any, out: Values, failed: Mask) -> None:
         """Give failed designs objectives that are worse than any that did not fail so far."""
         F = out["F"]
-        largest = np.abs(F).max(axis=0, initial=0, where=np.isfinite(F))
+        largest = np.abs(F).max(axis=0, initial=-np.inf, where=np.isfinite(F))
         self._largest = np.maximum(self._largest, largest)
+        # What fails before any other design must not be better than all that come later.
+        largest = np.where(np.isfinite(self._largest), self._largest, _VIOLATION)
         # About as large as other values, since algorithms scale by the range of a population. A
         # power of 2, so that a design has the same objectives until the values double: dynamic
         # algorithms evaluate designs twice, and another value is to them a change of the problem.
-        level = np.exp2(np.minimum(np.ceil(np.log2(self._largest + 1)), 1022))
+        level = np.exp2(np.minimum(np.ceil(np.log2(largest + 1)), 1022))
         for i in np.flatnonzero(failed):
             # Each design gets another value, as some algorithms fail with equal ones.
             fraction = (1 + zlib.crc32(repr(X[i]).encode())) / 2**33
