@@ -92,6 +92,11 @@ def require_study(db: sqlite3.Connection, path: str) -> None:
     for name in _TABLES:
         if name not in tables:
             raise unreadable(path, f"it lacks the table {name}")
+    for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'"):
+        raise StudyCorruptError(
+            f"study {path} has the trigger {name}, which would change what a run stores; it "
+            f'was left as it is: remove the trigger (DROP TRIGGER "{name}")'
+        )
 
 
 # Errors
