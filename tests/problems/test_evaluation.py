@@ -80,6 +80,7 @@ def gives_more(self, x, out):
 NO_NUMBERS = "F is not an array of numbers.*"
 FOR_ONE = {
     "raises": (raising(ZeroDivisionError("by zero")), "ZeroDivisionError: by zero"),
+    "raises a long word": (raising(ValueError("x" * 999)), r"ValueError: x{385}\.\.\."),
     "exits": (raising(SystemExit(3)), "SystemExit: 3"),
     "panics": (raising(Panic("overflow")), "Panic: overflow"),
     "gives NaN": (giving("F", [np.nan, 1.0]), r"F is \[nan, 1.0\]"),

@@ -20,7 +20,6 @@ from contextlib import contextmanager
 from functools import lru_cache
 from math import inf
 from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
-from textwrap import shorten
 from time import perf_counter
 from typing import Any
 
@@ -48,9 +47,10 @@ _MEASURED_SECONDS = 1e-3
 
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
-    text = f"{type(error).__name__}: {error}"
-    # some lines of a terminal, or a cell of a table
-    return shorten(text, 400, placeholder="...").removesuffix(":")
+    text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+    if len(text) > 400:  # some lines of a terminal, or a cell of a table
+        return f"{text[:397]}..."  # also within a word: a path or JSON may be one
+    return text
 
 
 @contextmanager
