@@ -223,6 +223,10 @@ def test_mistakes(n, options, message):
         (lambda: PSI(8, share=(1, 2, 3)), "share must be a pair"),
         (lambda: PSI(8, share="12"), "share must be a pair"),
         (lambda: PSI(8, share=3), r"share must be a pair \(k, n\), the k-th of n parts, got 3"),
+        (
+            lambda: investigate(Problem(n_var=1, n_obj=1, xl=0, xu=1, vtype=np.float64), 4),
+            "vtype of the problem must be float, int or bool, got <class 'numpy.float64'>",
+        ),
         (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
         (lambda: PSI(10, n_jobs=2), "unknown keyword argument 'n_jobs'"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
