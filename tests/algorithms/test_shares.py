@@ -90,3 +90,11 @@ def test_a_design_may_fail_in_one_share_only(tmp_path, monkeypatch):
     table = read_table(tmp_path)
     assert len(table) == 5
     assert np.isfinite(table.F).all(axis=1).sum() >= 3
+
+
+def test_rounding_is_measured_by_all_shares(tmp_path, monkeypatch):
+    """A share of one small value knows no size of its own."""
+    for part in range(1, 13):
+        monkeypatch.setattr(Recurring, "more", 1e-9 * (part > 4))
+        minimize(Recurring(False), PSI(12, share=(part, 12), study=tmp_path))
+    assert len(read_table(tmp_path)) == 5

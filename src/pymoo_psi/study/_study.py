@@ -426,6 +426,7 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
         joined.begin(first.head)
         joined.add_run(first.runs[0].identity)
         results: dict[str | None, Array] = {}
+        largest = np.zeros(len(first.head["objectives"]))
         for file in files:
             with Study(file).reading() as database:
                 facts = database.facts
@@ -435,7 +436,7 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
             if facts.share is not None:
                 n_shares = facts.share[1]
             if first.head["variables"] and not is_noisy:
-                _require_same_results(file, joined, columns, results)
+                _require_same_results(file, joined, columns, results, largest)
             try:
                 joined.append(1, columns, noisy=is_noisy)
             except ArgumentValueError as error:
@@ -453,7 +454,11 @@ def _other_results(file: str, detail: object) -> str:
 
 
 def _require_same_results(
-    file: str, joined: Database, columns: Columns, results: dict[str | None, Array]
+    file: str,
+    joined: Database,
+    columns: Columns,
+    results: dict[str | None, Array],
+    largest: Array,
 ) -> None:
     """Refuse a share whose results for designs of others differ by more than rounding.
 
@@ -462,9 +467,10 @@ def _require_same_results(
         joined: The study of all shares.
         columns: The tests of the share.
         results: The results of the designs of former shares by their keys; these are added.
+        largest: ``(m,)`` sizes of the objectives in former shares; these are added.
     """
     F = np.column_stack([columns[name] for name in joined.head["objectives"]])
-    largest = np.abs(F).max(axis=0, initial=0, where=np.isfinite(F))
+    np.maximum(largest, np.abs(F).max(axis=0, initial=0, where=np.isfinite(F)), out=largest)
     for test, key, row in zip(columns["test"], joined.keys(columns), F, strict=True):
         if not np.isfinite(row).all():  # a failed test
             continue
