@@ -3,10 +3,12 @@
     python -m benchmarks.mutations [MUTANTS [SEED [RESULTS.jsonl]]]
 
 A mutant changes one place of one file: a comparison, an operator, a condition, a number, the order
-of two arguments, or a call without a result, which is left out. The tests of its subpackage are
-tried first, then all others, at last the slow ones of its subpackage. Results are kept in a file,
-by which an interrupted study continues.
-In the end, the mutants are listed that no test noticed.
+of two arguments, or a call without a result, which is left out. First all tests run once, which
+tells those that execute each line (coverage with contexts). Of a mutant, the tests are tried that
+execute its line; then the whole files of those whose fixtures do, as other tests share these; or
+the tests of its subpackage, where a line runs on import or in other processes only. In the end,
+all tests are tried on the mutants that are left, then the slow ones of their subpackages, and those
+are listed that none noticed. Results are kept in a file, by which an interrupted study continues.
 """
 
 from __future__ import annotations
@@ -19,11 +21,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from coverage import CoverageData
 
 from benchmarks.machine import QUICK, describe_machine, sized
 
@@ -142,55 +145,118 @@ def drawn(n: int, seed: int) -> list[Mutant]:
     return random.Random(seed).sample(every, n)
 
 
-def noticed_by(mutant: Mutant) -> str:
-    """Return the first line of the tests' complaint on a mutant; nothing if they all pass."""
+class Contexts:
+    """The tests that execute each line of the checkout.
+
+    Args:
+        file: File of coverage with the contexts of all tests; they run if there is none.
+    """
+
+    def __init__(self, file: Path) -> None:
+        if not file.exists():
+            words = ["--cov", "--cov-context=test", "--cov-report=", "tests", "src"]
+            if QUICK:
+                words[-2:] = ["tests/sequences"]
+            environment = {**os.environ, "COVERAGE_FILE": str(file)}
+            ended = tried(CHECKOUT, words, environment)
+            if ended.returncode:
+                raise RuntimeError(f"the tests fail without a mutant: {ended.stdout[-500:]}")
+        self._data = CoverageData(str(file))
+        self._data.read()
+
+    def of(self, mutant: Mutant) -> Iterator[list[str]]:
+        """Yield the tests to try on a mutant, those first that are likeliest to notice it."""
+        contexts: set[str] = set()
+        for file in self._data.measured_files():
+            if file.endswith(mutant.file):
+                contexts.update(self._data.contexts_by_lineno(file).get(mutant.line, ()))
+        tests = {name.rpartition("|")[0] for name in contexts if name.endswith("|run")}
+        files = {name.partition("::")[0] for name in contexts if name.endswith("|setup")}
+        if tests:
+            yield sorted(tests)
+        if files:
+            yield sorted(files)
+        if not tests and not files:
+            yield own_tests(mutant)
+
+
+def own_tests(mutant: Mutant) -> list[str]:
+    """Return where the tests of a mutant's subpackage are."""
+    subpackage = Path(mutant.file).parts[2].removesuffix(".py")
+    return [f"tests/{subpackage}", str(Path(*Path(mutant.file).parts[:3]))]
+
+
+def tried(
+    checkout: Path, words: list[str], environment: dict[str, str]
+) -> subprocess.CompletedProcess[str]:
+    """Return how pytest ended in a checkout."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "2", "--no-header", *words]
+    environment = {**environment, "PYTHONPATH": str(checkout / "src"), "CI": "1"}
+    return subprocess.run(
+        command, cwd=checkout, env=environment, capture_output=True, text=True, timeout=LIMIT
+    )
+
+
+def noticed_by(mutant: Mutant, groups: Iterable[list[str]]) -> str:
+    """Return the first line of the tests' complaint on a mutant; nothing if they all pass.
+
+    Args:
+        mutant: The mutant.
+        groups: Tests or their files, tried in this order.
+    """
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "checkout")
-        hidden = shutil.ignore_patterns(".git", ".tox", "*cache*", "runs")
+        hidden = shutil.ignore_patterns(".git", ".tox", "*cache*", "runs", ".coverage*")
         shutil.copytree(CHECKOUT, copy, ignore=hidden)
         path = copy / mutant.file
         source = path.read_bytes()
         path.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.end :])
-        subpackage = Path(mutant.file).parts[2]
-        tests = f"tests/{subpackage}"
-        own = [tests, f"{SOURCES}/{subpackage}"]
-        for places in (own, ["tests", "src"], ["-m", "slow", tests]):
-            words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "2", "--no-header", *places]
-            environment = {**os.environ, "PYTHONPATH": str(copy / "src"), "CI": "1"}
+        for tests in groups:
             try:
-                ended = subprocess.run(
-                    words, cwd=copy, env=environment, capture_output=True, text=True, timeout=LIMIT
-                )
+                ended = tried(copy, tests, dict(os.environ))
             except subprocess.TimeoutExpired:
                 return "it did not end"
             if ended.returncode not in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
                 lines = ended.stdout.splitlines()
                 failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
                 return (failed or lines[-1:] or ["an error"])[0][:150]
-            if QUICK:
-                break
     return ""
 
 
 def main(n: int = sized(100, 1), seed: int = 1, results: str = "") -> None:
     """Try mutants, and print the share that is noticed and those that are not."""
     print(describe_machine())
-    known: dict[str, str] = {}
+    known: dict[tuple[str, str], str] = {}
     file = Path(results) if results else Path(tempfile.mkdtemp(), "mutations.jsonl")
     if file.exists():
         for line in file.read_text("utf-8").splitlines():
-            known.update([json.loads(line)])
+            key, tests, complaint = json.loads(line)
+            known[key, tests] = complaint
+    contexts = Contexts(file.with_suffix(".coverage"))
     mutants = drawn(n, seed)
-    for i, mutant in enumerate(mutants, start=1):
-        if mutant.key in known:
-            continue
-        known[mutant.key] = noticed_by(mutant)
-        with file.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps([mutant.key, known[mutant.key]]) + "\n")
-        print(f"{i:4} {mutant.key}\n     {known[mutant.key] or 'NOT NOTICED'}", flush=True)
-    survivors = [mutant.key for mutant in mutants if not known[mutant.key]]
-    print(f"{n - len(survivors)} of {n} mutants noticed (seed {seed})")
-    print("\n".join(survivors))
+
+    def survivors(tests: str) -> list[Mutant]:
+        """Try the mutants that are left, and return those that no test noticed."""
+        left = []
+        for mutant in mutants:
+            if (mutant.key, tests) not in known:
+                groups: Iterable[list[str]] = [["tests", "src"], ["-m", "slow", *own_tests(mutant)]]
+                if tests == "of its line":
+                    groups = contexts.of(mutant)
+                known[mutant.key, tests] = noticed_by(mutant, groups)
+                with file.open("a", encoding="utf-8") as stream:
+                    stream.write(json.dumps([mutant.key, tests, known[mutant.key, tests]]) + "\n")
+                print(f"{mutant.key}\n    {known[mutant.key, tests] or 'NOT NOTICED'}", flush=True)
+            if not known[mutant.key, tests]:
+                left.append(mutant)
+        return left
+
+    mutants = survivors("of its line")
+    print(f"{n - len(mutants)} of {n} mutants noticed by tests that execute their line")
+    if not QUICK:
+        mutants = survivors("all")
+    print(f"{n - len(mutants)} of {n} mutants noticed (seed {seed})")
+    print("\n".join(mutant.key for mutant in mutants))
 
 
 if __name__ == "__main__":
