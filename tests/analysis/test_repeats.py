@@ -6,12 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read_table
+from pymoo_psi import Formulation, TestTable, read_table
 from pymoo_psi.analysis import average_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import degrees_of_freedom
 from pymoo_psi.table import Schema
-from tests.helpers.documents import payload_of
 from tests.helpers.refusals import refused
 
 COST = {"A": [10.0, 12.0, 11.0], "B": [20.0, 21.0, 22.0], "C": [15.0, 16.0]}
@@ -74,8 +73,6 @@ def test_single_usable_tests_have_means_and_no_confidence():
     table = average_repeats(TestTable.of([1, 2, 3], [[0], [0], [1]], F))
     assert table.F.tolist() == [[1, 2], [2, 1]]
     refused("standard errors", table.confidence, error=ArgumentValueError)
-    shades = payload_of(decision_page(table))["shades"]
-    assert "probability of being optimal" not in [shade["label"] for shade in shades]
 
 
 def test_failed_tests_do_not_count_in_means():
@@ -143,22 +140,6 @@ def test_the_command_counts_designs(file, said):
     chance = "by the repeated tests: C is the best with a probability of"
     for text in ("3 designs, 8 tests", chance, "Proposed: C"):
         assert text in printed
-
-
-def test_the_page_shades_designs_by_their_chances():
-    table = read_table(FRAME, ASKED, average_by="variant")
-    chances = {
-        "share of the weights, which are squared": acceptability(table, factor=2)[:, 0],
-        "probability of being optimal": table.confidence()["pareto"],
-    }
-    shades = payload_of(decision_page(table))["shades"]
-    assert [shade["label"] for shade in shades] == [*chances]
-    for shade, shares in zip(shades, chances.values(), strict=True):
-        ends = [float(text.split()[-2]) / 100 for text in shade["texts"]]
-        assert ends == sorted(ends)
-        assert [ends[place] for place in shade["values"]] == [
-            min(end for end in ends if end >= share) for share in shares
-        ]
 
 
 def known(F, *errors):

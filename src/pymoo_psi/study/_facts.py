@@ -120,7 +120,9 @@ class Facts(NamedTuple):
         for side, hull in (("lower", np.fmin), ("upper", np.fmax)):
             if side in self.head:
                 ends = [run.identity[side] for run in self.runs]
-                bounds[side] = hull.reduce(np.array(ends, dtype=np.float64)).tolist()
+                bounds[side] = ends[0]
+                if len(ends) > 1:  # a choice has none: NaN here, and null in one run's identity
+                    bounds[side] = hull.reduce(np.array(ends, dtype=np.float64)).tolist()
         return bounds
 
     @property
