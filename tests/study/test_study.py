@@ -13,7 +13,9 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymoo.core.problem import ElementwiseProblem
 
+from pymoo_psi import investigate
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
 from pymoo_psi.study import Study
 from tests.helpers.refusals import refused
@@ -86,6 +88,26 @@ def test_names_that_sql_reads_as_others_are_kept(tmp_path):
     }
     begun(tmp_path / "s.db", head).append(columns)
     assert bits(read(tmp_path / "s.db")[1]) == bits(columns)
+
+
+class Similar(ElementwiseProblem):
+    """Further outputs whose names SQL takes for one, or for a column of its own."""
+
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out.update(F=x[0], q=1.0, Q=2.0, repeat_=3.0)
+
+
+def test_columns_with_similar_names_keep_their_values_in_any_order(tmp_path):
+    path = tmp_path / "s.db"
+    investigate(Similar(), 4, study=path)
+    for n_points, unit in ((4, {"Q": "kg"}), (8, {"repeat_": "m"})):
+        table = investigate(Similar(), n_points, study=path, units=unit)
+        assert {*table.column("q")} == {1}
+        assert {*table.column("Q")} == {2}
+        assert {*table.column("repeat_")} == {3}
 
 
 # Anyone can open it

@@ -107,7 +107,8 @@ class Database:
         facts = {"id": secrets.token_hex(16), "share": share, "steering": [], "process": ["", 0]}
         for name, value in facts.items():
             self._set(name, value)
-        self._set_head(head, ())
+        self._set("columns", {})
+        self._set_head(head)
 
     def _set(self, key: str, value: Any) -> None:
         self.db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, _text(value)))
@@ -257,7 +258,7 @@ class Database:
             completed: Returns values of stored tests that follow from others under it.
         """
         stored = self.head
-        self._set_head(beside(head, stored), columns_of_head(stored))
+        self._set_head(beside(head, stored))
         tests = self.tests()
         columns = {}
         if completed is not None:
@@ -270,15 +271,26 @@ class Database:
             self.db.executemany(f"UPDATE tests SET {changes} WHERE test = ?", rows)
             self.log("study", completed=[*columns])
 
-    def _set_head(self, head: Head, present: Collection[str]) -> None:
-        """Store a head; the table of tests gets the columns that are not present."""
+    def _set_head(self, head: Head) -> None:
+        """Store a head; the table of tests gets the columns that it lacks."""
         require_other_names(head)
         self._set("head", {**head, **{side: None for side in ("lower", "upper") if side in head}})
+        # A column keeps its name in SQL, whatever the order of a later head is.
+        stored: dict[str, str] = self.get("columns")
+        taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE, *map(str.lower, stored.values())}
+        columns = dict(stored)
+        for name in columns_of_head(head):
+            if name not in stored:
+                columns[name] = name
+                while columns[name].lower() in taken:  # SQL takes "a" and "A" for one name
+                    columns[name] += "_"
+                taken.add(columns[name].lower())
+        self._set("columns", columns)
         for name in ("head", "_columns"):
             vars(self).pop(name, None)
         self._drop_block()
         for name, (sql, kind) in self._columns.items():
-            if name not in present:
+            if name not in stored:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
     def widen(self, columns: Collection[str]) -> None:
@@ -286,7 +298,7 @@ class Database:
         head = self.head
         wider = with_outputs(head, columns)
         if wider != head:
-            self._set_head(wider, columns_of_head(head))
+            self._set_head(wider)
 
     # Writing tests
 
@@ -438,14 +450,10 @@ class Database:
         head = self.head
         kinds = dict.fromkeys(head.get("notes", ()), Kind.CHOICE)
         kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
+        names = self.get("columns")
         columns = {}
-        taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE}
         for name in columns_of_head(head):
-            column = name
-            while column.lower() in taken:  # SQL takes "a" and "A" for one name
-                column += "_"
-            taken.add(column.lower())
-            quoted = column.replace('"', '""')
+            quoted = names[name].replace('"', '""')
             columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
         return columns
 

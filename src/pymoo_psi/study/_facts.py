@@ -103,6 +103,7 @@ class Facts(NamedTuple):
         id: A random name.
         process: The machine and the number of the last process that added tests.
         n_changes: How often stored tests got other values.
+        columns: The names of columns in SQL, by their names.
     """
 
     head: Head
@@ -112,6 +113,7 @@ class Facts(NamedTuple):
     id: str = ""
     process: Sequence[Any] = ("", 0)
     n_changes: int = 0
+    columns: Mapping[str, str] = {}
 
     @property
     def bounds(self) -> Values:
