@@ -6,11 +6,15 @@ No proposal shows these clearly enough, so that these tests look at the function
 import numpy as np
 import pytest
 
+from pymoo_psi import lp_tau
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
+    OutputFit,
+    scales,
     without_penalties,
 )
+from tests.helpers.draws import rarely
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
@@ -97,3 +101,65 @@ def test_what_is_left_out_is_predicted_from_the_others(tests, process):
         assert means[i] == pytest.approx(expected)
         left = process.variance * (K[i, i] - weights @ K[others, i])
         assert variances[i] == pytest.approx(left)
+
+
+def sides(Z, *bounds):
+    """Variables of designs in the unit cube."""
+    return [low + z * (high - low) for z, (low, high) in zip(Z.T, bounds, strict=True)]
+
+
+def inverse_inertia(Z):
+    """The deflection of a rectangular profile, which has a pole where it vanishes."""
+    width, height = sides(Z, (1, 60), (4, 160))
+    return 1e3 / (width * height**3)
+
+
+def resonance(Z):
+    ratio, damping = sides(Z, (0.2, 2), (1e-3, 0.1))
+    return 1 / np.sqrt((1 - ratio**2) ** 2 + (2 * damping * ratio) ** 2)
+
+
+def queue(Z):
+    arrivals, service = sides(Z, (0.1, 1), (1.001, 2))
+    return arrivals / (service * (service - arrivals))
+
+
+def second_order(Z):
+    load, length = sides(Z, (0, 0.3), (0.2, 1.8))
+    return 1 / np.maximum(1 - load * length**2, 1e-4) - 1
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (2, inverse_inertia),
+        (2, resonance),
+        (3, lambda Z: (1 / (Z + 1e-3)).sum(axis=1)),
+        *rarely(
+            (2, queue),
+            (2, second_order),
+            (2, lambda Z: 1 / (sides(Z, (1, 60), (4, 160))[0] * (4 + 156 * Z[:, 1]) ** 2)),
+            (2, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.1) + 1e-9)),
+            (3, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.3) + 1e-9) ** 2),
+            (2, lambda Z: np.tan(1.56 * Z[:, 0]) * (1 + Z[:, 1])),
+            (4, lambda Z: 1 / (Z[:, 0] + 0.002) ** 3 + Z[:, 1:].sum(axis=1)),
+        ),
+    ],
+)
+def test_beside_a_pole_predictions_are_those_of_a_reciprocal(case):
+    d, output = case
+    Z = lp_tau(128, d)
+    y = output(Z)
+    at = np.random.default_rng(0).random((1000, d))
+    errors = {}
+    for scale in scales(y, y, constraint=False):
+        fit = OutputFit.on_scale(Z, y, scale, 0.0)
+        process = fit.process(Z, scale.to(y))
+        mean = process(at)
+        width = 2 * process.deviation(at)
+        predicted = scale.back(np.array([mean - width, mean, mean + width]))
+        if scale.reciprocal:
+            assert np.abs(predicted).max() <= 2 * y.max()
+        errors[scale] = np.median(np.abs(predicted[1] - output(at)))
+    chosen = OutputFit.of(Z, y, y, constraint=False).scale
+    assert errors[chosen] <= 1.3 * min(errors.values())
