@@ -200,7 +200,7 @@ class ExecutorRunner(Runner):
     ) -> None:
         if hasattr(executor, "get_executor"):  # a client of Dask
             executor = executor.get_executor(pure=False)
-        if not hasattr(executor, "submit"):
+        if isinstance(executor, type) or not hasattr(executor, "submit"):
             rule = "an executor, which has a method submit, such as Dask's client.get_executor()"
             raise wrong_type("executor", rule, executor)
         if workers is None:
