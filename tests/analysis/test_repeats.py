@@ -181,6 +181,17 @@ def test_two_designs_have_the_probability_of_a_normal_difference():
     assert (frame["near_best"] == frame["best"]).all()  # a dominated one is not near
 
 
+def test_a_true_value_better_than_a_fixed_range_is_not_farther():
+    """A is nearer than B where max(0, z)² + 0.5² < 2.5² / 100 + 0.45², of z normal about 0."""
+    from scipy.stats import norm
+
+    errors = {"f1 standard error": [3.0, 0.0], "f2 standard error": [0.0, 0.0]}
+    table = TestTable.of([1, 2], np.zeros((2, 0)), [[0.0, 5.0], [2.5, 4.5]], outputs=errors)
+    frame = table.under(ranges={"f1": (0, 10), "f2": (0, 10)}).confidence()
+    a_is_nearer = norm.cdf(10 * np.sqrt(0.25**2 + 0.45**2 - 0.5**2) / 3)
+    assert frame["best"].to_numpy() == pytest.approx([a_is_nearer, 1 - a_is_nearer], abs=0.04)
+
+
 def test_shrunk_means_are_nearer_to_the_truth():
     generator = np.random.default_rng(3)
     t = generator.random(200)

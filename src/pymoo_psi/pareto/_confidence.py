@@ -78,7 +78,8 @@ def probabilities(
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         is_pareto = nondominated(sample)
         frame = ranking.frame.around(sample[is_pareto])
-        distance = frame.distances(sample)
+        # Of fixed ranges, a true value may lie beyond the best end: it is no farther than there.
+        distance = frame.distances(np.maximum(sample, frame.ideal))
         least = distance[is_pareto].min()
         if np.isinf(frame.scale).all():  # one design is the best in all: no other is near
             distance[~is_pareto] = np.inf
