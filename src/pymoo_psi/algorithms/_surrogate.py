@@ -230,7 +230,7 @@ class SurrogatePSI(PointAlgorithm):
         if runner.in_rounds or (runner.n_workers == 0 and not runner.elastic):
             is_asynchronous = False
         return SurrogateSource(
-            sequence.at(slice(0, self._n_first(model, store))),
+            sequence.at(slice(0, self._n_first(sequence, model, store))),
             n_points,
             model,
             executor,
@@ -240,15 +240,22 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous=is_asynchronous,
         )
 
-    def _n_first(self, model: Model, store: Store) -> int:
+    def _n_first(self, sequence: Points, model: Model, store: Store) -> int:
         """Return how many points of the sequence come first: fewer if other runs have tests."""
         if self._is_start_fixed:
             return self._n_sequence
-        n_others: int = 0
+        n_first = self._n_sequence
         if len(store.known()) == 0:  # a run that was begun goes on as it was
-            n_others = int(np.count_nonzero(model.space.are_near(store.others().X)))
-        n_others = store.remember_once("points left out of the sequence", n_others)
-        return max(self._n_sequence - n_others, 0)
+            others = store.others()
+            others = others.take(model.space.are_near(others.X))
+            n_first = max(self._n_sequence - len(others), 0)
+            designs = sequence.at(slice(0, n_first)).matrix(model.space)
+            if set(model.keys(designs)).issubset(model.keys(others.X)):
+                n_first = 0  # all are known: they would take the place of new tests
+        n_left_out = self._n_sequence - n_first
+        return self._n_sequence - int(
+            store.remember_once("points left out of the sequence", n_left_out)
+        )
 
 
 def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:

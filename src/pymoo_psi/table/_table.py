@@ -945,8 +945,14 @@ class TestTable(View, Shown):
         return columns
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
+        frame = self.take(np.arange(len(self))[:n]).to_frame()
+        results = result_columns(self.columns)
+        dropped = [results["pareto"]]  # that of ten rows is another one than that of all
+        for name in (results["violated"], results["reason"]):
+            if not frame[name].any():
+                dropped.append(name)
         headings = {column.name: column.heading for column in self.schema.columns}
-        return self.to_frame().head(n).rename(columns=headings), len(self)
+        return frame.drop(columns=dropped).rename(columns=headings), len(self)
 
     def to_csv(self, path: FilePath) -> None:
         """Write the table; :func:`read_table` reads it back without a change.
