@@ -221,6 +221,10 @@ def test_a_corrected_test_of_another_run_has_new_values(study_file):
     assert values(problem, first.X)[0][:, 0].tolist() == [7.0, first.F[1, 0]]
 
 
+class Noisy(Model):
+    noisy = True
+
+
 def recorded_values(path, X, name="F", **options):
     return Recorded(Model(**options), study=path).evaluate(X, return_values_of=[name])
 
@@ -229,6 +233,7 @@ def recorded_values(path, X, name="F", **options):
     ("make", "message"),
     [
         (lambda path: recorded_values(path, batch(), requires_kwargs=True), "on the design alone"),
+        (lambda path: Recorded(Noisy(), study=path), "on the design alone"),
         (lambda path: recorded_values(path, batch(), "dF"), "further numbers of the model, got 'dF'"),
         (lambda path: recorded_values(path, batch(), "lift"), "got 'lift'; evaluate the problem within"),
         (lambda path: recorded_values(path, batch(), vtype=int), "integer values"),

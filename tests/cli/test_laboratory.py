@@ -104,6 +104,8 @@ def test_two_files_in_turns_lose_nothing(alloy, told):
     assert "a file without those of tests 3, 6" in told(repeated.iloc[2:3], code=2)
     assert "Test 3 corrected: strength = 229 instead of 230." in told(repeated)
     assert stored() == ({1: 210, 2: 220, 3: 229, 5: 250, 6: 231.5}, 1)
+    with closing(sqlite3.connect("lab.db")) as db:  # the test that other runs look for
+        assert db.execute("SELECT repeat FROM tests WHERE test = 3").fetchone() == (1,)
 
 
 def test_a_later_result_corrects_the_former_one(alloy, said, told):

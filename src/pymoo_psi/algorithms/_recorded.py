@@ -121,7 +121,8 @@ class Recorded(WithTable, WrappedProblem):
             problem = with_requirements(problem)
             evaluated = problem
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
-        if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem):
+        is_noisy = getattr(evaluated, "noisy", False)
+        if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem) or is_noisy:
             rule = "one whose values depend on the design alone"
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)

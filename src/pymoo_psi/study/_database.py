@@ -397,6 +397,12 @@ class Database:
                 FROM block AS b) AS counted
             WHERE block.rowid = counted.row
         """)
+        # Other runs look for the first test of a design, which is missing while it is corrected.
+        self.db.execute("""
+            UPDATE block SET repeat = 1
+            WHERE rowid IN (SELECT min(rowid) FROM block GROUP BY design)
+                AND NOT EXISTS (SELECT 1 FROM tests WHERE design = block.design AND repeat = 1)
+        """)
 
     def _repeat_recurring(self, run: int) -> None:
         """Let a design of a noisy model that recurs in a run be tested again for its point."""
