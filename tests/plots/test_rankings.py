@@ -9,7 +9,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import TestTable, rank_of_efficiency
+from pymoo_psi import TestTable, explain, rank_of_efficiency
 from pymoo_psi._numbers import number
 from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table, save_figures
@@ -149,6 +149,13 @@ def test_a_row_is_that_of_the_table():
     assert "test 2" in texts(plot_ranking(table, row=1))
     refused("a feasible design", plot_ranking, table, row=0)
     refused("from 0 to 3", plot_ranking, table, row=4)
+
+
+def test_a_row_that_repeats_a_design_is_that_of_its_first_test():
+    """The design is ranked once, by its first feasible test."""
+    table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.1]], [[0, 4], [1, 1], [0, 4]])
+    assert texts(plot_ranking(table, row=2)) == texts(plot_ranking(table, row=0))
+    assert str(explain(table, design=3)) == str(explain(table, design=1))
 
 
 @pytest.mark.parametrize("width", [90, *rarely(180)])

@@ -573,3 +573,20 @@ def test_a_report_opens_what_a_page_opens(tmp_path):
     assert "1 incomplete design left out, the first in row 3" in Reader(report).text
     with pytest.raises(OSError, match="No such file"):
         decision_report(tmp_path / "k.db")
+
+
+def test_a_repeated_test_is_the_design_of_its_first_one():
+    """Each design is ranked once; a decision may name any of its tests."""
+    table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.1]], [[0, 4], [1, 1], [0, 4]])
+    assert decision_report(table, design=3).html() == decision_report(table, design=1).html()
+    positions = [
+        {"name": name, "chosen": chosen} for name, chosen in [("A", "test 1"), ("B", "test 3")]
+    ]
+    table = table.under(Decision(chosen="test 3", reason="measured twice", positions=positions))
+    report = decision_report(table)
+    assert str(report).startswith("Report on a choice: test 1 chosen")
+    assert "measured twice" in report.html()
+    assert separation_sentences(table) == []  # both want one design
+    others = [positions[1], {"name": "C", "chosen": "test 2"}]
+    apart, _ = separation_sentences(table.under(replace(table.decision, positions=others)))
+    assert apart.startswith("What separates")

@@ -26,6 +26,7 @@ from ._positions import latest_positions as latest_positions
 from ._positions import position_sentences as position_sentences
 from ._positions import positions_frame as positions_frame
 from ._positions import ranking_without_limits as ranking_without_limits
+from ._positions import rows_by_name as rows_by_name
 from ._positions import separation_sentences as separation_sentences
 from ._positions import text_beyond as text_beyond
 from ._positions import written_limits as written_limits

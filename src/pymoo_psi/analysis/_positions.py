@@ -158,20 +158,29 @@ def ranking_without_limits(table: TestTable) -> EfficiencyRanking:
     return free
 
 
+def rows_by_name(table: TestTable, ranking: EfficiencyRanking) -> dict[str, int]:
+    """Return the rows of tests in a ranking without limits, by name; a repeat has its design's."""
+    places = {row: place for place, row in enumerate(ranking.rows.tolist())}
+    ranked = table.under(limits={}, ranges={}).ranked_as.tolist()
+    rows = zip(table.names, ranked, strict=True)
+    return {name: places[row] for name, row in rows if row in places}
+
+
 def separation_sentences(table: TestTable) -> list[str]:
     """Return what separates the positions of a table's decision, and what costs all the least."""
     latest = latest_positions(table.decision.positions)
     if not latest:
         return []
     free = ranking_without_limits(table)
-    rows = {free.name_of(row): row for row in range(len(free.rows))}
+    rows = rows_by_name(table, free)
     positions = [position for position in latest if position["chosen"] in rows]
     sentences = []
     for k, one in enumerate(positions):
         for other in positions[:k]:
-            if one["chosen"] == other["chosen"]:
+            both = [rows[other["chosen"]], rows[one["chosen"]]]
+            if both[0] == both[1]:
                 continue
-            pair = compare_designs(free, rows=[rows[other["chosen"]], rows[one["chosen"]]])
+            pair = compare_designs(free, rows=both)
             sentences.append(pair.sentence("apart", 1, name=one["name"], holder=other["name"]))
     if sentences and table.feasible().any():
         choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]

@@ -544,7 +544,10 @@ def _row_of_design(design: Any, F: Any, ranking: EfficiencyRanking) -> int:
 
 
 def ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
-    """Return the row in the ranking of a row of F; of a table only feasible designs are ranked."""
+    """Return the row in the ranking of a row of F.
+
+    Of a table only feasible designs are ranked, and each once, by its first test.
+    """
     ranked = np.arange(len(ranking.rows))
     last = len(ranked) - 1
     if source_type(F) == "table":
@@ -552,6 +555,8 @@ def ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
         last = len(F) - 1
     if integer(name, row, minimum=0) > last:
         raise invalid(name, f"a row of F, from 0 to {last}", row)
+    if source_type(F) == "table":
+        row = int(F.ranked_as[row])
     if row not in ranked:
         received = Received(f"{F.names[row]}, which is {F.status[row]}")
         remedy = "violations() and reasons of the table say why"

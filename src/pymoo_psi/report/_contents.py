@@ -34,6 +34,7 @@ from pymoo_psi.analysis import (
     limit_words,
     positions_frame,
     ranking_without_limits,
+    rows_by_name,
     switching_values,
     text_beyond,
     within_limits,
@@ -45,6 +46,7 @@ from pymoo_psi.pareto import (
     compare_designs,
     explain,
     listed,
+    ranked_row,
     representatives,
     weight_shares,
     within_range,
@@ -107,7 +109,7 @@ class Choice:
         self.word, self.noun = "proposed", "proposal"
         chosen = table.decision.chosen
         if chosen is not None:
-            self.row = self.ranking.rows.tolist().index(table.names.index(chosen))
+            self.row = ranked_row("design", table.names.index(chosen), table, self.ranking)
             self.word, self.noun = "chosen", "choice"
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
@@ -232,14 +234,14 @@ class Choice:
         if not latest:
             return
         free = ranking_without_limits(table)
-        rows = {free.name_of(row): row for row in range(len(free.rows))}
+        rows = rows_by_name(table, free)
         records: Any = positions_frame(table).to_dict("records")
         for record in records:
             name = record["choice"]
             text = "Not among the designs."
             if name == "none":
                 text = "No choice."
-            elif name == self.name:
+            elif name in rows and rows[name] == rows[self.name]:
                 text = f"The {self.noun}."
             elif name in rows:
                 pair = compare_designs(free, rows=[rows[name], rows[self.name]])

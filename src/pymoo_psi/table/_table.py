@@ -300,6 +300,23 @@ class TestTable(View, Shown):
         """
         return self._repeated(np.arange(len(self)))
 
+    @property
+    def ranked_as(self) -> Rows:
+        """``(n,)`` the row as which each test is ranked: of a repeated design, that of the first.
+
+        It is that of the first feasible one; a test that is not feasible is not ranked, and has its
+        own row.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
+            >>> table.ranked_as
+            array([0, 1, 0])
+        """
+        result = np.arange(len(self))
+        rows = np.flatnonzero(self.feasible())
+        result[rows] = rows[self._firsts(rows)]
+        return result
+
     def violations(self) -> tuple[Mask, tuple[str, ...]]:
         """Return which constraints and limits each design violates, and their names.
 

@@ -303,10 +303,14 @@ class View:
 
         The design is that of all variables, also of those that the formulation makes objectives.
         """
+        return self._firsts(rows) < np.arange(len(rows))
+
+    def _firsts(self, rows: Rows) -> Rows:
+        """Return for each of some tests which of them is the first that it repeats, or itself."""
         variables = self.evaluated.variables
-        repeats = np.zeros(len(rows), dtype=bool)
+        result = np.arange(len(rows))
         if not variables:  # no design equals another
-            return repeats
+            return result
         # A row with an objective that occurs once occurs once. Here, NaN is a number like others.
         firsts = np.zeros(len(rows))
         if self.schema.objectives:
@@ -319,5 +323,5 @@ class View:
         for name in self.evaluated.notes:
             if name not in NOT_OF_DESIGNS:
                 parts.append(map(str, self.data[name][rows]))
-        repeats[places] = first_of(zip(*parts, strict=True)) < np.arange(len(rows))
-        return repeats
+        result[places] = places[first_of(zip(*parts, strict=True))]
+        return result
