@@ -225,6 +225,7 @@ def test_every_column_stays_a_column():
         ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(omitted="),
         ({"mass": (2, 1)}, r"'mass' in limits must be \(lower, upper\) in increasing order, got \(2, 1\)"),
         ({"mass": (-np.inf, -np.inf)}, r"in increasing order, got \(-inf, -inf\)"),
+        ({"mass": Limit(3.0, 1.0)}, r"in increasing order, got \(3, 1\)"),
         ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),
         ({"mas": 1}, "did you mean 'mass'"),
     ],

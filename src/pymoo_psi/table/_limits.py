@@ -82,7 +82,10 @@ class Limit(NamedTuple):
         """
         argument = f"{column!r} in limits"
         if isinstance(value, Limit):
-            return value
+            if value.texts is not None:
+                return value
+            ends = _end(argument, value.lower), _end(argument, value.upper)
+            return value._replace(lower=ends[0], upper=ends[1])._checked(argument)
         if isinstance(value, str):
             if re.search("[<>=]", value):
                 sides = sides_of_text(argument, value)
