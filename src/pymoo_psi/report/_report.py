@@ -171,7 +171,7 @@ def decision_report(
         row = table.row_of(design)
         if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
-        row = table.ranked_as[row]
+        row = int(table.ranked_as[row])
         if table.names[row] != chosen:
             table = table.under(replace(table.decision, chosen=table.names[row], reason=""))
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
