@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pymoo_psi.cli import main
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Decision, Formulation
@@ -165,3 +166,25 @@ def test_small_distances_are_no_zeros(said):
     printed = said("rank", "set.csv", "--long", "--no-normalize")
     distances = re.findall(r"^\w +\d +\S+e-6 +\S+e-6 +(\S+)", printed, re.MULTILINE)
     assert distances == ["1.4142e-6", "2e-6", "3e-6"]
+
+
+def test_a_file_may_be_called_as_an_option(capsys):
+    assert main(["rank", "study_key.csv"]) == 2
+    assert "error: study_key.csv: No such file" in capsys.readouterr().err
+
+
+def test_an_objective_may_be_called_row(said):
+    Path("set.csv").write_text("row,cost,mass\n5,1,4\n3,2,2\n9,3,1\n")
+    printed = said("rank", "set.csv", "--objectives", "row,cost", "--long", "--out", "out.csv")
+    heading = next(line for line in printed.splitlines() if "place" in line)
+    assert heading.split()[:2] == ["design", "place"]
+    assert "row ↓" in heading
+    assert sorted(pd.read_csv("out.csv")["row"]) == [3, 5, 9]
+
+
+def test_a_text_called_row_is_beside_the_numbers_of_rows(said):
+    Path("set.csv").write_text("name,row,cost,mass\nA,upper,1,4\nB,lower,2,2\nC,upper,3,1\n")
+    said("rank", "set.csv", "--out", "out.csv")
+    frame = pd.read_csv("out.csv").sort_values("row")
+    assert frame["row"].tolist() == [1, 2, 3]
+    assert frame["row (source)"].tolist() == ["upper", "lower", "upper"]

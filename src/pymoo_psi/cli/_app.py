@@ -554,7 +554,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error(f"pymoo-psi: interrupted; {remark}")
         return _INTERRUPTED
     # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    line = " ".join(message.split()).replace("study_key", "--study-key")
+    line = " ".join(message.split()).replace("its study_key,", "its --study-key,")
     print_error(f"pymoo-psi: error: {_RECOMMENDED.sub(_as_option, line)}")
     return 2
 

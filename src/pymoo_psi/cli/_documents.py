@@ -63,7 +63,7 @@ from pymoo_psi.pareto import (
     weights_sentence,
     wrapped,
 )
-from pymoo_psi.table import POINT, RUN, TEST, Column, TestTable
+from pymoo_psi.table import POINT, RUN, TEST, Column, Schema, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,23 +82,35 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
         only_pareto: Whether dominated designs are left out.
 
     Returns:
-        Columns: ``place``; ``test`` or, of a file, ``row``; texts carried along;
+        Columns: ``place``; ``test`` or, of a file, ``row`` unless values have this name; texts
+        carried along;
         variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``
         unless dominated designs are left out.
     """
     ranking = table.feasible_ranking()
     designs = table.take(ranking.rows)
     schema = designs.schema
-    number = TEST if schema.label is None else "row"
-    columns: Values = {number: designs.numbers}
-    for name in (*designs.schema.notes, *schema.variables, *schema.objectives, *schema.outputs):
-        columns[_beside_ranking(name)] = designs.column(name)
+    columns: Values = {}
+    if schema.label is None:
+        columns[TEST] = designs.numbers
+    elif _has_row_numbers(schema):
+        columns["row"] = designs.numbers
+    for name in (*schema.notes, *schema.variables, *schema.objectives, *schema.outputs):
+        column = _beside_ranking(name)
+        if name == "row" and name in schema.notes and name != schema.label:
+            column = f"{name} (source)"
+        columns[column] = designs.column(name)
     frame = ranking_frame(ranking, columns)
     if only_pareto:
         frame = frame[frame["pareto"]].drop(columns="pareto")
     if out is not None:
         write_frame(frame, out, designs)
     return frame
+
+
+def _has_row_numbers(schema: Schema) -> bool:
+    """Whether the ranking of a file numbers its rows: the name may be that of values."""
+    return "row" not in {*schema.names} - {*schema.notes}
 
 
 def _beside_ranking(name: str) -> str:
@@ -193,7 +205,8 @@ def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
     label = table.schema.label
     if label not in (None, "row"):
         labels = frame.pop(label)
-        frame = frame.drop(columns="row")
+        if _has_row_numbers(table.schema):
+            frame = frame.drop(columns="row")
         frame.insert(0, label, labels)
     frame.insert(1, "place", places)
     return frame.rename(columns={column.name: _heading(column) for column in table.schema.columns})
