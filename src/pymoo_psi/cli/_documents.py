@@ -97,9 +97,12 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
         columns["row"] = designs.numbers
     for name in (*schema.notes, *schema.variables, *schema.objectives, *schema.outputs):
         column = _beside_ranking(name)
-        if name == "row" and name in schema.notes and name != schema.label:
+        cells = designs.column(name)
+        is_text = name in schema.notes and name != schema.label
+        # Numbers called row are those of an earlier ranking, and are kept.
+        if name == "row" and is_text and not all(str(cell).isdecimal() for cell in cells):
             column = f"{name} (source)"
-        columns[column] = designs.column(name)
+        columns[column] = cells
     frame = ranking_frame(ranking, columns)
     if only_pareto:
         frame = frame[frame["pareto"]].drop(columns="pareto")
