@@ -592,3 +592,13 @@ def test_a_repeated_test_is_the_design_of_its_first_one():
     others = [positions[1], {"name": "C", "chosen": "test 2"}]
     apart, _ = separation_sentences(table.under(replace(table.decision, positions=others)))
     assert apart == "C (test 2) against B (test 1): f2 3 lower. But f1 1 higher."
+
+
+@undrawn
+def test_the_rule_for_a_date_stays_beside_the_word():
+    """On a narrow screen the lines for signatures wrap; word and rule are one box."""
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[0, 4], [1, 1]])
+    report = decision_report(table).html()
+    box = '<span class="date"><span>date</span><span class="rule"></span></span>'
+    assert report.count("<span>date</span>") == report.count(box) == 4
+    assert ".sign .date { display: flex; flex: none;" in report
