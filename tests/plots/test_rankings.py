@@ -71,6 +71,15 @@ def test_few_lines_have_names_and_darker_ones_are_explained(n, last, width):
     assert len(named) == (n if n <= 8 else 1)
 
 
+@pytest.mark.parametrize(
+    ("n", "key"), [(21, ["places up to 10", "10 more not dominated"]), (9, ["places up to 8"])]
+)
+def test_the_key_tells_places_and_not_how_many_designs_have_them(n, key):
+    x = np.linspace(0, 1, n)
+    figure = plot_ranking(np.column_stack([x, 1 - x]))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == key
+
+
 def test_lines_go_from_worst_to_best_values(ranking, page):
     lines, ax = lines_of(page)
     drawn = np.array([line[:, 0] for line in lines])
@@ -101,6 +110,7 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     assert decades == ["100", "1000", "10⁴", "10⁵", "better →"]
     axes = shown(plot_objectives(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert axes.get_xlabel() == "← life, log, less is better"
 
 
 def test_figures_take_what_is_ranked_or_read():

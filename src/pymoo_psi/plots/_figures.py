@@ -281,7 +281,7 @@ def plot_objectives(
     points = points_of_table(table, names, marked)
     with pair_panels(pairs) as (figure, planes):
         for ax, first, second in planes:
-            points.draw(ax, first, second)
+            points.draw(ax, first, second, is_marked_apart=True)
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
         add_key(figure, *(ax for ax, *_ in planes))
@@ -358,6 +358,7 @@ def plot_ranking(
     if is_few:
         nearest = _NEAREST
     is_near = ranking.place[front] <= nearest
+    last = ranking.place[front][is_near].max()
     word = ""
     if values:
         word = "proposed" if marked == best else "marked"
@@ -368,7 +369,7 @@ def plot_ranking(
     with new_figure(60 + n * height) as figure:  # its height follows from the names
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
-        _draw_lines(ax, places[front], is_near)
+        _draw_lines(ax, places[front], is_near, last)
         named = list(styles)
         if is_few:
             named = list(dict.fromkeys([*styles, *front[::-1].tolist()]))
@@ -395,7 +396,7 @@ def plot_ranking(
             measure = "in its fixed range"
         darker = ""
         if not is_near.all():
-            darker = f"Places up to {ranking.place[front][is_near].max()} are darker."
+            darker = f"Places up to {last} are darker."
         figure.describe(
             title,
             f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "
@@ -456,8 +457,15 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
     return places
 
 
-def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
-    """Draw a line for each of ``(n, m)`` designs, the fainter the more there are."""
+def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
+    """Draw a line for each of ``(n, m)`` designs, the fainter the more there are.
+
+    Args:
+        ax: The axes.
+        places: ``(n, m)`` where they are in each row.
+        is_near: ``(n,)`` which of them are darker.
+        last: The last place of those.
+    """
     n, m = places.shape
     faint = min(1.0, max(_FAINTEST, _MANY / n))
     shades = np.where(is_near, *_SHADES)
@@ -475,9 +483,10 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask) -> None:
         for line, shade in zip(places, shades, strict=True):
             ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
     else:
-        n_near = is_near.sum()
-        ax.plot([], [], color=_SHADES[0], label=f"places up to {n_near}")
-        ax.plot([], [], color=_SHADES[1], label=f"{n - n_near} other designs")
+        n_more = n - is_near.sum()
+        ax.plot([], [], color=_SHADES[0], label=f"places up to {last}")
+        if n_more:
+            ax.plot([], [], color=_SHADES[1], label=f"{n_more} more not dominated")
 
 
 def _name_lines(

@@ -160,12 +160,20 @@ class Points:
     named: Mapping[int, str] = field(default_factory=dict)
     word: str = ""
 
-    def draw(self, axes: Axes, first: str, second: str) -> None:
-        """Draw the designs over two columns, with the limits and what is beyond them."""
+    def draw(self, axes: Axes, first: str, second: str, *, is_marked_apart: bool = False) -> None:
+        """Draw the designs over two columns, with the limits and what is beyond them.
+
+        Args:
+            axes: The axes.
+            first: Name of the column across.
+            second: Name of the column upwards.
+            is_marked_apart: Whether the key counts the marked design by its own mark only.
+        """
         x = self.columns[first]
         y = self.columns[second]
         visible = x.visible & y.visible
-        for row in list(self.named)[:1]:
+        marked = list(self.named)[:1]
+        for row in marked:
             axes.plot(x.places[row], y.places[row], label=self.word, **_MARKED)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
@@ -179,7 +187,12 @@ class Points:
                     "linestyle": "none",
                     "rasterized": n > _RASTERIZED,
                 }
-                axes.plot(x.places[rows], y.places[rows], label=f"{n} {name}", **looks)
+                label = f"{n} {name}"
+                if is_marked_apart and mask[marked].any():
+                    label = f"{n - 1} more {name}"
+                    if n == 1:
+                        label = "_"  # not in the key
+                axes.plot(x.places[rows], y.places[rows], label=label, **looks)
         if PARETO in self.groups and x.sign * y.sign != 0:
             _draw_front(axes, x, y, visible & self.groups[PARETO][1])
         x.set_axis(axes, "x")
@@ -197,7 +210,8 @@ class Points:
             rows = rows & is_drawn
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
-                axes.plot(across, np.clip(y.places[rows], *y.ends), marker, **_OUTSIDE)
+                up = np.clip(y.places[rows], *y.ends)
+                axes.plot(across, up, marker, label="outside the axes", **_OUTSIDE)
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write the names of designs beside them, the first one in the accent."""
@@ -234,8 +248,8 @@ def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
     front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
     front = front[np.argsort(x.sign * u[front], kind="stable")]
     across, up = u[front].repeat(2)[1:], v[front].repeat(2)[:-1]
-    style: Style = {"color": "0.6", "linewidth": 0.8, "zorder": 2.5}
-    axes.plot(across, up, label="best of the two objectives", **style)
+    style: Style = {"color": "0.6", "linewidth": 0.8, "zorder": 3.2}
+    axes.plot(across, up, label="best trade-offs of the two", **style)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
@@ -283,10 +297,16 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     columns = {name: _column(table, name, rows[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
+    n_limits = len(table.schema.constraints)
+    for limit in table.limits.values():
+        n_limits += max(int(np.isfinite(limit[:2]).sum()), 1)  # one of texts has no ends
+    beyond = "beyond the limits"
+    if n_limits == 1:
+        beyond = "beyond the limit"
     groups = {
         PARETO: (_PARETO, pareto),
         "dominated": (_DOMINATED, feasible & ~pareto),
-        "beyond the limits": (_INFEASIBLE, ~feasible & (table.status != "failed")),
+        beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
     named = {row: table.names[row] for row in list(dict.fromkeys(rows))[:NAMED]}
     return Points(columns, groups, named, word)
@@ -327,6 +347,8 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         if has_errors(table):
             errors = table.column(error_column(name))
     label = column.heading if sign == 0 else with_unit(name, column.unit)
+    if is_log:
+        label += ", log"
     limits = (limit.lower, limit.upper)
     return Column(values, (low, high), label, (), is_log, limits, sign, errors, column.unit)
 

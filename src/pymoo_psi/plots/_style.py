@@ -53,7 +53,8 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = (_BESIDE, _BESIDE + _LINE, _BESIDE + 2 * _LINE)
+_REACHES = tuple(_BESIDE + k * _LINE for k in range(5))
+_FARTHEST = 30.0  # points from a point to its name, but for the first name
 _LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
@@ -64,8 +65,8 @@ _APART = 2.0  # a name without such a line is that many times as far from other 
 _GAP = 5.0  # points between names on a line
 _EDGE = 1.5  # and from the edge of the axes
 _MARK = 4.0  # half the size of a marker, in points
-_CROWDED = 4.0  # a point at the line to a name is as bad as so many points of distance
-_BAD = 1000.0  # and a point or a line in its way as so many
+_BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
+_CLEAR = 1.0  # points from a line to a name, and to the line to a name
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
@@ -501,7 +502,7 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
             if cost < most:
                 most = cost
                 best = box
-        most = _BAD
+        most = _FARTHEST
         name.set_visible(best is not None)
         if best is not None:
             name.xyann = tuple((best.p0 - dots[row]) / point + 1)
@@ -558,13 +559,13 @@ def _cost(
     n_bad = np.sum(away < _MARK * point)
     if _BAD * n_bad >= most:
         return np.inf
-    for path in paths:
-        n_bad += path.intersects_bbox(box, filled=False)
-        n_bad += path.intersects_path(way, filled=False)
+    for path in paths:  # ways are upright or level, so that one along a line overlaps it
+        for part in (box, way.get_extents()):
+            n_bad += path.intersects_bbox(part.padded(_CLEAR * point), filled=False)
     if distance < _LED * point:  # without a leader it would name the nearest point
         n_bad += (away < _APART * distance).any()
-    n_near = np.sum(_distance(others, way.get_extents()) < 2 * point)
-    return float(distance / point + _CROWDED * n_near + _BAD * n_bad)
+    n_bad += np.sum(_distance(others, way.get_extents()) < 2 * point)
+    return float(distance / point + _BAD * n_bad)
 
 
 def literal(name: object, most: int = 40) -> str:
