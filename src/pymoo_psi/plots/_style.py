@@ -560,8 +560,8 @@ def _cost(
     if _BAD * n_bad >= most:
         return np.inf
     for path in paths:  # ways are upright or level, so that one along a line overlaps it
-        for part in (box, way.get_extents()):
-            n_bad += path.intersects_bbox(part.padded(_CLEAR * point), filled=False)
+        for part, weight in ((box, 2), (way.get_extents(), 1)):
+            n_bad += weight * path.intersects_bbox(part.padded(_CLEAR * point), filled=False)
     if distance < _LED * point:  # without a leader it would name the nearest point
         n_bad += (away < _APART * distance).any()
     n_bad += np.sum(_distance(others, way.get_extents()) < 2 * point)
