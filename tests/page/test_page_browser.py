@@ -524,7 +524,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     switched = row.inner_text().replace("\xa0", " ").split(", ")[1].split(" is proposed")[0]
     if row.locator("h3").count():
         switched = row.locator("h3 button").inner_text()
-    row.get_by_label("Set: mass, at most").focus()
+    row.get_by_label("Set this limit: mass, at most").focus()
     reader.press("Enter")
     assert reader.ask("D.data.names[D.verdict.row]") == switched
     reader.until("D.resting")  # who works by keys stays where the limit was
@@ -916,6 +916,25 @@ def test_exported_texts_are_no_formulas(show, tmp_path):
     assert {float(row["'-a"]) for row in exported} == set(a)
     for name in ("note", "id"):
         assert {row[name] for row in exported} == {INERT[cell] for cell in frame[name]}
+
+
+def test_columns_named_as_those_of_an_export_come_back(show, tmp_path):
+    """Objectives, notes and labels keep their names, and decisions with them hold."""
+    frame = pd.DataFrame(
+        {"place": ["A", "B", "C"], "mark": [1, 2, 3], "mark (pymoo-psi)": [3, 2, 0], "mu1": ["u", "v", "w"]}
+    )  # fmt: skip
+    for formulation in (
+        Formulation(["mark", "mark (pymoo-psi)"], maximize=["mark"], units={"mark": "kg"}),
+        Formulation(["mark", "mark (pymoo-psi)"], limits={"mark": (None, 2.5)}),
+    ):
+        table = read_table(frame, formulation)
+        text = show(decision_page(table)).export(tmp_path / "e.csv")
+        heads = next(csv.reader(io.StringIO(text)))
+        assert len({*heads}) == len(heads)
+        back = read_table(tmp_path / "e.csv", formulation)
+        assert back.schema.objectives == table.schema.objectives
+        assert {*back.names} <= {*table.names}
+        assert {*back.columns} == {*table.columns}
 
 
 def fronts(n, m=4):

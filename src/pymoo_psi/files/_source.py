@@ -67,6 +67,7 @@ from pymoo_psi.table import (
     Limit,
     Schema,
     TestTable,
+    added_columns,
     blank,
     decision_of,
     first_of,
@@ -77,8 +78,6 @@ from pymoo_psi.table import (
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = (TEST, "test_point", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
-# Columns that follow from others in what we wrote. Other people's mean something else.
-_OF_RANKINGS = (*RANKING_COLUMNS, "mark")
 # By these a ranking is recognized, and by its marks what a page has exported.
 _DISTANCES = ("mu1", "mu2", "mu3")
 _MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
@@ -327,8 +326,10 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     columns = cells.columns
     if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
         derived = RESULTS
-    elif {*_DISTANCES} <= {*columns} or _has_marks(columns):
-        derived = _OF_RANKINGS
+    elif _has_marks(columns):
+        derived = added_columns(columns, present=True)
+    elif {*_DISTANCES} <= {*columns}:
+        derived = RANKING_COLUMNS
     is_stated = head.get("objectives") or formulation.objectives
     if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
         raise UnfitError(
@@ -340,8 +341,8 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     if derived == RESULTS:
         is_ok = [status == "ok" for status in columns["status"]]
         cells = cells.kept(is_ok, "not feasible")
-    elif derived and "mark" in columns:  # exported by the page
-        is_design = [mark != "prototype" for mark in columns["mark"]]
+    elif derived and derived != RANKING_COLUMNS:  # exported by the page
+        is_design = [mark != "prototype" for mark in columns[derived[1]]]
         cells = cells.kept(is_design, "prototypes of a page")
     if is_file:
         texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
@@ -353,9 +354,10 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
 
 def _has_marks(columns: Mapping[str, Any]) -> bool:
     """Whether columns are those of an export of the page."""
-    if not {"place", "mark"} <= {*columns}:
+    place, mark = added_columns(columns, present=True)
+    if not {place, mark} <= {*columns}:
         return False
-    return all(_MARK.fullmatch(str(mark)) for mark in columns["mark"])
+    return all(_MARK.fullmatch(str(cell)) for cell in columns[mark])
 
 
 # The columns and their roles

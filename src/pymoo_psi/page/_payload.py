@@ -17,7 +17,16 @@ from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.sequences import lp_tau
-from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, TEST, Decision, Kind, TestTable
+from pymoo_psi.table import (
+    POINT,
+    PROPOSAL_ROUND,
+    RUN,
+    TEST,
+    Decision,
+    Kind,
+    TestTable,
+    added_columns,
+)
 
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
@@ -99,26 +108,28 @@ def payload(
 def _export(table: TestTable, columns: Sequence[Values]) -> Values:
     """Return what the metadata of an export say of its columns (CSVW), and the roles of these."""
     schema = table.schema
-    names = [column["name"] for column in columns]
     label = schema.label or TEST
+    names = [label, *(column["name"] for column in columns)]
+    # What we add is named apart, so that no name of the user's changes.
+    place, mark = added_columns([*names, *(column["label"] for column in columns)])
     kind = "string"
     if all(isinstance(one, int) for one in _labels(table)):
         kind = "integer"
     described: list[Values] = [
-        {"titles": "place", "datatype": "integer"},
-        {"titles": _apart(label), "datatype": kind},
+        {"titles": place, "datatype": "integer"},
+        {"titles": label, "datatype": kind},
     ]
     for column in columns:
         title = column["label"]
         if title in names:  # perhaps of another column
-            title = _apart(column["name"])
+            title = column["name"]
         entry = {"titles": title, "datatype": "number"}
         if column["texts"] is not None:
             entry["datatype"] = "string"
         if column["unit"]:
             entry["schema:unitText"] = column["unit"]
         described.append(entry)
-    described.append({"titles": "mark", "datatype": "string"})
+    described.append({"titles": mark, "datatype": "string"})
     head = {
         "pymoo_psi_designs": 1,
         "objectives": schema.objectives,
@@ -128,13 +139,6 @@ def _export(table: TestTable, columns: Sequence[Values]) -> Values:
         "units": schema.units,
     }
     return {"head": head, "columns": described}
-
-
-def _apart(name: str) -> str:
-    """Return the heading of a column in an export, whose first column is the place."""
-    if name == "place":
-        return "place (text)"
-    return name
 
 
 def _points(n_dim: int) -> list[str]:

@@ -93,7 +93,7 @@ const axes = (() => {
     if (!isFew) former = drawDensity(g, colour, shownRows, data.total, [0.2, 120], countLines, former)
     else {
       lines(g, shownRows, {strokeStyle: colour, globalAlpha: 0.4, lineWidth: 1})
-      lines(g, nearest(), {strokeStyle: colour, lineWidth: 1.2})
+      lines(g, ranking.byPlace.subarray(0, 3), {strokeStyle: colour, lineWidth: 1.2})
     }
     for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
     for (const {row, look} of marks) {

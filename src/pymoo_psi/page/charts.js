@@ -4,7 +4,6 @@ let columnsShown = null // the columns of the axes, top down; null where they ha
 let shownRows = [] // the designs that charts show
 let marks = [] // {row, look} of those that are drawn large above all
 let hoveredRow = -1
-const nearest = () => ranking.byPlace.subarray(0, 3) // designs whose lines are darker
 
 function markDesigns() {
   marks = [...data.prototypes].map((row) => ({row, look: "prototype"}))

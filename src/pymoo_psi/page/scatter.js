@@ -63,11 +63,10 @@ const scatter = (() => {
     const [w, h] = frame()
     const [x, y] = [placing(scales[0], LEFT, LEFT + w, 0), placing(scales[1], TOP + h, TOP, 0)]
     const [xs, ys] = columns.map(({values}) => values)
-    const [a, b] = scales
     u = (row) => x(xs[row])
     v = (row) => y(ys[row])
     isKnown = (row) => xs[row] === xs[row] && ys[row] === ys[row]
-    isInside = (row) => xs[row] >= a.low && xs[row] <= a.high && ys[row] >= b.low && ys[row] <= b.high
+    isInside = (row) => scales.every(({low, high}, k) => columns[k].values[row] >= low && columns[k].values[row] <= high)
   }
 
   // What is proposed or looked at stays where it is.
@@ -159,8 +158,9 @@ const scatter = (() => {
     }
     for (const {row, look} of marks) if (isKnown(row)) drawShape(g, LOOKS[look], u(row), v(row))
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "higher" : "lower"} ${name}`)
+    const undrawn = data.n - left.count - rejected.length
     renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}. `, lines.length && "The line is the front of these two. ",
-      rejected.length && "Grey dots are rejected.")
+      rejected.length && `Filled grey dots: beyond the limits${undrawn ? `; ${exact(undrawn)} more lie outside of the axes` : ""}. `, left.count > shownRows.length && "Dominated designs are not drawn.")
   }
 
   // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
@@ -168,7 +168,7 @@ const scatter = (() => {
     const known = picked(shownRows, isKnown)
     const beyond = known.length - picked(known, isInside).length
     const missing = shownRows.length - known.length
-    const words = [beyond && `${exact(beyond)} beyond the edge`, missing && `${exact(missing)} without a value`]
+    const words = [beyond && `${exact(beyond)} outside of the axes`, missing && `${exact(missing)} without a value`]
     drawText(g, words.filter(Boolean).join(", "), size.width - RIGHT, size.height - BOTTOM - 9, "right", INK.accent)
     drawn = {points: known.length, missing, beyond}
   }
@@ -182,7 +182,7 @@ const scatter = (() => {
     const wanted = [...[...marked].reverse(), ...verdict?.steps.map(({row}) => row) ?? []]
     const further = [...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...holders.keys()].filter((row) => left.mask[row])
     const rows = [...new Set([...wanted, ...further])].filter(isInside)
-    const others = shownRows.length <= MOST_OBSTACLES ? [...shownRows].filter(isInside) : []
+    const others = shownRows.length <= MOST_OBSTACLES ? picked(shownRows, isKnown) : []
     const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12}))
     boxes = []
     const ties = []
@@ -192,9 +192,9 @@ const scatter = (() => {
       const words = wrapped(g, [called(row), ...people].join(" · "), frame()[0] * 0.6)
       const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
       const taken = [...points, ...boxes, ...ties]
-      const fits = (one) => isNearest(one, points) && one.tie.every((spot) => isFree(spot, taken))
-      let name = places.find((one) => isFree(one, [...taken, ...lines]) && fits(one)) ?? places.find((one) => isFree(one, taken) && fits(one))
-      if (wanted.includes(row)) name ??= places.find((one) => one.tie.length && isFree(one, boxes))
+      const fitting = places.filter((one) => isFree(one, taken) && isNearest(one, points) && one.tie.every((spot) => isFree(spot, taken)))
+      let name = fitting.find((one) => isFree(one, lines)) ?? fitting[0]
+      if (wanted.includes(row)) name ??= places.find((one) => one.tie.length && isFree(one, [...boxes, ...ties]))
       if (!name) continue
       boxes.push(name)
       ties.push(...name.tie)
@@ -205,13 +205,13 @@ const scatter = (() => {
     g.font = FONT
   }
 
-  const isFree = (a, others) => !others.some((b) => a.row !== b.row && a.x < b.x + b.width + 2 && b.x < a.x + a.width + 2 && a.y < b.y + b.height && b.y < a.y + a.height)
+  const isFree = (a, others) => !others.some((b) => a.row !== b.row && a.x < b.x + b.width + 6 && b.x < a.x + a.width + 6 && a.y < b.y + b.height && b.y < a.y + a.height)
   // The place in a box that is nearest to a point, and how far it is.
   function nearestIn({x, y, width, height}, row) {
     const [across, down] = [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
     return [across, down, hypot(across - u(row), down - v(row))]
   }
-  const isNearest = (box, points) => points.every(({row}) => row === box.row || nearestIn(box, row)[2] > min(nearestIn(box, box.row)[2], 14) + 3)
+  const isNearest = (box, points) => points.every(({row}) => nearestIn(box, row)[2] >= nearestIn(box, box.row)[2])
 
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
   function placesOf(row, words, width) {
@@ -238,7 +238,6 @@ const scatter = (() => {
     if (!size.width) return
     const g = clean(0)
     lay()
-    place()
     drawAxes(g)
     const shown = JSON.stringify([scales, size, LEFT])
     if (shown !== formerScales) former = undefined
@@ -262,8 +261,8 @@ const scatter = (() => {
   }
 
   function rowAt(x, y) {
-    const name = boxes.find((box) => x >= box.x && x <= box.x + box.width && y >= box.y && y <= box.y + box.height)
-    return name ? name.row : nearestRow(9, (row) => hypot(u(row) - x, v(row) - y))
+    return boxes.find((box) => x >= box.x && x <= box.x + box.width && y >= box.y && y <= box.y + box.height)?.row
+      ?? nearestRow(9, (row) => hypot(u(row) - x, v(row) - y))
   }
 
   listenTo(area, rowAt)

@@ -50,15 +50,15 @@ function showVerdict() {
 function showCounts() {
   const set = entriesOf(state.limits).length
   const within = set ? ` within the limit${set > 1 ? "s" : ""}` : ""
-  renew("count", left.count === 0 ? "No design is left"
+  renew("count", !left.count ? "No design is left"
     : set ? `${exact(left.count)} of ${exact(data.n)}${within}` : counted(data.n, "design"))
-  $("count").classList.toggle("warning", left.count === 0)
+  $("count").classList.toggle("warning", !left.count)
   // Not disabled in earnest: a key that is held would go on with the button beside it.
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   const measure = state.fixed ? "the fixed range" : "the thick part of an axis, from their worst to their best value"
-  renew("foot", shownRows.length > 1 && [`Lines and dark ticks: the ${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}. `,
+  renew("foot", shownRows.length > 1 && [`Lines and dark ticks: the ${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}; places 1 to 3 are darker. `,
     make("span.screen", "Point at one for its name. "), `Per cent: of ${measure}.`])
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
@@ -68,8 +68,11 @@ function showCounts() {
 let changes = []
 const changeTo = (row) => changes.find(([, one]) => one.row === row && !one.looser)?.[1]
 const tried = ({exact}) => exact ? "" : " (of values tried)"
-const setButton = ({name, end, next}) => button("Set", () => setLimit(data.by.get(name), numericLimit(data.by.get(name)).with(end, next)),
-  {ariaLabel: `Set: ${name}, ${end ? "at most" : "at least"} ${valueText(data.by.get(name), next)}`})
+function setButton({name, end, next}) {
+  const column = data.by.get(name)
+  return button("Set this limit", () => setLimit(column, numericLimit(column).with(end, next)),
+    {ariaLabel: `Set this limit: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`})
+}
 
 function showSteps() {
   const {steps} = verdict ?? {steps: []}

@@ -38,6 +38,7 @@ from ._schema import RESULTS as RESULTS
 from ._schema import RUN as RUN
 from ._schema import TEST as TEST
 from ._schema import VARIABLE as VARIABLE
+from ._schema import added_columns as added_columns
 from ._schema import column_names as column_names
 from ._schema import error_column as error_column
 from ._schema import headings_of as headings_of

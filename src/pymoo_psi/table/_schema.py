@@ -456,6 +456,22 @@ def result_columns(names: Collection[str]) -> dict[str, str]:
     return columns
 
 
+def added_columns(names: Collection[str], *, present: bool = False) -> tuple[str, str]:
+    """Return the names of the two columns that an export of the page adds, place and mark.
+
+    Args:
+        names: The columns of the table, which keep their names.
+        present: Whether these are the columns of an export, so that the two are among them.
+    """
+    added = []
+    for name in ("place", "mark"):
+        further = f"{name} (pymoo-psi)"
+        while further in names or (name in names and not present):
+            name, further = further, f"{further} (pymoo-psi)"
+        added.append(name)
+    return added[0], added[1]
+
+
 def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
     """Return a list of names; with a letter, a number gives as many."""
     if letter and not isinstance(names, (str, Sequence)):
