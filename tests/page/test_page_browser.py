@@ -1,6 +1,7 @@
 """The decision page in a headless browser, offline: what a reader does and sees."""
 
 import csv
+import html
 import io
 import json
 import re
@@ -488,9 +489,11 @@ def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folde
     assert len(read_table("s.db")) == 48
     said("report", "s.db", "--out", "r.html", *command.split()[-2:])
     report = re.sub('src="[^"]*"', "", Path("r.html").read_text("utf-8"))
-    (same,) = re.findall(r"<p>16 more tests.*?<code>(.*?)</code>", report)
+    same, again = (
+        html.unescape(re.sub("<.*?>", "", text))
+        for text in re.findall("(?s)<pre>(.*?)</pre>", report)
+    )
     assert sorted(same.split()) == sorted(command.split())
-    (again,) = re.findall(r"This command makes the report again: <code>(.*?)</code>", report)
     Path("r.html").unlink()
     said(*shlex.split(again)[1:])
     assert re.sub('src="[^"]*"', "", Path("r.html").read_text("utf-8")) == report
@@ -839,7 +842,7 @@ def test_narrow_windows_have_no_controls_outside(reader):
             assert -1 <= left < right <= width + 1, name
         for plot in reader.page.locator(".plot").all():
             box = plot.bounding_box()
-            assert min(box["height"], box["width"] - 50) > 200
+            assert min(box["height"], box["width"] - 50) > 170
 
 
 HOSTILE = [
