@@ -71,10 +71,13 @@ def test_a_scale_of_lengths_is_learned_from_failures():
         away = ((x[1:] - 0.4) ** 2).sum()
         return {"F": [1 - x[0] + away, x[0] + (x[1:] ** 2).sum()]}
 
-    table = minimize(Model(wall, n_var=6), SurrogatePSI(72), seed=1).algorithm.table
-    assert table.failed()[:20].mean() >= 0.4
-    assert table.failed()[48:].mean() <= 0.1
-    assert table.X[~table.failed(), 0].max() > 0.45
+    shares = []  # of failures in the end; a search may stay near them
+    for seed in range(5):
+        table = minimize(Model(wall, n_var=6), SurrogatePSI(72), seed=seed).algorithm.table
+        assert table.failed()[:20].mean() >= 0.4
+        shares.append(table.failed()[48:].mean())
+        assert table.X[~table.failed(), 0].max() > 0.45
+    assert np.median(shares) <= 0.1
 
 
 @pytest.mark.slow

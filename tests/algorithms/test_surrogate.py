@@ -158,7 +158,7 @@ def test_designs_without_a_limited_value_are_not_promising(limit):
     table = run(silent, 44, limits={"heat": limit}).table
     known = np.isfinite(table.column("heat"))
     assert known[:20].mean() < 0.6
-    assert known[20:].mean() > 0.7
+    assert known[20:].mean() > 0.65
     assert table.feasible()[20:].mean() > table.feasible()[:20].mean()
 
 
