@@ -65,7 +65,7 @@ class Visitor:
 
     def picture(self, name):
         """Take a picture of the page as it is."""
-        self.page.wait_for_function("decisionPage.resting")
+        self.page.wait_for_function("decisionPage.settled")
         self.page.screenshot(path=self._folder / f"{name}.png")
 
 

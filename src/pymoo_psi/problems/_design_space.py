@@ -316,7 +316,7 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     titles = column_titles(problem)
     if log is None:
         log = getattr(problem, "log", None)
-        if isinstance(log, str):
+        if isinstance(log, str) and log in {*space.variable_names, *titles.values()}:
             rule = "a list of variables"
             raise wrong_type("log of the problem", rule, log, "or an attribute of another name")
         if not isinstance(log, (list, tuple, set, frozenset)):
