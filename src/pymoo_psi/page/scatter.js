@@ -160,7 +160,7 @@ const scatter = (() => {
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "higher" : "lower"} ${name}`)
     const undrawn = data.n - left.count - rejected.length
     renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}. `, lines.length && "The line is the front of these two. ",
-      rejected.length && `Filled grey dots: beyond the limits${undrawn ? `; ${exact(undrawn)} more lie outside of the axes` : ""}. `, left.count > shownRows.length && "Dominated designs are not drawn.")
+      rejected.length && `Filled grey dots: beyond a limit${undrawn ? `; ${exact(undrawn)} more lie outside of the axes` : ""}. `, left.count > shownRows.length && "Dominated designs are not drawn.")
   }
 
   // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
@@ -173,7 +173,7 @@ const scatter = (() => {
     drawn = {points: known.length, missing, beyond}
   }
 
-  // Names beside their points: none covers another or a point, nor a line if it can, and none is nearer
+  // Names beside their points: none covers another, a point or a line, and none is nearer
   // to another point than to its own; farther away a name has a line to its point. Where there is no such place it
   // is left out, but marked designs and those one step away have their names in any case.
   function drawNames(g, front) {
@@ -193,8 +193,8 @@ const scatter = (() => {
       const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
       const taken = [...points, ...boxes, ...ties]
       const fitting = places.filter((one) => isFree(one, taken) && isNearest(one, points) && one.tie.every((spot) => isFree(spot, taken)))
-      let name = fitting.find((one) => isFree(one, lines)) ?? fitting[0]
-      if (wanted.includes(row)) name ??= places.find((one) => one.tie.length && isFree(one, [...boxes, ...ties]))
+      let name = fitting.find((one) => isFree(one, lines))
+      if (wanted.includes(row)) name ??= fitting[0] ?? places.find((one) => one.tie.length && isFree(one, [...boxes, ...ties]))
       if (!name) continue
       boxes.push(name)
       ties.push(...name.tie)
