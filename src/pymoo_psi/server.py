@@ -132,7 +132,7 @@ class GrowingStudy:
             columns = database.tests(int(first), int(last))
             self._n_left = database.n_left()
         stored = stored_tests(facts, columns)
-        table = replace(stored, decision=Decision(), facts=())
+        table = replace(stored, decision=Decision(), remarks=())
         self._facts = facts
         self._limits = stored.formulation.limits
         self.tests = tests.extended(table.take(np.isin(table.numbers, new)))

@@ -359,7 +359,7 @@ def test_without_metadata_directions_are_asked_for(tmp_path):
 def test_a_replaced_table_keeps_its_tests():
     tests = TestTable.of([1, 2, 3], [[0], [1], [2]], [[1, 2], [2, 1], [3, 0]])
     asked = tests.under(objectives=["f1", "r"], computed={"r": "f1 * f2"}, limits={"f1": 2})
-    named = replace(asked, facts=("two",)).with_notes({"name": ["A", "B", "C"]}, "name")
+    named = replace(asked, remarks=("two",)).with_notes({"name": ["A", "B", "C"]}, "name")
     assert (named.remarks, named.formulation) == (("two",), asked.formulation)
     again = named.under(objectives=["f1", "f2"], computed={}, limits={})
     assert (again.names, again["f2"].tolist()) == (["A", "B", "C"], [2, 1, 0])

@@ -243,7 +243,7 @@ def test_designs_are_called_by_their_label():
 
 
 def test_a_joined_table_has_the_facts_of_both():
-    other = replace(TestTable.of([3], [[0.0]], [[1.0, 2.0]], [[0.0]]), facts=("from a file",))
+    other = replace(TestTable.of([3], [[0.0]], [[1.0, 2.0]], [[0.0]]), remarks=("from a file",))
     assert PLAIN.extended(other).remarks == ("from a file",)
 
 

@@ -93,7 +93,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
         raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
-    remarks = [*table.facts]
+    remarks = [*table.remarks]
     if len(tested) < len(table):
         remarks.append(f"{counted(len(table) - len(tested), 'failed test')} left out.")
     left_out = _BOOKKEEPING & {*table.schema.outputs} - {*results}
@@ -120,7 +120,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already"
     if n_completed > 0:
         taken += f", {n_completed} of these completed"
-    return replace(tests, facts=(f"{taken}.", *remarks))
+    return replace(tests, remarks=(f"{taken}.", *remarks))
 
 
 def _table_of(model: Model, source: Any) -> TestTable:

@@ -212,7 +212,7 @@ class StudyStore(Store):
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
         tests = stored_tests(*self.study.contents())
-        return replace(tests, decision=Decision(), facts=())
+        return replace(tests, decision=Decision(), remarks=())
 
     def others(self) -> TestTable:
         """Return the tests of other runs of the same model, without those to be retried."""

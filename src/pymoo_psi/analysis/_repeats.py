@@ -69,15 +69,15 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         if name in schema.names:
             rule = f"without a column {name!r}, which the means of repeated tests have"
             raise invalid("table", rule, Received("one"), "rename the column")
-    facts = [
-        *table.facts,
+    remarks = [
+        *table.remarks,
         f"{counted(len(first), 'design')}, {counted(len(tests), 'test')}: "
         f"rows with the same {by} are tests of one design.",
     ]
     usable = ~tests.failed() & np.isfinite(tests.F).all(axis=1)
     if not usable.all():
         n_unusable = counted((~usable).sum(), "test")
-        facts.append(f"Left out, as they have no values: {n_unusable}.")
+        remarks.append(f"Left out, as they have no values: {n_unusable}.")
     notes = []
     for name in schema.notes:
         cells = tests.data[name]
@@ -97,7 +97,7 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         data=data,
         failures=failures,
         problem=None,  # no run continues a study of means
-        facts=tuple(facts),
+        remarks=tuple(remarks),
         n_stored=0,
     )
     label = None

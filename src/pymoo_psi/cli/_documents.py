@@ -136,7 +136,7 @@ def run_rank(options: Options) -> int:
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
         more = ""
     found = cautions_of_distances(table.feasible_ranking())
-    head = [*table.facts, counts_sentence(table, explained=True), *decision_remarks(path, table)]
+    head = [*table.remarks, counts_sentence(table, explained=True), *decision_remarks(path, table)]
     head += decision_sentences(table.decision.decided)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
@@ -183,7 +183,6 @@ def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Nam
         f"mu1 is the distance to the best values, which decides the place. {measured_in(ranking)}. "
         "efficiency_rank, from 0 to 6, is the rank of efficiency of the PSI method, which does not "
         "decide the place; see 'pymoo-psi guide method'.",
-        *table.remarks[len(table.facts) :],
         *notes,
     ]
     print_text("\n" + wrapped([*filter(None, sentences)], columns))
@@ -226,7 +225,7 @@ def run_page(options: Options) -> int:
     page = decision_page(table, prototype=_existing(options, table), title=title)
     further = _command_for_more(path, table)
     replace(page, origin=path.name, further=further).save(out)
-    say_source(path, replace(table.under(limits={}), facts=table.remarks))
+    say_source(path, table.under(limits={}))
     objectives = ", ".join(table.schema.objectives)
     say(f"{counted(len(page.table), 'design')} by {objectives}: open {out} in a browser")
     return 0
@@ -279,7 +278,7 @@ def run_report(options: Options) -> int:
     path = options.file
     out = options.out
     table = opened_by_options(options, _HTML)
-    remarks = [*table.facts]
+    remarks = [*table.remarks]
     for remark in decision_remarks(path, table):
         if remark.startswith("Warning: "):  # choice and reason have their places
             remarks.append(remark)

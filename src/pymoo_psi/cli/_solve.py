@@ -143,7 +143,7 @@ def run_solve(options: Options) -> int:
     is_new = ~np.isin(result.tests.numbers, known)
     reasons = _reasons(result.tests)
     if not result.table.feasible().any():
-        say(f"{subject}: {none_left_sentence(result.table)}", *result.table.facts)
+        say(f"{subject}: {none_left_sentence(result.table)}", *result.table.remarks)
         say(*reasons)
         if out is not None:
             say(f"{options.out} is not written.")
@@ -325,7 +325,7 @@ def _say_result(
     table = result.table
     ranking = table.feasible_ranking()
     found = cautions_of_distances(ranking)
-    head = [*table.facts, counts_sentence(table, subject, explained=True)]
+    head = [*table.remarks, counts_sentence(table, subject, explained=True)]
     if len(table) < len(result.tests):
         n_tests = counted(len(result.tests), "test")
         head.insert(0, f"{n_tests} in all, {counted(len(table), 'design')} ranked.")

@@ -201,7 +201,7 @@ def read_table(
     remarks = _failures(designs)
     if average_by is None and not isinstance(source, TestTable):
         remarks = [*undeclared_repeats(designs), *remarks]
-    return replace(table, facts=(*table.facts, *remarks))
+    return replace(table, remarks=(*table.remarks, *remarks))
 
 
 # From sources to cells
@@ -518,7 +518,7 @@ def _table(
         remarks += _counting(objectives[0], data[objectives[0]])
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
-    return replace(table, facts=tuple(remarks))
+    return replace(table, remarks=tuple(remarks))
 
 
 def _test_numbers(cells: AnyArray) -> Integers:

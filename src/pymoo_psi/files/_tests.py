@@ -277,7 +277,7 @@ def stored_tests(facts: Any, columns: Columns) -> TestTable:
     table = table_of({**head, "problem": problem or None}, columns)
     table = tests_that_ran(table, columns, table.formulation)
     steered = [f"Steered {request}." for request in facts.requests]
-    return replace(table, facts=(*table.facts, *steered))
+    return replace(table, remarks=(*table.remarks, *steered))
 
 
 def tests_that_ran(table: TestTable, columns: Columns, formulation: Formulation) -> TestTable:
@@ -296,7 +296,7 @@ def tests_that_ran(table: TestTable, columns: Columns, formulation: Formulation)
         is_rejected &= ~np.isfinite(table.column(name))
     if is_rejected.any():
         table = table.take(~(is_rejected & table.under(limits={}).failed()))
-    return replace(table, facts=_lacking(columns, (*schema.objectives, *formulation.allowed)))
+    return replace(table, remarks=_lacking(columns, (*schema.objectives, *formulation.allowed)))
 
 
 def _lacking(columns: Columns, names: Names) -> tuple[str, ...]:
@@ -335,5 +335,5 @@ def tests_of_folder(path: Path) -> TestTable:
     with described(path):
         tests = stored_tests(facts, columns)
     if missing:
-        return replace(tests, facts=(f"{missing}.", *tests.facts))
+        return replace(tests, remarks=(f"{missing}.", *tests.remarks))
     return tests

@@ -197,7 +197,7 @@ def decision_page(
         row = table.schema.words["row"]
         counts = table.under(limits={}).status_counts()
         remark = f"{len(designs)} of {counted(len(table), row)} are on the page ({counts})."
-        designs = replace(designs, facts=(*designs.facts, remark, *failure_sentences(table)))
+        designs = replace(designs, remarks=(*designs.remarks, remark, *failure_sentences(table)))
     prototype = existing_designs(prototype, table)
     origin = ""
     if isinstance(source, (str, PathLike)):

@@ -113,7 +113,7 @@ class TestTable(View, Shown):
             design, positions.
         problem: The identity of the problem: name, parameters, sampling and key, by which studies
             distinguish problems; ``None`` if unknown.
-        facts: Sentences on what a reader must know about the rows; they are not written to files.
+        remarks: Sentences on what a reader must know about the rows; they are not written to files.
         decimal: The decimal mark of the source, which the page and files written use.
         separator: The mark between the cells of the source, which files written use.
         n_stored: How many tests the study has in which these are kept; 0 if they are in none.
@@ -131,7 +131,7 @@ class TestTable(View, Shown):
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
     problem: Entries | None = None
-    facts: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     decimal: str = "."
     separator: str = ","
     n_stored: int = 0
@@ -416,16 +416,6 @@ class TestTable(View, Shown):
                     [low, high],
                     "leave ranges out to use those of the Pareto set",
                 )
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Sentences on what a reader must know about the rows.
-
-        Example:
-            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]]).remarks
-            ()
-        """
-        return self.facts
 
     # Rows and columns
 
@@ -851,12 +841,12 @@ class TestTable(View, Shown):
         for column in whole.evaluated.columns:
             parts = [table._cells_of(column) for table in tables]
             data[column.name] = np.concatenate(parts)
-        facts = dict.fromkeys(fact for table in tables for fact in table.facts)
+        remarks = dict.fromkeys(remark for table in tables for remark in table.remarks)
         return replace(
             whole,
             data=data,
             numbers=np.concatenate([table.numbers for table in tables]),
-            facts=tuple(facts),
+            remarks=tuple(remarks),
         )
 
     def _cells_of(self, column: Column) -> AnyArray:
