@@ -22,7 +22,7 @@ LIMITS = {"f1": 2.9, "f4": 5.0}  # with wide ranges of the feasible, so that all
 def points(ax):
     """What is drawn in a plane, by the name of the group behind its number."""
     groups = [line for line in ax.lines if line.get_label()[0].isdigit()]
-    names = [line.get_label().partition(" ")[2].removeprefix("more ") for line in groups]
+    names = [line.get_label().partition(" ")[2].removeprefix("others ") for line in groups]
     return {name: line.get_xydata() for name, line in zip(names, groups, strict=True)}
 
 
@@ -30,7 +30,7 @@ def in_groups(table, limits):
     """The group of every test, one by one."""
     limited = table.under(limits=limits)
     groups = np.where(limited.feasible(), "dominated", "beyond the limits").astype(object)
-    groups[limited.pareto()] = "dominated by no other"
+    groups[limited.pareto()] = "not dominated"
     groups[table.status == "failed"] = ""
     return groups
 
@@ -46,8 +46,8 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
     for name in {*names.tolist()}:
         assert f" {(names == name).sum()} {name}" in figure.caption
         counted = f"{(names == name).sum()} {name}"
-        if name == "dominated by no other":  # the proposed one has its own mark
-            counted = f"{(names == name).sum() - 1} more {name}"
+        if name == "not dominated":  # the proposed one has its own mark
+            counted = f"{(names == name).sum() - 1} others {name}"
         assert not name or counted in texts(figure)  # in the key
     assert_whole(figure)
 
@@ -55,11 +55,11 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
 def test_a_chosen_design_is_marked(chute):
     figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
     (ax,) = shown(figure)
-    (marked,) = (line for line in ax.lines if line.get_label() == "marked")
+    (marked,) = (line for line in ax.lines if line.get_label() == "marked: test 7")
     np.testing.assert_array_equal(marked.get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert {"marked", "test 7"} <= {*texts(figure)}
+    assert {"marked: test 7", "test 7"} <= {*texts(figure)}
     beyond = chute.under(limits={"f1": chute.F[6, 0] - 0.1})  # it cannot be proposed
-    assert "marked" in texts(plot_objectives(beyond, objectives=["f1", "f4"], design=7))
+    assert "marked: test 7" in texts(plot_objectives(beyond, objectives=["f1", "f4"], design=7))
 
 
 def test_what_is_far_is_left_out_and_reported(osy):
@@ -110,7 +110,7 @@ def test_the_proposed_design_is_in_all_axes():
     figure = plot_objectives(table)
     assert_readable(figure)
     (ax,) = shown(figure)
-    (proposed,) = (line for line in ax.lines if line.get_label() == "proposed")
+    (proposed,) = (line for line in ax.lines if line.get_label() == "proposed: test 1")
     assert proposed.get_ydata() == [-50]
     assert ax.get_ylim()[0] < -50
     assert "test 1" in [text.get_text() for text in ax.texts if text.get_visible()]
@@ -234,7 +234,8 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert figure.caption.startswith("OSY. ")
     n_optimal = osy.under(limits={"f1": -50}).pareto().sum()
     key = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"1024 in all", f"{n_optimal} dominated by no other", "proposed"} <= {*key}
+    assert {"1024 in all", f"{n_optimal} not dominated"} <= {*key}
+    assert sum(text.startswith("proposed: test ") for text in key) == 1
     assert len({*key}) == len(key)
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1

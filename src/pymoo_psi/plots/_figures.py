@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import chain, combinations, product
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._numbers import NumberFormat
+from pymoo_psi._numbers import NumberFormat, number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
@@ -42,7 +43,6 @@ from pymoo_psi.plots._points import NAMED, PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
-    HALO,
     INK,
     WIDTH,
     Drawing,
@@ -60,7 +60,6 @@ from pymoo_psi.plots._style import (
     places_between,
     raised,
     set_log,
-    tick,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -86,7 +85,7 @@ _NAME = 26  # letters of the name of a row or a line
 _LIFT = 17.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
 _LETTER = 4.6  # width of a digit in points, and a little more
-_DECADES = 4  # ticks of a logarithmic row, at most
+_DIGITS = 3  # of its values
 _SHADES = ("0.35", "0.65")  # of the lines of the nearest and the other designs
 # A name beside a line.
 _FLAG: Style = {"va": "center", "ha": "center", "in_layout": False}
@@ -241,10 +240,10 @@ def plot_objectives(
     """Return objectives against each other, in pairs.
 
     By default these are the pairs that conflict most, four at most; of objectives that are named
-    they are all pairs. Names stand beside the proposed or marked design and the designs one step
-    away from it, or all of eight Pareto-optimal designs and fewer, where there is room. The line is
-    a staircase: it joins what designs reach in the two objectives, and there is no design between
-    two of them.
+    they are all pairs. The key names the proposed or marked design; names stand beside it and
+    beside all of eight Pareto-optimal designs and fewer, where there is room. The line is a
+    staircase: it joins what designs reach in the two objectives, and there is no design between two
+    of them.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
@@ -319,9 +318,9 @@ def plot_ranking(
 
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
-    Each design is a line. Of eight designs and fewer each has its name at an end of its line where
-    there is room, and places up to 3 are darker; of more, places up to 10. :func:`plot_objectives`
-    draws the objectives of a table in pairs.
+    Each design is a line. Of eight designs and fewer each has its place and name at the end of its
+    line where there is room, and places up to 3 are darker; of more, places up to 10.
+    :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -382,7 +381,7 @@ def plot_ranking(
                 looks = {"color": style["color"], "fontweight": "bold"}
             elif ranking.place[design] <= nearest:
                 looks = {"color": "0.2"}
-            text = literal(ranking.name_of(design), _NAME)
+            text = f"{ranking.place[design]}. {literal(ranking.name_of(design), _NAME)}"
             name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
             (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
             names.append((name, pole, places[design, -1]))
@@ -428,16 +427,14 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         places[:, j], is_log = places_between(column, *ends)
         heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
+        written = NumberFormat.of(column[ranking.pareto], minus="−").text
         if is_log:
             heading += ", log"
+            written = partial(number, digits=_DIGITS)
             low, high = np.sort(np.log10(ends))
             powers = 10.0 ** np.arange(np.ceil(low), high)
-            powers = powers[:: -(-len(powers) // _DECADES)]
-            for place, power in zip(places_between(powers, *ends)[0], powers, strict=True):
+            for place in places_between(powers, *ends)[0]:
                 ax.plot(place, j, "|", color="0.4", markersize=5, zorder=1)
-                looks = style | {"ha": "center", "path_effects": [HALO], "zorder": 6}
-                ax.annotate(tick(power), (place, j), (0, 8), **looks)
-        written = NumberFormat.of(column[ranking.pareto], minus="−").text
         texts.append([heading, *[raised(written(value)) for value in (*ends, column[row])]])
     bold = style | {"color": INK, "fontweight": "bold"}
     _, _, bests, values = zip(*texts, strict=True)

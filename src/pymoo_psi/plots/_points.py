@@ -18,7 +18,7 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.analysis import written_limits
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import explain, nondominated
+from pymoo_psi.pareto import nondominated
 from pymoo_psi.plots._style import (
     ABOVE,
     ACCENT,
@@ -38,10 +38,10 @@ Ends = tuple[float, float]
 Groups = Mapping[str, tuple[Style, Mask]]
 """Groups of designs by name: how their markers are drawn, and ``(n,)`` which designs these are."""
 
-PARETO = "dominated by no other"
+PARETO = "not dominated"
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
-NAMED = 8  # designs that all have names; of more only some have
+NAMED = 8  # designs that all have names; of more only the marked one has
 _LETTERS = 26  # of their names
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
@@ -174,7 +174,8 @@ class Points:
         visible = x.visible & y.visible
         marked = list(self.named)[:1]
         for row in marked:
-            axes.plot(x.places[row], y.places[row], label=self.word, **_MARKED)
+            label = f"{self.word}: {literal(self.named[row], _LETTERS)}"
+            axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
             if n:
@@ -189,7 +190,7 @@ class Points:
                 }
                 label = f"{n} {name}"
                 if is_marked_apart and mask[marked].any():
-                    label = f"{n - 1} more {name}"
+                    label = f"{counted(int(n) - 1, 'other')} {name}"
                     if n == 1:
                         label = "_"  # not in the key
                 axes.plot(x.places[rows], y.places[rows], label=label, **looks)
@@ -287,11 +288,6 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         rows = rows or best[:1]
         if rows[0] in ranking.rows[ranking.salukvadze]:
             word = "proposed"
-        start = best[0]
-        if rows[0] in ranking.rows:
-            start = rows[0]
-        (place,) = np.flatnonzero(ranking.rows == start)
-        rows += ranking.rows[[place, *explain(ranking, row=int(place)).steps.rows]].tolist()
         if len(best) <= NAMED:
             rows += best
     columns = {name: _column(table, name, rows[:1]) for name in names}
@@ -308,7 +304,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         "dominated": (_DOMINATED, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    named = {row: table.names[row] for row in list(dict.fromkeys(rows))[:NAMED]}
+    named = {row: table.names[row] for row in rows}
     return Points(columns, groups, named, word)
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO, StringIO
@@ -54,7 +53,7 @@ _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
 _REACHES = tuple(_BESIDE + k * _LINE for k in range(5))
-_FARTHEST = 30.0  # points from a point to its name, but for the first name
+_FARTHEST = 40.0  # points from a point to its name
 _LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
@@ -63,7 +62,6 @@ _SIDES = np.array(
 )
 _APART = 2.0  # a name without such a line is that many times as far from other points
 _GAP = 5.0  # points between names on a line
-_EDGE = 1.5  # and from the edge of the axes
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
 _CLEAR = 1.0  # points from a line to a name, and to the line to a name
@@ -472,8 +470,8 @@ def name_points(
 def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, int]]) -> None:
     """Move each name to the best place; without one it is not shown.
 
-    No name is over another, and none but the first over a point or a line, or behind a line. After
-    the first come those that panels drawn before have less often.
+    No name is over another, a point or a line, or behind a line. As names take room from those
+    placed after them, several orders are tried; the first name is always placed first.
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
@@ -481,37 +479,56 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
     for line in axes.lines:
         if line.get_linestyle() != "None":
             paths.append(line.get_transform().transform_path(line.get_path()))
+    sizes = []
     for name, leader, _ in names:
+        name.set_visible(True)  # an invisible one has no size
+        sizes.append(Text.get_window_extent(name).padded(point).size)
         name.set_visible(False)
         leader.set_data([], [])
     taken = [Text.get_window_extent(text) for text in axes.texts if text.get_visible()]
-    before: Counter[str] = Counter()
-    for ax in axes.figure.axes[: axes.figure.axes.index(axes)]:
-        before.update(text.get_text() for text in ax.texts if text.get_visible())
-    further = sorted(names[1:], key=lambda named: before[named[0].get_text()])
-    most = np.inf
-    for name, leader, row in [*names[:1], *further]:
-        name.set_visible(True)  # an invisible one has no size
-        size: Any = Text.get_window_extent(name).padded(point).size
+    rows = np.array([row for *_, row in names], dtype=int)
+    best: dict[int, Bbox] = {}
+    for keys in (np.arange(len(rows)), dots[rows, 0], -dots[rows, 0]):
+        order = [0, *np.argsort(keys[1:]) + 1]
+        boxes = _boxes(axes, dots, rows[order], [sizes[k] for k in order], paths, taken)
+        if len(boxes) > len(best):
+            best = boxes
+    for name, leader, row in names:
+        if row in best:
+            name.set_visible(True)
+            name.xyann = tuple((best[row].p0 - dots[row]) / point + 1)
+            if _distance(dots[row], best[row]) >= _LED * point:
+                leader.set_data(*np.transpose(_way(dots[row], best[row], point).vertices))
+
+
+def _boxes(
+    axes: Axes,
+    dots: Array,
+    rows: Array,
+    sizes: Sequence[Any],
+    paths: Sequence[Line],
+    taken: Sequence[Bbox],
+) -> dict[int, Bbox]:
+    """Return boxes of names by the row of their point, placed in the order of the rows."""
+    point = axes.figure.dpi / 72
+    paths = list(paths)
+    taken = list(taken)
+    boxes: dict[int, Bbox] = {}
+    for row, size in zip(rows.tolist(), sizes, strict=True):
         others = np.delete(dots, row, axis=0)
         reach = size.max() + 2 * _REACHES[-1] * point
         others = others[np.abs(others - dots[row]).max(axis=1) < reach]
-        best: Bbox | None = None
+        most = _FARTHEST
         for box in _boxes_around(dots[row], size, point):
             cost = _cost(axes, dots[row], box, others, paths, taken, most)
             if cost < most:
                 most = cost
-                best = box
-        most = _FARTHEST
-        name.set_visible(best is not None)
-        if best is not None:
-            name.xyann = tuple((best.p0 - dots[row]) / point + 1)
-            way = _way(dots[row], best, point)
-            if _distance(dots[row], best) >= _LED * point:
-                leader.set_data(*np.transpose(way.vertices))
-            paths.append(way)
+                boxes[row] = box
+        if row in boxes:
+            paths.append(_way(dots[row], boxes[row], point))
             near = Bbox([dots[row], dots[row]]).padded(_MARK * point)
-            taken += [best.padded(_GAP * point, 0), near]
+            taken += [boxes[row].padded(_GAP * point, 0), near]
+    return boxes
 
 
 def _boxes_around(dot: Array, size: Array, point: float) -> Iterator[Bbox]:
@@ -548,7 +565,7 @@ def _cost(
     """
     point = axes.figure.dpi / 72
     distance = _distance(dot, box)
-    area = axes.bbox.padded(-_EDGE * point)
+    area = axes.bbox
     if distance / point >= most or not np.all([box.min > area.min, box.max < area.max]):
         return np.inf
     way = _way(dot, box, point)
