@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,18 +69,15 @@ def payload(
     if further:
         further += f" --decision {file}-decision.json"
     # The commands compute the same columns from the decision files that the page writes.
-    limits = {name: limit.plain for name, limit in decision.formulation.allowed.items()}
-    opens_with = (
-        vars(decision.formulation)
-        | vars(decision)
-        | {
-            "objectives": schema.objectives,
-            "maximize": [name for name in schema.objectives if name in schema.maximize],
-            "limits": limits,
-            "ranges": table.formulation.ranges or {},
-        }
+    formulation = replace(
+        decision.formulation,
+        objectives=schema.objectives,
+        maximize=[name for name in schema.objectives if name in schema.maximize],
+        ranges=table.fixed_ranges,
     )
-    del opens_with["formulation"]
+    opens_with = replace(decision, formulation=formulation).to_dict()
+    # These the page reads, also where they are the defaults.
+    opens_with = {"maximize": [], "normalize": True, "page": {}, **opens_with}
     columns = _columns(tables, optimal)
     return {
         "title": title,

@@ -72,7 +72,7 @@ def probabilities(
     if len(means) > _MANY:
         n_samples = _SAMPLES_OF_MANY
     generator = np.random.default_rng(_SEED)
-    counts = np.zeros((len(means), 3))
+    n_pareto, n_best, n_near = np.zeros((3, len(means)))
     for _ in range(n_samples):
         steps = _random_steps(generator, means.shape, degrees)
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
@@ -83,9 +83,10 @@ def probabilities(
         least = distance[is_pareto].min()
         if np.isinf(frame.scale).all():  # one design is the best in all: no other is near
             distance[~is_pareto] = np.inf
-        counts[:, 0] += is_pareto
-        counts[:, 1] += is_pareto & (distance <= least * (1 + _ROUNDING))
-        counts[:, 2] += distance <= least * (1 + NEAR_BEST)
+        n_pareto += is_pareto
+        n_best += is_pareto & (distance <= least * (1 + _ROUNDING))
+        n_near += distance <= least * (1 + NEAR_BEST)
+    counts = np.column_stack([n_pareto, n_best, n_near])
     return ranking.objectives.original(means), counts / n_samples
 
 

@@ -385,13 +385,12 @@ class TestTable(View, Shown):
         elif formulation is not None:
             decision = replace(decision, formulation=decision_of(formulation).formulation)
         stated = decision.formulation
-        if formulation is None and "objectives" in fields:
-            stated = replace(stated, ranges={})  # fixed ranges are of the former objectives
+        if formulation is None:
+            stated = replace(stated, ranges=None)
         stated = replace(stated, **fields)
-        if stated.ranges is None and self.formulation.ranges:
-            objectives = stated.objectives or self.evaluated.objectives
-            is_same = {*objectives} == {*self.schema.objectives}
-            stated = replace(stated, ranges=self.formulation.ranges if is_same else {})
+        objectives = stated.objectives or self.evaluated.objectives
+        if stated.ranges is None and {*objectives} == {*self.schema.objectives}:
+            stated = replace(stated, ranges=self.formulation.ranges)
         table = replace(self, decision=replace(decision, formulation=stated))
         table._require_fit()
         return table
@@ -403,7 +402,7 @@ class TestTable(View, Shown):
         """
         self._require_met_texts()
         candidates = self.feasible()
-        ranges = self.formulation.ranges or {}
+        ranges = self.fixed_ranges
         objectives = self.schema.objectives
         if ranges and {*ranges} != {*objectives}:
             rule = f"of every objective ({', '.join(objectives)}), or of none"
@@ -637,9 +636,8 @@ class TestTable(View, Shown):
         numbers = self.numbers[rows].tolist()
         objectives = Objectives(F, schema.sign, schema.objectives, labels, numbers, schema.units)
         ends: dict[str, Array] = {}
-        ranges = self.formulation.ranges
-        if ranges:
-            low, high = np.array([ranges[name] for name in schema.objectives]).T
+        if self.fixed_ranges:
+            low, high = np.array([self.fixed_ranges[name] for name in schema.objectives]).T
             ends["ideal"] = np.where(schema.sign > 0, low, high)
             ends["nadir"] = np.where(schema.sign > 0, high, low)
         normalize = self.formulation.normalize
@@ -873,9 +871,8 @@ class TestTable(View, Shown):
             return False
         heads = []
         for table in (self, other):
-            ranges = table.formulation.ranges or None
             heads.append(schema_head(table.schema) | decision_head(table.decision))
-            heads[-1]["ranges"] = ranges
+            heads[-1]["ranges"] = table.fixed_ranges
         if heads[0] != heads[1]:
             return False
         columns = columns_of(other)
@@ -1037,8 +1034,7 @@ def _facts(table: TestTable) -> Values:
         column = column._replace(role=column.role.replace(LABEL, NOTE), kind=None)
         for attribute, value in column._asdict().items():
             facts[f"{attribute} of {column.name}"] = value
-    formulation = table.formulation
-    facts["formulation"] = replace(formulation, ranges=formulation.ranges or None)
+    facts["formulation"] = replace(table.formulation, ranges=table.fixed_ranges)
     return facts
 
 

@@ -7,7 +7,7 @@ direction.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -73,6 +73,18 @@ class View:
             Formulation(limits={'f1': [None, 1.5]})
         """
         return self.decision.formulation
+
+    @property
+    def fixed_ranges(self) -> Mapping[str, Sequence[float]]:
+        """Fixed ranges of all objectives by name; empty where those of the Pareto set count.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+            >>> table.under(ranges={"f1": (0, 9)}).fixed_ranges
+            {'f1': [0.0, 9.0]}
+        """
+        return self.formulation.ranges or {}
 
     @cached_property
     def schema(self) -> Schema:
