@@ -137,6 +137,16 @@ def mapping(name: str, value: object, what: str) -> Mapping[Any, Any]:
     return value
 
 
+def distinct_keys(pairs: Sequence[tuple[str, Any]]) -> Values:
+    """Return an object of JSON: the hook ``object_pairs_hook``, which refuses a key given twice."""
+    entries: Values = {}
+    for key, value in pairs:
+        if key in entries:
+            raise invalid("the keys of an object of JSON", "distinct", Received(f"{key!r} twice"))
+        entries[key] = value
+    return entries
+
+
 def collection(name: str, value: object, rule: str, remedy: str = "") -> Collection[Any]:
     """Return ``value``; it must be a list or the like, not a text."""
     if isinstance(value, str) or not isinstance(value, Collection):

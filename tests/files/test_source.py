@@ -157,7 +157,10 @@ FILES = {
     "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),
     # Encodings
     "Windows": ("Größe;b\n1,5;3\n".encode("cp1252"), {}, "it is no text: .* encoding='cp1252'"),
+    "UTF-16 without a mark": ("cost,mass\n1,5\n3,4\n".encode("utf-16-le"), {}, "it holds zero bytes, as UTF-16 does; give its encoding"),
+    "UTF-16 that is named": ("cost,mass\n1.5,30\n2.25,2.5\n".encode("utf-16-le"), {"encoding": "utf-16-le"}, COST),
     # Workbooks
+    "a sheet of a text": ("cost,mass\n1,5\n3,4\n", {"sheet": "S1"}, "sheet must be left out for a text"),
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(50, 2048, "x")), {}, "empty in its first line"),
@@ -170,6 +173,7 @@ FILES = {
     "Parquet that pandas cannot read": (b"PAR1" + bytes(20), {}, "it is Parquet, .*read_parquet|could not"),
     "a pickle": (pickle.dumps([1]), {}, "a pickle of Python"),
     "HDF5": (b"\x89HDF\r\n\x1a\n", {}, "HDF5, .*read_hdf"),
+    "a key of JSON twice": ('[{"a": 1, "b": 2, "a": 3}, {"a": 2, "b": 1}]', {}, "distinct, got 'a' twice"),
     "JSON Lines": ('{"a": 1, "b": 2}\n{"a": 2, "b": 1}\n', {}, "JSON Lines.*lines=True"),
     "no feasible test": ("a,b,status,violated,reason,pareto\n1,2,failed,,,False\n", {"objectives": ["a"]}, "none of its 1 row counts: not feasible"),
 }  # fmt: skip

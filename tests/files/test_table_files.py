@@ -212,6 +212,22 @@ def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, file, damage, mess
     refused(rf"table\.csv:? {message}", read_table, tmp_path / "table.csv", error=ValueError)
 
 
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_an_edited_number_is_read_in_the_notation_of_the_file(tmp_path, decimal):
+    path = tmp_path / "table.csv"
+    table = TestTable.of([1, 2], [[1.5], [2.5]], [[1.0, -0.0], [2.5, 1.0]])
+    replace(table, decimal=decimal, separator=";").to_csv(path)
+    text = path.read_text()
+    path.write_text(text.replace(f"1{decimal}5", f"1{decimal}250", 1))
+    assert read_table(path)["x1"].tolist() == [1.25, 2.5]
+    other = {".": ",", ",": "."}[decimal]
+    path.write_text(text.replace(f"1{decimal}5", f"1{other}250", 1))
+    refused("'x1' holds other than real values", read_table, path)
+    book = tmp_path / "table.xlsx"
+    write_table(replace(table, decimal=decimal), book)
+    check_same(read_table(book), table)
+
+
 @given(content=st.binary(max_size=200), position=st.integers(0, 1500), cut=st.integers(0, 40))
 def test_no_damage_raises_anything_else(folder, content, position, cut):
     path = folder / "damaged.csv"

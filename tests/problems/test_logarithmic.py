@@ -208,6 +208,12 @@ def test_other_attributes_with_names_are_refused(log, message):
     refused(re.escape(message), investigate, Wide(log), 4)
 
 
+def test_names_say_of_which_columns_they_are():
+    model = Wide(())
+    model.names = ["area", "height"]
+    refused("names of a problem must be a mapping from f1, x1, … to names", investigate, model, 4)
+
+
 @pytest.mark.parametrize(
     "log",
     [

@@ -256,6 +256,7 @@ def test_limits_that_could_mean_two_things_are_refused(limits, message):
         ('{"limits": {"mass": [1]}}', r"'mass' in limits must be a number or a pair"),
         ('{\n "limits": {,}\n}', "line 2 column 13"),
         ("[" * 5000, "recursion|Expecting"),
+        ('{"limits": {"mass": 1, "cost": 2, "mass": 3}}', "must be distinct, got 'mass' twice"),
         ("[1]", "it must be an object of JSON"),
     ],
 )  # fmt: skip

@@ -40,7 +40,7 @@ _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "�
 # Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
-_SWAPPED = str.maketrans(".,", ",.")
+SWAPPED = str.maketrans(".,", ",.")
 # A number with a decimal point; with a decimal comma, both marks are swapped before.
 _NUMBER = re.compile(
     # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
@@ -406,7 +406,7 @@ def _numbers(cells: list[Any], mark: str) -> Array | None:
     if types == {str}:
         text = "\n".join(cells)
         if mark == ",":
-            text = text.translate(_SWAPPED)
+            text = text.translate(SWAPPED)
         lines = text.split("\n")
         if len(lines) == len(cells) and _PLAIN.fullmatch(text):
             with suppress(ValueError):  # such as the exponents of Fortran
@@ -425,7 +425,7 @@ def _number(cell: Any, mark: str) -> float | None:
     if isinstance(cell, str):
         text = cell[: _LONGEST + 1]
         if mark == ",":
-            text = text.translate(_SWAPPED)
+            text = text.translate(SWAPPED)
         if len(text) <= _LONGEST and _NUMBER.fullmatch(text):
             return float(_EXPONENT.sub("e", re.sub(r"[^\w+.-]", "", text)))
     elif isinstance(cell, (int, float)) and not isinstance(cell, bool):

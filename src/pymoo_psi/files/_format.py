@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import Entries, FilePath, Head
+from pymoo_psi._validation import Entries, FilePath, Head, invalid
 from pymoo_psi.files._cells import Cells, UnfitError
 from pymoo_psi.table import TestTable, columns_of, marked
 
@@ -53,14 +53,19 @@ class SourceFile:
         """The text, decoded by the encoding given, else by a byte-order mark, else as UTF-8.
 
         Raises:
-            ArgumentValueError: The bytes are no such text, or there is no such encoding.
+            ArgumentValueError: The bytes are no such text, there is no such encoding, or a sheet
+                is named.
         """
+        if self.sheet is not None:
+            raise invalid("sheet", "left out for a text, which has no sheets", self.sheet)
         encoding = self.encoding
         if not encoding:
             wide = self.start.startswith((b"\xff\xfe", b"\xfe\xff"))
             encoding = "utf-16" if wide else "utf-8-sig"
         try:
             text = self.content.decode(encoding)
+            if "\0" in text:
+                raise UnicodeError("it holds zero bytes, as UTF-16 does")
         except (UnicodeError, LookupError) as error:  # or there is no such encoding
             # Any bytes are text in cp1252, right or wrong; so it is not guessed.
             raise UnfitError(

@@ -8,7 +8,7 @@ study has facts beside the head, and tests of several runs: :func:`stored_tests`
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
     counted,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.files._cells import UnfitError
+from pymoo_psi.files._cells import SWAPPED, UnfitError
 from pymoo_psi.files._format import FileFormat, SourceFile
 from pymoo_psi.table import (
     DESIGNS_MARK,
@@ -154,7 +154,7 @@ def tests_of_cells(where: object, head: Head, cells: Entries) -> TestTable:
         return table_of(head, columns)
 
 
-def _values(cells: Iterable[Any], kind: Kind, decimal: str) -> AnyArray:
+def _values(cells: Sequence[Any], kind: Kind, decimal: str) -> AnyArray:
     """Return the values of a column of a kind."""
     texts = ["" if cell is None else str(cell) for cell in cells]
     if kind is Kind.CHOICE:
@@ -162,8 +162,11 @@ def _values(cells: Iterable[Any], kind: Kind, decimal: str) -> AnyArray:
     if kind is Kind.BINARY:
         return np.array([_TRUTHS.index(text.lower()) for text in texts], dtype=bool)
     number: Any = int if kind is Kind.INTEGER else float
-    # Python takes 1_0 for 10.
-    values = [number(text.replace("_", " ").replace(decimal, ".") or "nan") for text in texts]
+    values = []
+    for cell, text in zip(cells, texts, strict=True):
+        if decimal == "," and isinstance(cell, str):
+            text = text.translate(SWAPPED)  # somebody's 1.250 is not 1.25
+        values.append(number(text.replace("_", " ") or "nan"))  # Python takes 1_0 for 10
     return np.array(values, DTYPES[kind])
 
 

@@ -17,7 +17,15 @@ from itertools import takewhile
 from pathlib import Path
 
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Entries, FilePath, Head, Names, counted, invalid
+from pymoo_psi._validation import (
+    Entries,
+    FilePath,
+    Head,
+    Names,
+    counted,
+    distinct_keys,
+    invalid,
+)
 from pymoo_psi.files._cells import (
     Cells,
     RowsByLine,
@@ -265,7 +273,7 @@ class JsonFile(FileFormat):
 
         call = f"pandas.read_json('{file.path.name}', lines=True).to_csv('designs.csv')"
         try:
-            designs = json.loads(file.text)
+            designs = json.loads(file.text, object_pairs_hook=distinct_keys)
             if not all(isinstance(row, dict) for row in designs):
                 raise TypeError("it holds other values than objects")
         except (ValueError, TypeError, RecursionError) as error:

@@ -150,6 +150,8 @@ def _title(titles: Names, name: str | None) -> str:
 
 def _typed(value: Any) -> Any:
     """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
+    if value == "-0.0":
+        return -0.0
     if isinstance(value, str):
         return _ESCAPED.sub(lambda match: chr(int(match[1], 16)), value)
     if isinstance(value, (int, float)):

@@ -24,6 +24,7 @@ from pymoo_psi._validation import (
     collection,
     invalid,
     known_name,
+    mapping,
     wrong_type,
 )
 from pymoo_psi.problems._equalities import Polytope, polytope
@@ -385,9 +386,14 @@ def require_no_permutation(problem: Any) -> None:
 def column_titles(problem: Any) -> dict[str, str]:
     """Return the problem's own names for columns, by their default names.
 
-    They are in its attribute ``names``, a mapping; one of another type has another purpose.
+    They are in its attribute ``names``, a mapping; a method or text has another purpose.
+
+    Raises:
+        ArgumentTypeError: The names are in a list, which does not say of which columns.
     """
     titles = getattr(problem, "names", None)
+    if isinstance(titles, (list, tuple)):
+        mapping("the attribute names of a problem", titles, "f1, x1, … to names")
     if not isinstance(titles, Mapping):
         return {}
     return {str(name): str(title) for name, title in titles.items()}

@@ -19,6 +19,7 @@ from pymoo_psi._validation import (
     FilePath,
     Values,
     collection,
+    distinct_keys,
     instance,
     invalid,
     known_name,
@@ -209,6 +210,7 @@ class Decision:
         try:
             entries = json.loads(
                 content.decode("utf-8-sig"),
+                object_pairs_hook=distinct_keys,
                 parse_constant=_number,
                 parse_float=_number,
                 parse_int=_number,
