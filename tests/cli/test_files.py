@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -80,10 +81,21 @@ def test_what_is_read_and_a_study_are_never_overwritten(folder, said):
     for words in ("rank set.csv --out set.csv", "export s.db --out s.db",
                   "page set.csv --out set.html --prototype set.html",
                   "rank set.csv --decision a.csv --out a.csv",
+                  "solve dtlz2 --n-obj 2 --study d.db --from a.csv --out a.csv",
                   "analyze convergence.csv --out ."):  # fmt: skip
         assert re.search("another .* read", said(*words.split(), code=2))
     said("export", "set.csv", "--out", "s.db", code=2)
     assert {name: (folder / name).read_bytes() for name in before} == before
+
+
+def test_folders_of_results_keep_files_of_others(folder, said):
+    compare = "compare bnh --evaluations 16 --seeds 2 --algorithms psi,nsga2 --out ."
+    (folder / "tests.csv").write_text(FRONT)
+    assert "a folder without tests.csv of another program" in said(*compare.split(), code=2)
+    assert (folder / "tests.csv").read_text() == FRONT
+    (folder / "tests.csv").unlink()
+    said(*compare.split())
+    said(*compare.split())
 
 
 def test_metadata_of_others_are_found_before_the_run(folder, said):
@@ -112,6 +124,20 @@ def test_a_ranking_comes_back_with_its_metadata(said, tmp_path):
     refusal = "it is without o.csv-metadata.json, which says what the columns are; put it beside"
     assert refusal in said("rank", "o.csv", code=2)
     said("rank", "o.csv", "--objectives", "a [µg],b", "--maximize", "b")
+
+
+def test_a_ranking_of_three_decimals_is_read_again(said):
+    Path("set.csv").write_text("name,a,b\nA,1.125,4.125\nB,2.375,3.125\nC,3.125,2.375\n")
+    said("rank", "set.csv", "--out", "o.csv")
+    assert said("rank", "o.csv") == said("rank", "set.csv").replace("set.csv", "o.csv")
+
+
+def test_no_column_takes_the_name_of_another(said):
+    Path("set.csv").write_text("name,mu1,mu1 (source),a,b\nA,1,5,1,2\nB,2,6,2,1\n")
+    said("rank", "set.csv", "--objectives", "a,b", "--out", "o.csv")
+    frame = pd.read_csv("o.csv").sort_values("row")
+    assert frame["mu1 (source) (source)"].tolist() == [1, 2]
+    assert frame["mu1 (source)"].tolist() == [5, 6]
 
 
 @posix

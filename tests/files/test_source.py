@@ -311,6 +311,9 @@ def test_columns_of_others_keep_names_like_ours(read, tmp_path):
     for name in ("t.csv", "t.xlsx"):
         write_table(table, tmp_path / name)
         assert read_table(tmp_path / name).equals(table)
+    both = read("name,status,status (pymoo-psi),a,b\nA,x,y,1,2\nB,x,z,2,1\n")
+    both.to_csv(tmp_path / "t.csv")
+    assert read_table(tmp_path / "t.csv")["status (pymoo-psi)"].tolist() == ["y", "z"]
     write_table(read("run,cost,mass\nA,1,5\nB,2,3\nC,3,1\n"), tmp_path / "s.db")
     assert len(read_table(tmp_path / "s.db")) == 3
     refused(

@@ -383,6 +383,7 @@ def test_ranges_are_fixed_kept_or_given_up():
     assert wide.under(Formulation()).equals(wide)
     assert wide.under(limits={"width": 1}).ranking().ideal.tolist() == [0, 5]
     assert wide.under(Formulation(ranges={})).equals(table)
+    assert wide.under(objectives=[*fixed]).fixed_ranges == wide.fixed_ranges
     np.testing.assert_array_equal(wide.under(Formulation(ranges={})).ranking().criteria, own)
     # fixed for other objectives, they say nothing
     heat = Formulation(objectives=["mass", "heat"])

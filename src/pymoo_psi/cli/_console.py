@@ -8,6 +8,7 @@ no room are counted.
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import shlex
@@ -27,7 +28,7 @@ from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.files import FORMATS, designs_head, format_of
 from pymoo_psi.guide import guides, site_page
 from pymoo_psi.pareto import Caution, EfficiencyRanking, Explanation, explain, wrapped
-from pymoo_psi.table import TEST, TestTable, metadata_path
+from pymoo_psi.table import ROW, TEST, TestTable, metadata_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -284,7 +285,7 @@ def proposal(table: TestTable, found: Sequence[Caution]) -> list[str]:
 def _with_values(why: Explanation, table: TestTable) -> str:
     """Return what is proposed; a test, whose name says nothing, with its values."""
     schema = table.schema
-    if schema.label not in (None, "row"):
+    if schema.label not in (None, ROW):
         return why.standing
     ranking = why.ranking
     optimal = ranking.rows[ranking.pareto]
@@ -424,13 +425,25 @@ def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = Non
         path: The file.
         designs: The designs of the rows, if they are that. What their columns are is written with
             the rows.
+
+    Raises:
+        ArgumentValueError: The rows are no designs, and there is a file with other columns.
     """
     head = {}
     if designs is not None:
         head = designs_head(designs, [*frame])
+    elif path.is_file() and _header(path) != list(map(str, frame)):
+        rule = f"a folder without {path.name} of another program"
+        raise invalid("--out", rule, str(path), "choose another folder, or remove the file first")
     blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
     columns = {str(name): column for name, column in blanked.items()}
     format_of(path, "designs").save(path, columns, head)
+
+
+def _header(path: Path) -> list[str]:
+    """Return the cells in the first line of a CSV file; of another one anything else."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        return next(csv.reader(file), [])
 
 
 def run_guide(options: Options) -> int:

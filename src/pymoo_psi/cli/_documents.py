@@ -63,7 +63,7 @@ from pymoo_psi.pareto import (
     weights_sentence,
     wrapped,
 )
-from pymoo_psi.table import POINT, RUN, TEST, Column, Schema, TestTable
+from pymoo_psi.table import POINT, ROW, RUN, TEST, Column, Schema, TestTable, free_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,15 +93,15 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
     columns: Values = {}
     if schema.label is None:
         columns[TEST] = designs.numbers
-    elif _has_row_numbers(schema):
-        columns["row"] = designs.numbers
+    elif ROW not in schema.values:
+        columns[ROW] = designs.numbers
     for name in (*schema.notes, *schema.variables, *schema.objectives, *schema.outputs):
-        column = _beside_ranking(name)
+        column = _beside_ranking(name, schema)
         cells = designs.column(name)
         is_text = name in schema.notes and name != schema.label
         # Numbers called row are those of an earlier ranking, and are kept.
-        if name == "row" and is_text and not all(str(cell).isdecimal() for cell in cells):
-            column = f"{name} (source)"
+        if name == ROW and is_text and not all(str(cell).isdecimal() for cell in cells):
+            column = free_name(name, schema.names, "source")
         columns[column] = cells
     frame = ranking_frame(ranking, columns)
     if only_pareto:
@@ -111,15 +111,10 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
     return frame
 
 
-def _has_row_numbers(schema: Schema) -> bool:
-    """Whether the ranking of a file numbers its rows: the name may be that of values."""
-    return "row" not in {*schema.names} - {*schema.notes}
-
-
-def _beside_ranking(name: str) -> str:
+def _beside_ranking(name: str, schema: Schema) -> str:
     """Return the name of a column beside those of a ranking."""
     if name in RANKING_COLUMNS:
-        return f"{name} (source)"
+        return free_name(name, {*schema.names, *RANKING_COLUMNS}, "source")
     return name
 
 
@@ -195,7 +190,7 @@ def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
     frame = frame.drop(columns=["mu2", "mu3", "pareto"])
     frame["mu1"] = [number(distance, 5) for distance in frame["mu1"]]
     for name, number_format in number_formats(table).items():
-        column = _beside_ranking(name)
+        column = _beside_ranking(name, table.schema)
         if column in frame:
             frame[column] = list(map(number_format.text, frame[column]))
     if TEST in frame:
@@ -205,10 +200,10 @@ def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
     # The name or number leads each part of a wide table, as dominated designs have no place.
     places = frame.pop("place").astype("string").fillna("dominated")
     label = table.schema.label
-    if label not in (None, "row"):
+    if label not in (None, ROW):
         labels = frame.pop(label)
-        if _has_row_numbers(table.schema):
-            frame = frame.drop(columns="row")
+        if ROW not in table.schema.values:
+            frame = frame.drop(columns=ROW)
         frame.insert(0, label, labels)
     frame.insert(1, "place", places)
     return frame.rename(columns={column.name: _heading(column) for column in table.schema.columns})

@@ -126,7 +126,8 @@ def run_solve(options: Options) -> int:
         return try_program(options.problem, problem, n_points)
     out = options.out
     if out is not None:
-        out = require_output(out, suffixes_for("designs"), options.study, options.decision)
+        inputs = (options.study, options.decision, getattr(options, "from"))
+        out = require_output(out, suffixes_for("designs"), *inputs)
     model = Model(problem, settings)  # after this only the search can fail
     require_free_names((*model.schema.names, *model.formulation.computed))
     runner = set_runner(problem, options)

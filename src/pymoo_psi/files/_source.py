@@ -57,6 +57,7 @@ from pymoo_psi.table import (
     OBJECTIVE,
     OUTPUT,
     RESULTS,
+    ROW,
     RUN,
     STATUSES,
     TEST,
@@ -77,7 +78,7 @@ from pymoo_psi.table import (
 # Columns that name designs, and after them columns that number the rows of a file, which names of
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = (TEST, "test_point", "label", "name", "id", "design")
-_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
+_LABELS = (*_NAMING, ROW, "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
 # By these a ranking is recognized, and by its marks what a page has exported.
 _DISTANCES = ("mu1", "mu2", "mu3")
 _MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
@@ -258,7 +259,7 @@ def _table_of_population(population: Any) -> TestTable:
 
 def _label_of_rows(names: Collection[str]) -> str:
     """Return the name of a column that numbers designs by their rows."""
-    return "design" if "row" in names else "row"
+    return "design" if ROW in names else ROW
 
 
 def _content_of_file(

@@ -87,7 +87,7 @@ class CsvFile(FileFormat):
         columns = {}
         for name, column in cells.columns.items():
             columns[written_text(name)] = list(map(written_text, column))
-        return replace(cells, columns=columns), head
+        return replace(cells, columns=columns), {"decimal": ".", **head}
 
     def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns, and what they are into a file beside, whole or not at all.

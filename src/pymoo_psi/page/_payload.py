@@ -27,6 +27,7 @@ from pymoo_psi.table import (
     Kind,
     TestTable,
     added_columns,
+    free_name,
 )
 
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
@@ -58,10 +59,8 @@ def payload(
     if prototype is not None:
         others = set(names)
         for name in prototype.names:
-            while name in others:
-                name = f"{name} (existing)"
-            others.add(name)
-            names.append(name)
+            names.append(free_name(name, others, "existing"))
+            others.add(names[-1])
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)

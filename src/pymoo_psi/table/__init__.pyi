@@ -35,12 +35,14 @@ from ._schema import POINT as POINT
 from ._schema import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._schema import RESERVED as RESERVED
 from ._schema import RESULTS as RESULTS
+from ._schema import ROW as ROW
 from ._schema import RUN as RUN
 from ._schema import TEST as TEST
 from ._schema import VARIABLE as VARIABLE
 from ._schema import added_columns as added_columns
 from ._schema import column_names as column_names
 from ._schema import error_column as error_column
+from ._schema import free_name as free_name
 from ._schema import headings_of as headings_of
 from ._schema import names_of as names_of
 from ._schema import result_columns as result_columns

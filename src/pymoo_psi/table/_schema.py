@@ -51,7 +51,9 @@ RESULTS = ("status", "violated", "reason", "pareto")
 RESERVED = (TEST, *RESULTS)
 # Notes on tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
-NOT_OF_DESIGNS = {RUN, POINT, "row"}  # notes that tell tests apart, not designs
+ROW = "row"
+"""The name of the column that numbers the rows of a file."""
+NOT_OF_DESIGNS = {RUN, POINT, ROW}  # notes that tell tests apart, not designs
 PROPOSAL_ROUND = "proposal_round"
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 N_TESTS = "tests"
@@ -448,12 +450,19 @@ def result_columns(names: Collection[str]) -> dict[str, str]:
     Args:
         names: The columns of the table. Those of another program's file keep their names.
     """
-    columns = {}
-    for name in RESULTS:
-        columns[name] = name
-        if name in names:
-            columns[name] = f"{name} (pymoo-psi)"
-    return columns
+    return {name: free_name(name, names, "pymoo-psi") for name in RESULTS}
+
+
+def free_name(name: str, names: Collection[str], mark: str) -> str:
+    """Return a name that none of some others has: with a mark behind it, if needed repeatedly.
+
+    Example:
+        >>> free_name("status", ["mass", "status"], "pymoo-psi")
+        'status (pymoo-psi)'
+    """
+    while name in names:
+        name = f"{name} ({mark})"
+    return name
 
 
 def added_columns(names: Collection[str], *, present: bool = False) -> tuple[str, str]:
