@@ -9,7 +9,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
-from tests.algorithms.test_noisy import Queue
+from tests.algorithms.test_noisy import queue
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
@@ -48,18 +48,16 @@ def with_a_second(value):
 
 
 def test_a_contradiction_is_said_and_the_computed_value_counts(lab, options):
-    frame = RESULTS.assign(h=1.0, ratio=[0.75, 99.0, 0.333333], double=[2.5, np.nan, 77.0])
-    _, *remarks = import_tests(lab, frame, options).remarks
-    assert remarks == [
+    frame = WHOLE.assign(ratio=[0.75, 99.0, 0.333333], double=[2.5, np.nan, 77.0])
+    assert import_tests(lab, frame, options).remarks[1:] == (
         "ratio of 1 test is given otherwise than computed from f/g, which counts: "
         "99 in row 2, computed 2.5.",
         "double of 1 test is given otherwise than computed from 2*ratio + h, which counts: "
         "77 in row 3, computed 1.66667.",
-    ]
+    )
     asked = ask_tests(lab, 2, options)
     asked[["f", "g", "h", "ratio"]] = [[3.0, 4.0, 1.0, 0.75], [3.0, 4.0, 1.0, 8.0]]
-    sentences = tell_tests(asked, options.study)
-    assert sentences[1:-1] == [
+    assert tell_tests(asked, options.study)[1:-1] == [
         "ratio of 1 test is given otherwise than computed from f/g, which counts: "
         "8 in row 2, computed 0.75."
     ]
@@ -87,15 +85,15 @@ def test_what_has_no_tests_of_the_problem_is_refused(lab, options, frame, messag
 @pytest.mark.parametrize("form", ["study", "csv", *rarely("table", "frame")])
 def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     first, options = tmp_path / "a.db", RunOptions(study=tmp_path / "b.db")
-    investigate(Queue(), 8, repeat=3, study=first)
+    investigate(queue(), 8, repeat=3, study=first)
     tests = read_table(first, average_by=False)
     tests.to_csv(tmp_path / "a.csv")
     frame = pd.DataFrame({name: tests[name] for name in tests.schema.names})
     source = {"study": first, "csv": tmp_path / "a.csv", "table": tests, "frame": frame}[form]
     for remark in ("24 of 24 tests taken", "0 of 24 tests taken, 24"):
-        assert import_tests(Queue(), source, options).remarks[0].startswith(remark)
+        assert import_tests(queue(), source, options).remarks[0].startswith(remark)
     # Means are equal, in whatever order, and the study has the tests of these seeds.
-    investigate(Queue(), 8, repeat=2, study=options.study)
+    investigate(queue(), 8, repeat=2, study=options.study)
     means = read_table(options.study)
     np.testing.assert_array_equal(np.sort(means.F, axis=0), np.sort(read_table(first).F, axis=0))
     assert (means["tests"] == 3).all()
@@ -106,44 +104,43 @@ def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
     assert len(import_tests(lab, "old.csv", options)) == 3
 
 
-def test_means_of_tests_are_no_tests(tmp_path):
-    means = investigate(Queue(), 8, repeat=3)
+@pytest.mark.parametrize("form", ["csv", *rarely("table", "frame")])
+def test_means_of_tests_are_no_tests(form, options, tmp_path):
+    means = investigate(queue(), 8, repeat=3)
     means.to_csv(tmp_path / "means.csv")
-    for source in (means, means.to_frame(), tmp_path / "means.csv"):
-        refused(
-            "single ones, got means with 'f1 standard error'; give the study",
-            import_tests,
-            Queue(),
-            source,
-            RunOptions(study=tmp_path / "b.db"),
-        )
+    source = {"csv": tmp_path / "means.csv", "table": means, "frame": means.to_frame()}[form]
+    message = "single ones, got means with 'f1 standard error'; give the study"
+    refused(message, import_tests, queue(), source, options)
+
+
+BNH = get_problem("bnh")
 
 
 def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_path):
-    problem = get_problem("bnh")
-    table = investigate(problem, 96)
+    table = investigate(BNH, 96)
     table.to_csv(tmp_path / "old.csv")
-    tests = import_tests(problem, tmp_path / "old.csv", options)
+    tests = import_tests(BNH, tmp_path / "old.csv", options)
     assert tests.remarks[0] == "96 of 96 tests taken, 0 known already."
     assert tests.status.tolist() == table.status.tolist()
-    new = minimize(problem, SurrogatePSI(4, study=options.study), seed=1).algorithm.table
+    new = minimize(BNH, SurrogatePSI(4, study=options.study), seed=1).algorithm.table
     assert (new["proposal_round"] > 0).all()  # the 96 tests stand for the first points
 
 
+HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0})
+HOT = HOT.assign(heat=5.0, g1=-1.0, g2=-1.0)
+
+
 def test_values_outside_the_bounds_are_named(options):
-    outputs = {"f1": 1.0, "f2": 2.0, "g1": -1.0, "g2": -1.0}
-    frame = pd.DataFrame({"x1": [1.0, 6.0, -2.0], "x2": 1.0, **outputs})
-    tests = import_tests(get_problem("bnh"), frame, options)
+    tests = import_tests(BNH, HOT.assign(x1=[6.0, -2.0]), options)
     assert tests.remarks[1:] == ("x1 is outside 0 to 5 in 2 tests, the first 6.",)
 
 
-def test_choices_outside_a_box_are_tests_too(tmp_path, study_file):
+def test_choices_outside_a_box_are_tests_too(options, tmp_path):
     variables = {"x": Real(bounds=(0, 1)), "m": Choice(options=["steel", 12, "12"])}
     material = Model(lambda x: {"F": x["x"]}, vars=variables, n_obj=1)
-    whole = investigate(material, 12, study=study_file)
+    whole = investigate(material, 12, study=tmp_path / "whole.db")
     part = Restricted(material, {"m": ["steel"]})
-    tests = import_tests(part, study_file, RunOptions(study=tmp_path / "part.db"))
-    assert tests.X.tolist() == whole.X.tolist()
+    assert import_tests(part, tmp_path / "whole.db", options).X.tolist() == whole.X.tolist()
 
 
 def kiln(x):
@@ -166,37 +163,25 @@ def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, tmp
     tests = import_tests(problem, source, RunOptions(study=tmp_path / "b.db"))
     ran = table.status != "failed"
     np.testing.assert_array_equal(tests["heat"], table["heat"][ran])
-    taken, left_out = tests.remarks
-    assert taken.startswith(f"{ran.sum()} of ")
-    assert left_out.startswith(f"{len(table) - ran.sum()} ")
-
-
-HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0})
-HOT = HOT.assign(heat=5.0, g1=-1.0, g2=-1.0)
+    assert [remark.split()[0] for remark in tests.remarks] == [f"{ran.sum()}", f"{(~ran).sum()}"]
 
 
 def test_known_tests_are_completed_and_not_called_new(options):
-    problem = get_problem("bnh")
-    import_tests(problem, HOT.drop(columns="heat"), options)
-    third = HOT.tail(1).assign(x1=3.0)
-    tests = import_tests(problem, pd.concat([HOT, third]), options)
+    import_tests(BNH, HOT.drop(columns="heat"), options)
+    tests = import_tests(BNH, pd.concat([HOT, HOT.tail(1).assign(x1=3.0)]), options)
     assert tests.remarks == ("1 of 3 tests taken, 2 known already, 2 of these completed.",)
     assert read_table(options.study)["heat"].tolist() == [5.0] * 3
 
 
-class Noisy(Model):
-    noisy = True
-
-
 def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
-    problem = Noisy(lambda x: {"F": [0.0, 0.0]}, n_var=2, n_obj=2, xl=0, xu=5)
     frame = HOT[["x1", "x2", "f1", "f2", "heat"]]
-    import_tests(problem, frame.drop(columns="heat"), options)
+    import_tests(queue(xu=5), frame.drop(columns="heat"), options)
     more = pd.concat([frame, frame.assign(f1=1.0)])
     for taken in ("2 of 4 tests taken, 2", "0 of 4 tests taken, 4"):
-        first, second = import_tests(problem, more, options).remarks
-        assert first == f"{taken} known already."
-        assert second == "Further outputs of known tests are not added: the model is noisy."
+        assert import_tests(queue(xu=5), more, options).remarks == (
+            f"{taken} known already.",
+            "Further outputs of known tests are not added: the model is noisy.",
+        )
     heat = read_table(options.study, average_by=False)["heat"]
     np.testing.assert_array_equal(heat, [np.nan, np.nan, 5.0, 5.0])
 
@@ -204,7 +189,7 @@ def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
 def test_columns_of_rankings_and_studies_are_no_outputs_unless_the_model_has_them(
     options, tmp_path
 ):
-    tests = import_tests(get_problem("bnh"), HOT.assign(place=1, mu1=0.1, repeat=1), options)
+    tests = import_tests(BNH, HOT.assign(place=1, mu1=0.1, repeat=1), options)
     assert tests.schema.outputs == ("heat",)
     assert tests.remarks[1:] == (
         "mu1, place, repeat left out: rankings and studies have columns of this name.",
@@ -217,5 +202,5 @@ def test_columns_of_rankings_and_studies_are_no_outputs_unless_the_model_has_the
 
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):
     options = RunOptions(study=tmp_path / "shares", share=(1, 2))
-    refused("share must be left out .* 'pymoo-psi export'", import_tests, Queue(), RESULTS, options)
+    refused("share must be left out .* 'pymoo-psi export'", import_tests, queue(), RESULTS, options)
     assert not (tmp_path / "shares").exists()

@@ -1,6 +1,7 @@
 """A study of whatever algorithm: nothing is lost, nothing evaluated twice, runs go on as one run."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +9,6 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
@@ -18,36 +18,34 @@ from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.files import read_table
 from pymoo_psi.study import Study
+from tests.helpers.models import Model
 from tests.helpers.refusals import interrupted, refused
 from tests.helpers.studies import rows
 
 
-class Model(ElementwiseProblem):
-    """A square with a stepped constraint that many designs violate alike; counts, and stops."""
+def step(x):
+    """With a stepped constraint that many designs violate alike."""
+    F = [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2]
+    return {"F": F, "G": np.floor(3 * x[1] + 2 * x[2]) - 1, "lift": 2 * x[0]}
 
-    def __init__(self, stop=None, fails=False, n_obj=2, **options):
-        if "vars" not in options:
-            options |= {"n_var": 3, "n_ieq_constr": int(n_obj > 1), "xl": 0, "xu": 1}
-        super().__init__(n_obj=n_obj, **options)
-        self.seen, self.stop, self.fails = [], stop, fails
-        self.is_mixed = "vars" in options
 
-    def fingerprint(self):
-        return {}  # its arguments change no value
+def failing_step(x):
+    if x[2] > 0.7:
+        raise ArithmeticError(f"no convergence at {x[2]}")
+    return step(x)
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        if len(self.seen) == self.stop:
-            raise KeyboardInterrupt
-        self.seen.append(repr(x))
-        if self.is_mixed:
-            cost = {"oak": 1.0, "steel": 3.0, "foam": 0.5}[x["metal"]]
-            out["F"] = [cost * x["width"] + x["n"], (5 - x["width"]) ** 2 / (1 + x["hollow"])]
-            return
-        if self.fails and x[2] > 0.7:
-            raise ArithmeticError(f"no convergence at {x[2]}")
-        out["F"] = [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2][: self.n_obj]
-        if self.n_ieq_constr:
-            out["G"] = np.floor(3 * x[1] + 2 * x[2]) - 1
+
+def of_one_objective(x):
+    return {"F": x[0] + x[2] ** 2}
+
+
+def beam(x):
+    cost = {"oak": 1.0, "steel": 3.0, "foam": 0.5}[x["metal"]]
+    return {"F": [cost * x["width"] + x["n"], (5 - x["width"]) ** 2 / (1 + x["hollow"])]}
+
+
+def model(results=step, **options):
+    return Model(results, **{"n_var": 3, "n_ieq_constr": 1} | options)
 
 
 VARIABLES = {
@@ -68,51 +66,47 @@ def cmaes():
     return CMAES(x0=np.full(3, 0.4))
 
 
+SINGLE = partial(model, of_one_objective, n_obj=1, n_ieq_constr=0)
+MIXED = partial(Model, beam, vars=VARIABLES)
 RUNS = {
-    "nsga2": ({}, lambda: NSGA2(10)),
-    "nsga3": ({}, nsga3),
-    "nsga3-failing": ({"fails": True}, nsga3),
-    "de": ({"n_obj": 1}, lambda: DE(10)),
-    "cmaes": ({"n_obj": 1}, cmaes),
-    "mixed": ({"vars": VARIABLES}, lambda: MixedVariableGA(10, survival=RankAndCrowding())),
+    "nsga2": (model, lambda: NSGA2(10)),
+    "nsga3": (model, nsga3),
+    "nsga3-failing": (partial(model, failing_step), nsga3),
+    "de": (SINGLE, lambda: DE(10)),
+    "cmaes": (SINGLE, cmaes),
+    "mixed": (MIXED, lambda: MixedVariableGA(10, survival=RankAndCrowding())),
 }
 
 
-def solved(problem, algorithm, n_gen=6):
-    return minimize(problem, algorithm, ("n_gen", n_gen), seed=5)
+def solved(problem, algorithm):
+    return minimize(problem, algorithm(), ("n_gen", 6), seed=5)
 
 
-def recorded(model, path, **options):
-    return Recorded(model if model.is_mixed else FailureTolerant(model), study=path, **options)
+def recorded(problem, path, **options):
+    return Recorded(FailureTolerant(problem), study=path, **options)
 
 
-def population(result):
-    return [repr(x) if isinstance(x, dict) else x.tobytes() for x in result.pop.get("X")]
+@pytest.mark.parametrize(("make", "algorithm"), RUNS.values(), ids=RUNS)
+def test_an_interrupted_run_goes_on_without_a_difference(study_file, make, algorithm):
+    plain, second = make(), make()
+    whole = solved(FailureTolerant(plain), algorithm)
+    first = make(stop=len(plain.calls) * 3 // 5)
+    interrupted(solved, recorded(first, study_file), algorithm)
+    stored = read_table(study_file)
+    problem = recorded(second, study_file)
+    result = solved(problem, algorithm)
+    table = problem.table
 
-
-@pytest.mark.parametrize("name", RUNS)
-def test_an_interrupted_run_goes_on_without_a_difference(tmp_path, name):
-    options, algorithm = RUNS[name]
-    plain = Model(**options)
-    whole = solved(plain if plain.is_mixed else FailureTolerant(plain), algorithm())
-    first = Model(stop=len(plain.seen) * 3 // 5, **options)
-    interrupted(solved, recorded(first, tmp_path / "s.db"), algorithm())
-    stored = read_table(tmp_path / "s.db")
-    second = Model(**options)
-    problem = recorded(second, tmp_path / "s.db")
-    result = solved(problem, algorithm())
-
-    assert 0 < len(stored) < len(problem.table)
-    assert population(result) == population(whole)
-    np.testing.assert_array_equal(result.pop.get("F"), whole.pop.get("F"))
+    assert 0 < len(stored) < len(table)
+    for name in ("X", "F"):
+        assert repr(result.pop.get(name).tolist()) == repr(whole.pop.get(name).tolist())
     np.testing.assert_array_equal(result.F, whole.F)
-    assert problem.table.take(np.arange(len(stored))).equals(stored)
+    assert table.take(np.arange(len(stored))).equals(stored)
     # only what was under way when the first one stopped is evaluated again
-    assert len(set(second.seen)) == len(second.seen) == len(problem.table) - len(stored)
+    assert len({*map(repr, second.calls)}) == len(second.calls) == len(table) - len(stored)
     # each design is the test of its number
-    rows = {number: row for row, number in enumerate(problem.table.numbers.tolist())}
-    F = problem.table.F[[rows[number] for number in result.pop.get("test_point")]]
-    np.testing.assert_array_equal(F, result.pop.get("F"))
+    rows = [table.row_of(number) for number in result.pop.get("test_point")]
+    np.testing.assert_array_equal(table.F[rows], result.pop.get("F"))
 
 
 # One batch
@@ -131,8 +125,8 @@ def values(problem, X):
 )
 @pytest.mark.parametrize("designs", [batch(), batch()[0]])
 def test_what_is_returned_is_pymoos(study_file, arguments, designs):
-    problem = Recorded(Model(), study=study_file)
-    got, expected = (p.evaluate(designs, **arguments) for p in (problem, Model()))
+    problem = Recorded(model(), study=study_file)
+    got, expected = (p.evaluate(designs, **arguments) for p in (problem, model()))
     assert type(got) is type(expected)
     for a, b in zip(got, expected, strict=True):
         np.testing.assert_array_equal(a, b, strict=True)
@@ -140,15 +134,10 @@ def test_what_is_returned_is_pymoos(study_file, arguments, designs):
     assert (out["test_point"].item(), out["F"].shape) == (1, (2,))
 
 
-def test_names_directions_and_outputs_are_those_of_the_problem(tmp_path):
-    class Winged(Model):
-        def _evaluate(self, x, out, *args, **kwargs):
-            super()._evaluate(x, out, *args, **kwargs)
-            out["lift"] = 2 * x[0]
-
+def test_names_directions_and_outputs_are_those_of_the_problem(study_file):
     X = batch()
     told = {"names": {"f2": "gain", "x1": "width"}, "maximize": ["gain"], "units": {"lift": "N"}}
-    first, again = (Recorded(Winged(), study=tmp_path / "s.db", **told) for _ in range(2))
+    first, again = (Recorded(model(), study=study_file, **told) for _ in range(2))
     out = first.evaluate(X, return_as_dictionary=True)
     np.testing.assert_array_equal(again.evaluate(X, return_values_of=["lift"]), 2 * X[:, 0])
     assert again.n_evaluated == 0
@@ -159,48 +148,49 @@ def test_names_directions_and_outputs_are_those_of_the_problem(tmp_path):
 # Failures
 
 
-@pytest.mark.parametrize("name", ["within", "without"])
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda tolerant, model, path: Recorded(tolerant(model), study=path),
+        lambda tolerant, model, path: tolerant(Recorded(model, study=path)),
+    ],
+    ids=["within", "without"],
+)
 @pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
-def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as, name):
-    X = batch(12)
-    expected = FailureTolerant(Model(fails=True), failed_as=failed_as)
-    answers = values(expected, X)
+def test_a_tolerant_problem_may_stand_within_or_without(study_file, failed_as, wrap):
+    tolerant = partial(FailureTolerant, failed_as=failed_as)
+    expected = tolerant(model(failing_step))
+    answers = values(expected, batch(12))
     reasons = [failure.reason for failure in expected.failures]
-    path = tmp_path / "s.db"
     for _ in range(2):  # then from the file
-        model = Model(fails=True)
-        if name == "within":
-            problem = Recorded(FailureTolerant(model, failed_as=failed_as), study=path)
-        else:
-            problem = FailureTolerant(Recorded(model, study=path), failed_as=failed_as)
-        assert problem.n_ieq_constr == expected.n_ieq_constr
-        for got, answer in zip(values(problem, X), answers, strict=True):
+        fragile = model(failing_step)
+        problem = wrap(tolerant, fragile, study_file)
+        for got, answer in zip(values(problem, batch(12)), answers, strict=True):
             np.testing.assert_array_equal(got, answer)
         assert [failure.reason for failure in problem.failures] == reasons
-    assert model.seen == []
+    assert fragile.calls == []
     assert problem.table.schema.constraints == ("g1",)
     assert list(problem.table.reasons.values()) == reasons
 
 
 def test_a_failure_ends_the_run_when_everything_is_stored(study_file):
     """With one message, whether the model fails or the study says that it did."""
-    model, first = Model(fails=True), batch(12)[batch(12)[:, 2] > 0.7][0]
+    fragile, first = model(failing_step), batch(12)[batch(12)[:, 2] > 0.7][0]
     message = re.escape(f"ArithmeticError: no convergence at {first[2]}")
     for _ in range(2):
-        problem = Recorded(model, study=study_file)
+        problem = Recorded(fragile, study=study_file)
         refused(message, problem.evaluate, batch(12), error=EvaluationError)
-    assert len(model.seen) == len(read_table(study_file)) == 12
+    assert len(fragile.calls) == len(read_table(study_file)) == 12
 
 
-def test_failures_are_tried_again_if_asked_for(tmp_path):
-    X, path = batch(12), tmp_path / "s.db"
-    recorded(Model(fails=True), path).evaluate(X)
-    before, model = read_table(path), Model()
-    problem = recorded(model, path, retry="failed")
+def test_failures_are_tried_again_if_asked_for(study_file):
+    X, repaired = batch(12), model()
+    recorded(model(failing_step), study_file).evaluate(X)
+    before = read_table(study_file)
+    problem = recorded(repaired, study_file, retry="failed")
     for _ in range(2):
         problem.evaluate(X)
-    failed = before.numbers[before.status == "failed"]
-    assert model.seen == [repr(x) for x in X[failed - 1]]
+    np.testing.assert_array_equal(np.vstack(repaired.calls), X[before.status == "failed"])
     assert problem.table.numbers.tolist() == before.numbers.tolist()
     assert "failed" not in problem.table.status
 
@@ -209,8 +199,8 @@ def test_failures_are_tried_again_if_asked_for(tmp_path):
 
 
 def test_a_corrected_test_of_another_run_has_new_values(study_file):
-    first = investigate(Model(), 2, study=study_file)
-    problem = recorded(Model(), study_file)
+    first = investigate(model(), 2, study=study_file)
+    problem = recorded(model(), study_file)
     assert values(problem, first.X)[0].tolist() == first.F.tolist()
     study = Study(study_file)
     columns = rows(study.contents()[1], slice(0, 1))
@@ -221,37 +211,32 @@ def test_a_corrected_test_of_another_run_has_new_values(study_file):
     assert values(problem, first.X)[0][:, 0].tolist() == [7.0, first.F[1, 0]]
 
 
-class Noisy(Model):
-    noisy = True
-
-
-def recorded_values(path, X, name="F", **options):
-    return Recorded(Model(**options), study=path).evaluate(X, return_values_of=[name])
+def recorded_values(path, X=batch(), name="F", **options):  # noqa: B008
+    return Recorded(model(**options), study=path).evaluate(X, return_values_of=[name])
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("options", "message"),
     [
-        (lambda path: recorded_values(path, batch(), requires_kwargs=True), "on the design alone"),
-        (lambda path: Recorded(Noisy(), study=path), "on the design alone"),
-        (lambda path: recorded_values(path, batch(), "dF"), "further numbers of the model, got 'dF'"),
-        (lambda path: recorded_values(path, batch(), "lift"), "got 'lift'; evaluate the problem within"),
-        (lambda path: recorded_values(path, batch(), vtype=int), "integer values"),
-        (lambda path: recorded_values(path, batch() * np.nan), "finite"),
+        ({"requires_kwargs": True}, "on the design alone"),
+        ({"noisy": True}, "on the design alone"),
+        ({"name": "dF"}, "further numbers of the model, got 'dF'"),
+        ({"name": "drag"}, "got 'drag'; evaluate the problem within"),
+        ({"vtype": int}, "integer values"),
+        ({"X": batch() * np.nan}, "finite"),
     ],
-)  # fmt: skip
-def test_what_cannot_be_kept_is_refused(tmp_path, make, message):
-    refused(message, make, tmp_path / "s.db")
+)
+def test_what_cannot_be_kept_is_refused(study_file, options, message):
+    refused(message, recorded_values, study_file, **options)
 
 
 # With pymoo's tools
 
 
-def test_an_investigation_of_a_recorded_problem_has_own_numbers(tmp_path):
+def test_an_investigation_of_a_recorded_problem_has_own_numbers(study_file):
     """Those of the study are none of its outputs, of which it would warn."""
-    problem = Recorded(Model(), study=tmp_path / "s.db")
+    problem = Recorded(model(), study=study_file)
     problem.evaluate(np.full((1, 3), 0.5))
-    assert minimize(problem, PSI(3, first=2)).algorithm.table.equals(
-        minimize(Model(), PSI(3, first=2)).algorithm.table
-    )
+    alone = minimize(model(), PSI(3, first=2)).algorithm.table
+    assert minimize(problem, PSI(3, first=2)).algorithm.table.equals(alone)
     assert problem.n_evaluated == 3, "the first of them is answered from the study"
