@@ -2,7 +2,6 @@
 
 import dataclasses
 import inspect
-import time
 
 import numpy as np
 import pytest
@@ -11,40 +10,23 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     Recorded,
-    SphereChute,
     SurrogatePSI,
-    VectorizedSphereChute,
     investigate,
     read_table,
 )
 from pymoo_psi.algorithms import RunOptions
-from pymoo_psi.study import Study
-
-CHUTE = VectorizedSphereChute(0.4, model="rolling")
+from tests.helpers.steered import Steered
 
 
 @pytest.mark.parametrize("n_before", [0, 8, 10])
 def test_a_run_that_is_stopped_keeps_what_is_tested(study_file, n_before):
     """Also in a block none of whose tests was ready."""
-
-    class Stopped(SphereChute):
-        n_tested = 0
-
-        def _evaluate(self, *args, **kwargs):
-            super()._evaluate(*args, **kwargs)
-            if self.n_tested == n_before:
-                with Study(study_file).changes() as study:
-                    study.steer({"name": "Bo", "action": "stop"})
-                time.sleep(0.6)  # requests are read twice a second
-            self.n_tested += 1
-
-    tested = minimize(Stopped(0.4), PSI(400, block_size=4, study=study_file)).algorithm.table
+    problem = Steered(study_file, {"action": "stop"}, at=n_before + 1)
+    tested = minimize(problem, PSI(400, block_size=4, study=study_file)).algorithm.table
     assert len(tested) in (n_before // 4 * 4, n_before + 1)
     stored = read_table(study_file)
     assert len(stored) == n_before + 1
     assert stored.take(np.arange(len(tested))).equals(tested)
-    problem = Stopped(0.4)
-    problem.n_tested = 400
     assert len(minimize(problem, PSI(400, study=study_file)).algorithm.table) == 400
 
 

@@ -4,12 +4,12 @@ import os
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, VectorizedSphereChute, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.files import read_table
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4)
@@ -42,59 +42,42 @@ def test_processes_give_the_table_of_one_core(tmp_path):
     assert os.listdir(tmp_path) == ["s.db"]
 
 
-class Recurring(ElementwiseProblem):
+def recurring(more=0.0, seeds=0, noisy=False):
     """A model whose designs recur in several shares."""
 
-    more = 0.0
+    def results(x, seed=0):
+        return {"F": [1e6 * x[0] + seeds * seed + more, -x[0]], "temperature": seed}
 
-    def __init__(self, noisy, seeds=1):
-        super().__init__(n_var=1, n_obj=2, xl=0, xu=4, vtype=int)
-        self.noisy = noisy
-        self.seeds = seeds
-
-    def _evaluate(self, x, out, *args, seed=0, **kwargs):
-        out["F"] = [1e6 * x[0] + self.seeds * seed + self.more, -x[0]]
-        out["temperature"] = seed
+    return Model(results, n_var=1, xu=4, vtype=int, noisy=noisy)
 
 
-@pytest.mark.parametrize(("noisy", "seeds"), [(False, 1), (True, 1), (True, 0)])
+def make_share(folder, part, n_parts, **changes):
+    return minimize(recurring(**changes), PSI(12, share=(part, n_parts), study=folder))
+
+
+@pytest.mark.parametrize(("noisy", "seeds"), [(False, 0), (True, 1), (True, 0)])
 def test_designs_of_several_shares_are_those_of_one_run(noisy, seeds, tmp_path):
     """Under the same numbers; the tests of a noisy model all count, equal objectives or not."""
-    problem = Recurring(noisy, seeds)
     for part in (1, 2, 3):
-        minimize(problem, PSI(12, share=(part, 3), study=tmp_path / "shares"))
-    minimize(problem, PSI(12, study=tmp_path / "s.db"))
+        make_share(tmp_path / "shares", part, 3, seeds=seeds, noisy=noisy)
+    minimize(recurring(seeds=seeds, noisy=noisy), PSI(12, study=tmp_path / "s.db"))
     whole = read_table(tmp_path / "s.db", average_by=False)
     assert len(whole) == (12 if noisy else 5)
     assert read_table(tmp_path / "shares", average_by=False).to_frame().equals(whole.to_frame())
 
 
-@pytest.mark.parametrize(("more", "is_refused"), [(1e-6, False), (1.0, True)])
-def test_shares_of_two_versions_are_no_table(more, is_refused, tmp_path, monkeypatch):
-    """What machines round otherwise, relative to the largest result, is no other version."""
-    for part in (1, 2):
-        minimize(Recurring(False), PSI(12, share=(part, 2), study=tmp_path))
-        monkeypatch.setattr(Recurring, "more", more)
-    if is_refused:
-        with pytest.raises(StudyMismatchError, match="different results for the same design"):
-            read_table(tmp_path)
-    else:
-        assert len(read_table(tmp_path)) == 5
+def test_shares_of_two_versions_are_no_table(tmp_path):
+    make_share(tmp_path, 1, 2)
+    make_share(tmp_path, 2, 2, more=1.0)
+    message = "different results for the same design"
+    refused(message, read_table, tmp_path, error=StudyMismatchError)
 
 
-def test_a_design_may_fail_in_one_share_only(tmp_path, monkeypatch):
-    """As on a machine without a licence: the result of another share counts."""
-    for part, more in ((1, np.nan), (2, 0.0)):
-        monkeypatch.setattr(Recurring, "more", more)
-        minimize(Recurring(False), PSI(12, share=(part, 2), study=tmp_path))
+@pytest.mark.parametrize("more", [[0, 1e-6], [np.nan, 0], [0] * 4 + [1e-9] * 8])
+def test_what_machines_round_otherwise_is_no_other_version(more, tmp_path):
+    """Relative to the largest result of all shares; nor is a failure where a licence is missing."""
+    for part, change in enumerate(more, 1):
+        make_share(tmp_path, part, len(more), more=change)
     table = read_table(tmp_path)
     assert len(table) == 5
     assert np.isfinite(table.F).all(axis=1).sum() >= 3
-
-
-def test_rounding_is_measured_by_all_shares(tmp_path, monkeypatch):
-    """A share of one small value knows no size of its own."""
-    for part in range(1, 13):
-        monkeypatch.setattr(Recurring, "more", 1e-9 * (part > 4))
-        minimize(Recurring(False), PSI(12, share=(part, 12), study=tmp_path))
-    assert len(read_table(tmp_path)) == 5

@@ -10,26 +10,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, ProcessRunner, investigate
 from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
-from tests.helpers.models import Model
+from tests.helpers.models import Model, Sum
 from tests.helpers.processes import posix, until
-
-
-class Sum(ElementwiseProblem):
-    """Two criteria of two variables; the model can be told to wait by the design."""
-
-    def __init__(self, wait=lambda x: None, **kwargs):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
-        self.wait = wait
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        self.wait(x)
-        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
 
 
 def shuffled(x):
@@ -70,26 +57,23 @@ class Held:
         if not x.any():
             assert until(self.gate.exists)
 
-    def seen(self):
-        return self.noted.read_text().splitlines() if self.noted.exists() else []
+    def n_seen(self):
+        return len(self.noted.read_text().splitlines()) if self.noted.exists() else 0
 
     def open_after(self, n):
-        until(lambda: len(self.seen()) >= n)
+        until(lambda: self.n_seen() >= n)
         self.gate.touch()
 
 
 def test_no_worker_waits_for_the_slowest_of_a_block(tmp_path):
     """All points are tested before the first block is complete: no block is a barrier."""
-    held, told = Held(tmp_path), []
+    held, n_seen = Held(tmp_path), []
     problem = Sum(held, elementwise_runner=ProcessRunner(3))
-
-    def callback(algorithm):
-        told.append((algorithm.n_tested, len(held.seen())))
-
     with ThreadPoolExecutor(1) as other:
         other.submit(held.open_after, 100)
-        minimize(problem, PSI(100, block_size=10), callback=callback)
-    assert told == [(10 * k, 100) for k in range(1, 11)]
+        options = {"callback": lambda algorithm: n_seen.append(held.n_seen())}
+        minimize(problem, PSI(100, block_size=10), **options)
+    assert n_seen == [100] * 10
 
 
 def test_a_termination_bounds_what_is_evaluated_ahead(study_file):
@@ -115,7 +99,7 @@ class TakingLong(ProcessRunner):
 
     Args:
         seconds: What each result is said to have taken.
-        seen: Called with the number of results that have been taken, after each of them.
+        seen: Called after each result that has been taken.
     """
 
     def __init__(self, seconds, seen):
@@ -123,23 +107,23 @@ class TakingLong(ProcessRunner):
         self.seconds, self.seen = seconds, seen
 
     def results(self, queue):
-        for n, (index, values, _) in enumerate(queue.evaluated_here(), 1):
+        for index, values, _ in queue.evaluated_here():
             yield index, values, self.seconds
-            self.seen(n)
+            self.seen()
 
 
 @pytest.mark.parametrize("seconds", [0.01, 7.0, *rarely(30.0)])
-def test_results_of_long_computing_are_stored_at_once(tmp_path, seconds):
+def test_results_of_long_computing_are_stored_at_once(study_file, seconds):
     """At most 20 seconds of computing may be lost, though less than a second has passed."""
-    path, stored = tmp_path / "s.db", []
-    runner = TakingLong(seconds, lambda n: stored.append(len(read_table(path))))
-    investigate(Sum(elementwise_runner=runner), 64, study=path)
+    stored = []
+    runner = TakingLong(seconds, lambda: stored.append(len(read_table(study_file))))
+    investigate(Sum(elementwise_runner=runner), 64, study=study_file)
     assert ((np.arange(1, 65) - stored) * seconds < 20).all()
-    assert len(read_table(path)) == 64
+    assert len(read_table(study_file)) == 64
 
 
 ENDED = """
-import os, sys, time
+import os, signal, sys, time
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
@@ -166,6 +150,7 @@ def wait(executor, wait=_run.Executor.wait):
     return seconds
 
 _run.Executor.wait = wait
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
@@ -188,8 +173,6 @@ IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
 def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):
     path = tmp_path / "s.db"
     code = ENDED.replace("RUN\n", run + "\n").replace("RUNNER", runner)
-    if how == signal.SIGINT:  # a job in the background ignores it
-        code = f"import signal\nsignal.signal(2, signal.default_int_handler)\n{code}"
     process = subprocess.Popen(
         [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
@@ -198,28 +181,27 @@ def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):
         while awaited:  # the designs of a worker begin in any order
             awaited.discard(process.stdout.readline())
         os.kill(process.pid, how)
-    assert process.returncode in (-how, 128 + how, 1)
-    assert process.returncode == -how or how == signal.SIGINT
+    assert process.returncode in {signal.SIGINT: (-how, 128 + how, 1)}.get(how, (-how,))
     stored = read_table(path)
     assert 1 in stored.numbers
     assert not (stored.X == 0.5).all(axis=1).any()
     assert os.listdir(tmp_path) == ["s.db"]  # nor does a lock lie beside it
 
 
-@pytest.mark.parametrize("study", [None, "s.db"])
-def test_an_interrupt_says_how_to_continue(tmp_path, study):
-    def stop(x):
-        if x[0] == 0.875:
-            raise KeyboardInterrupt
-
-    path = study and tmp_path / study
-    expected = r"kept in study .*s\.db; the same call goes on" if study else "no test is kept"
-    for run in (
-        lambda: minimize(Sum(stop), PSI(64, study=path)),
-        lambda: investigate(Sum(stop), 64, study=path),
-    ):
-        with pytest.raises(KeyboardInterrupt, match=expected):
-            run()
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda problem, study: minimize(problem, PSI(64, study=study)),
+        lambda problem, study: investigate(problem, 64, study=study),
+    ],
+)
+@pytest.mark.parametrize(
+    ("study", "expected"),
+    [(None, "no test is kept"), ("s.db", r"kept in study .*s\.db; the same call goes on")],
+)
+def test_an_interrupt_says_how_to_continue(in_folder, study, expected, run):
+    with pytest.raises(KeyboardInterrupt, match=expected):
+        run(Model(lambda x: {"F": [x[0], x[1]]}, n_var=2, stop=6), study)
 
 
 def sometimes(x):
@@ -232,9 +214,9 @@ RARELY = Model(sometimes, n_var=2, xl=0, xu=[3, 2], vtype=int)
 
 @pytest.mark.parametrize("block_size", [1, 4, 64])
 @pytest.mark.parametrize("study", [False, True])
-def test_repeated_designs_have_the_outputs_of_the_first(tmp_path, block_size, study):
+def test_repeated_designs_have_the_outputs_of_the_first(study_file, block_size, study):
     """Also in a block none of whose designs gives an output that others give."""
-    path = tmp_path / "s.db" if study else None
+    path = study_file if study else None
     for n_points in (20, 64):
         table = investigate(RARELY, n_points, study=path, block_size=block_size)
     x, y = table.X.T
