@@ -17,7 +17,6 @@ from urllib.request import urlopen
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -28,6 +27,7 @@ from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.processes import LONG, posix, until
 from tests.helpers.refusals import interrupted, refused
+from tests.helpers.steered import Steered
 from tests.page.test_page_browser import browser  # noqa: F401
 
 Error = pytest.importorskip("playwright.sync_api", reason="playwright is missing").Error
@@ -49,6 +49,7 @@ class Model(ElementwiseProblem):
 
 
 STOP = json.dumps({"action": "stop", "name": "Eve"})
+BNH = get_problem("bnh")
 
 
 class Visitor:
@@ -74,16 +75,15 @@ class Visitor:
     def says(self, text, place="live"):
         self.until(f"document.getElementById('{place}').textContent.includes({json.dumps(text)})")
 
-    @property
-    def count(self):
-        return self.ask("decisionPage.data.n")
+    def has(self, count):
+        self.until(f"decisionPage.data.n == {count}")
 
 
-def begun(folder, *words):
+def begun(folder):
     """A run in a group of processes of its own."""
     # So many points that the run cannot end before it is stopped.
     command = [sys.executable, "-m", "pymoo_psi", "solve", "model:Model", "--study", "s.db"]
-    command += ["--algorithm", "surrogate", "--points", "2000", "--jobs", "2", *words]
+    command += ["--algorithm", "surrogate", "--points", "2000", "--jobs", "2"]
     with open(folder / "output.txt", "w") as output:
         return subprocess.Popen(
             command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
@@ -93,7 +93,7 @@ def begun(folder, *words):
 @pytest.fixture
 def tested(study_file):
     """A study of eight tests."""
-    investigate(get_problem("bnh"), 8, study=study_file)
+    investigate(BNH, 8, study=study_file)
     return study_file
 
 
@@ -114,7 +114,8 @@ def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):  # noq
         one.page.fill("#steerer", "Anna <i>")
         one.page.click("[name=pause]")
         other.says("Paused.")
-        one.until(f"decisionPage.data.n == {(n_paused := len(read_table(study_file)))}")
+        n_paused = len(read_table(study_file))
+        one.has(n_paused)
         limits = {"f1": [None, 0.3], "f2": [None, 0.8]}
         one.ask(f"decisionPage.set({{...decisionPage.state(), limits: {json.dumps(limits)}}})")
         one.page.fill("#steerer", "")
@@ -128,7 +129,7 @@ def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):  # noq
         other.says("Anna <i>: search: f1, f2 within f1<=0.3, f2<=0.8")
         other.says("of 2008 tests")
         assert other.ask("document.querySelectorAll('#live i').length") == 0
-        assert other.count == n_paused == len(read_table(study_file))
+        other.has(n_paused)
         one.page.click("[name=continue]")
         other.until(f"decisionPage.data.n >= {n_paused + 8}")
         os.killpg(run.pid, signal.SIGKILL)
@@ -148,35 +149,28 @@ def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):  # noq
         one.page.click("[name=stop]")
         assert run.wait() == 0, (tmp_path / "output.txt").read_text()
         one.says("Anna <i>: stop: done")
-        one.until(f"decisionPage.data.n == {len(read_table(study_file))}")
+        table = read_table(study_file)
+        one.has(len(table))
         assert one.page.input_value("#steerer") == "Anna <i>"
-        shown = "data.names[ranking.best[0]], ranking.front.length"
-        best, n_optimal = one.ask(f"(({{data, ranking}}) => [{shown}])(decisionPage)")
+        best = one.ask("decisionPage.data.names[decisionPage.ranking.best[0]]")
     # What it shows is what Python says of the study; nothing is lost or tested twice.
-    table = read_table(study_file)
     evaluated = (tmp_path / "evaluated.txt").read_text().splitlines()
     assert len(table) == len({*evaluated}) < 2008  # stopped before the end
     assert len(evaluated) <= len(table) + 8  # a round, not stored when the run was killed
     within = table.under(limits={name: limit[1] for name, limit in limits.items()})
-    ranking = within.feasible_ranking()
-    assert best == within.names[ranking.rows[ranking.salukvadze[0]]]
-    assert n_optimal == ranking.pareto.sum()
+    assert [best] == [*within.best().names]
     is_directed = np.isin(table.numbers, directed(study_file))
     assert within.feasible()[is_directed].mean() > within.feasible()[~is_directed].mean()
 
 
-def answers(address, path, method="GET", body=None, **headers):
-    """Status of the answer to a request, its target as it stands."""
-    with closing(http.client.HTTPConnection(urlsplit(address).netloc)) as connection:
-        connection.request(method, path, body, {k.replace("_", "-"): v for k, v in headers.items()})
-        return connection.getresponse().status
-
-
-def posted(view, body):
-    """Status of the answer to a request of the page itself."""
+def answer(view, target, method="GET", body=None, **headers):
+    """Status of the answer to a request; HOME is the address of the page, OWN its origin."""
     address = urlsplit(view.address)
     own = f"http://{address.netloc}"
-    return answers(view.address, f"{address.path}steer", "POST", body, Origin=own)
+    sent = {name.replace("_", "-"): text.replace("OWN", own) for name, text in headers.items()}
+    with closing(http.client.HTTPConnection(address.netloc)) as connection:
+        connection.request(method, target.replace("HOME", address.path), body, sent)
+        return connection.getresponse().status
 
 
 STRANGE = [
@@ -209,32 +203,33 @@ HOSTS = {
 def test_no_other_name_leads_to_the_server(tested):
     """A site may have its name changed to this address by the rebinding of DNS."""
     with live(tested) as view:
-        home = urlsplit(view.address).path
-        assert {name: answers(view.address, home, Host=name) for name in HOSTS} == HOSTS
+        assert {name: answer(view, "HOME", Host=name) for name in HOSTS} == HOSTS
 
 
 def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
     before = tested.read_bytes()
     with live(tested, steer=True) as view:
-        home = urlsplit(view.address).path
-        own = f"http://{urlsplit(view.address).netloc}"
         for status, target, method, body, headers in STRANGE:
-            headers = {name: value.replace("OWN", own) for name, value in headers.items()}
-            target = target.replace("HOME", home)
-            assert answers(view.address, target, method, body, **headers) == status, target
+            assert answer(view, target, method, body, **headers) == status, target
         assert tested.read_bytes() == before
-        assert [posted(view, STOP) for _ in range(30)] == [200] * 20 + [400] * 10
+        steered = [answer(view, "HOMEsteer", "POST", STOP, Origin="OWN") for _ in range(30)]
+        assert steered == [200] * 20 + [400] * 10
+        address = urlsplit(view.address)
         # Readers that never read: they hold up neither others nor each other.
         with ExitStack() as slow:
             for _ in range(8):
-                connection = http.client.HTTPConnection(urlsplit(view.address).netloc)
+                connection = http.client.HTTPConnection(address.netloc)
                 slow.enter_context(closing(connection))
-                connection.request("GET", f"{home}events?from=x-0")
-            assert {answers(view.address, "/wrong/") for _ in range(50)} == {404}
-            assert answers(view.address, home) == 200
-        refused("cannot start", live, tested, port=urlsplit(view.address).port)
+                connection.request("GET", f"{address.path}events?from=x-0")
+            assert {answer(view, "/wrong/") for _ in range(50)} == {404}
+            assert answer(view, "HOME") == 200
+        refused("cannot start", live, tested, port=address.port)
     assert stat.S_IMODE(os.stat(f"{tested}-live").st_mode) == 0o600
     refused("read-only", GrowingStudy(tested, steer=False).steer, STOP.encode())
+
+
+def steering_answers(study):
+    return [request["answer"] for request in Study(study).facts().steering]
 
 
 def place_of(view):
@@ -244,74 +239,59 @@ def place_of(view):
 
 
 def progress(study):
-    """What the page of a study says of its run."""
+    """Whether a run of a study is at work, and what its page says of it."""
     growing = GrowingStudy(study, steer=False)
     growing.look()
-    return growing.progress
+    return growing.progress["is_running"], growing.progress["lines"]
 
 
-def ends(study):
-    """What the page of a study without a run at work says of its end."""
-    said = progress(study)
-    assert not said["is_running"]
-    return said["lines"]
+DONE = "All planned tests are done."
 
 
 @pytest.mark.parametrize("firsts", [[101, 1], *rarely([9], [1, 5])])
 def test_runs_from_any_test_point_are_done(study_file, firsts):
     for first in firsts:
-        investigate(get_problem("bnh"), 8, first=first, study=study_file)
+        investigate(BNH, 8, first=first, study=study_file)
     n_tests = len(read_table(study_file))
-    assert ends(study_file) == [
-        f"{n_tests} of {n_tests} tests",
-        "All planned tests are done.",
-    ]
+    assert progress(study_file) == (False, [f"{n_tests} of {n_tests} tests", DONE])
 
 
 @pytest.mark.slow
-def test_a_share_is_done(tmp_path):
-    investigate(get_problem("bnh"), 10, share=(2, 3), study=tmp_path / "shares")
-    assert "All planned tests are done." in ends(tmp_path / "shares" / "share-2-of-3.db")
-
-
-@pytest.mark.slow
-def test_a_run_that_adopts_tests_is_done(study_file):
-    investigate(get_problem("bnh"), 16, study=study_file)
-    search = SurrogatePSI(20, n_points=16, study=study_file)
-    minimize(get_problem("bnh"), search, seed=1)
-    assert ends(study_file) == ["20 of 20 tests", "All planned tests are done."]
+def test_a_share_and_a_run_that_adopts_tests_are_done(tested, tmp_path):
+    investigate(BNH, 10, share=(2, 3), study=tmp_path / "shares")
+    assert DONE in progress(tmp_path / "shares" / "share-2-of-3.db")[1]
+    minimize(BNH, SurrogatePSI(20, n_points=8, study=tested), seed=1)
+    assert progress(tested) == (False, ["20 of 20 tests", DONE])
 
 
 def test_a_run_without_a_plan_is_not_over(tested):
-    recorded = Recorded(get_problem("bnh"), study=tested)
-    minimize(recorded, NSGA2(10), ("n_gen", 2), seed=1)
-    said = progress(tested)  # as long as its process is there
-    assert said["is_running"]
-    assert said["lines"][0] == "28 of 28 tests"
+    minimize(Recorded(BNH, study=tested), NSGA2(10), ("n_gen", 2), seed=1)
+    is_running, lines = progress(tested)  # as long as its process is there
+    assert (is_running, lines[0]) == (True, "28 of 28 tests")
+
+
+STOPPED = ({"action": "search", "formulation": {}}, {"action": "stop"})
 
 
 def test_a_run_that_people_stopped_says_so(study_file):
-    table = minimize(Steered(study_file), PSI(200, study=study_file)).algorithm.table
-    n_tests = len(table)
-    assert 0 < n_tests < 200
-    counts, sentence = ends(study_file)
-    assert counts == f"{n_tests} of 200 tests"
+    problem = Steered(study_file, *STOPPED)
+    table = minimize(problem, PSI(200, study=study_file)).algorithm.table
+    assert 0 < len(table) < 200
+    is_running, (counts, sentence) = progress(study_file)
+    assert (is_running, counts) == (False, f"{len(table)} of 200 tests")
     assert sentence.startswith("Stopped.")
     # What was stopped is not what goes on.
-    investigate(Steered(study_file), 200, study=study_file)
-    assert ends(study_file) == ["200 of 200 tests", "All planned tests are done."]
+    investigate(problem, 200, study=study_file)
+    assert progress(study_file) == (False, ["200 of 200 tests", DONE])
 
 
-def test_more_tests_than_a_run_can_have_are_refused(study_file):
-    problem = get_problem("bnh")
-    investigate(problem, 8, study=study_file)
+def test_more_tests_than_a_run_can_have_are_refused(tested):
     request = {"action": "more", "name": "Eve", "count": 10**30}
-    steer = GrowingStudy(study_file, steer=True).steer
-    refused("count", steer, json.dumps(request).encode())
-    with Study(study_file).changes() as study:  # by another program
+    refused("count", GrowingStudy(tested, steer=True).steer, json.dumps(request).encode())
+    with Study(tested).changes() as study:  # by another program
         study.steer(request)
-    assert len(investigate(problem, 9, study=study_file)) == 9
-    assert "refused: count" in Study(study_file).facts().steering[0]["answer"]
+    assert len(investigate(BNH, 9, study=tested)) == 9
+    assert "refused: count" in steering_answers(tested)[0]
 
 
 @pytest.mark.slow
@@ -323,7 +303,7 @@ def test_idle_connections_keep_nobody_off(tested):
             strangers.enter_context(connection)
             connection.send([b"", b"GET / HTTP/1.1", b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"][k % 3])
         for _ in range(3):
-            assert answers(view.address, address.path) == 200
+            assert answer(view, "HOME") == 200
 
 
 @pytest.mark.slow
@@ -344,9 +324,9 @@ TEETH = Model(lambda x: {"F": [x[0], -x[0]]}, n_var=1, xl=1, xu=6, vtype=int)
 def test_a_page_that_grows_has_each_design_once(study_file, tmp_path):
     investigate(TEETH, 4, study=study_file)
     investigate(TEETH, 12, study=tmp_path / "more.db")
+    names = list(read_table(study_file).names)
     with live(study_file) as view:
         place = place_of(view)
-        names = list(read_table(study_file).names)
         Study(study_file).append(Study(tmp_path / "more.db").contents()[1])
         with urlopen(f"{view.address}events?from={place}") as events:
             while len(names) < 6:
@@ -354,63 +334,39 @@ def test_a_page_that_grows_has_each_design_once(study_file, tmp_path):
                 if line.startswith("data: "):
                     for rows in json.loads(line.removeprefix("data: "))["rows"]:
                         names += rows["names"]
-    distinct = read_table(tmp_path / "more.db")
-    assert names == [
-        name for name, again in zip(distinct.names, distinct.repeats, strict=True) if not again
-    ]
+    whole = read_table(tmp_path / "more.db")
+    assert names == np.array(whole.names)[~whole.repeats].tolist()
 
 
 def test_a_run_answers_in_the_study(tested):
     for action in ("search", "pause", "more"):
         with Study(tested).changes() as study:
             study.steer({"name": "Bo", "action": action, "count": 8, "formulation": {}})
-    table = investigate(get_problem("bnh"), 9, study=tested)
-    search, *others = [request["answer"] for request in Study(tested).facts().steering]
+    assert len(investigate(BNH, 9, study=tested)) == 17
+    search, *others = steering_answers(tested)
     assert re.search("refused.*surrogates", search)
     assert others == ["waits for the run; over when the run began", "17 tests in all"]
     # The same call goes on as before.
-    assert len(table) == 17
     for n_points in (9, 12, 17, 20):
-        again = investigate(get_problem("bnh"), n_points, study=tested)
-        assert len(again) == max(17, n_points)
-
-
-class Steered(ElementwiseProblem):
-    """A model; during one of its evaluations somebody makes requests of a study without any."""
-
-    def __init__(
-        self, study, requests=({"action": "search", "formulation": {}}, {"action": "stop"}), at=1
-    ):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-        self._study, self._requests, self._at = study, requests, at
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        self._at -= 1
-        if self._at == 0 and not Study(self._study).facts().steering:
-            for request in self._requests:
-                with Study(self._study).changes() as database:
-                    database.steer({"name": "Bo", **request})
-            time.sleep(0.6)  # requests are read twice a second
-        out["F"] = [x[0], 1 - x[0] + x[1]]
+        assert len(investigate(BNH, n_points, study=tested)) == max(17, n_points)
 
 
 def test_a_round_cut_off_is_tested_later(study_file):
     def table(n_evaluations, study=None):
         search = SurrogatePSI(n_evaluations, n_points=20, batch=4, study=study)
-        problem = Steered(study, [{"action": "more", "count": 6}], at=22 if study else 0)
+        problem = Steered(study, {"action": "more", "count": 6}, at=22 if study else 0)
         return minimize(problem, search, seed=1).algorithm.table
 
     np.testing.assert_array_equal(table(22, study_file).X, table(28).X)
 
 
 def test_any_algorithm_stops_and_is_continued(study_file):
-    problem = Recorded(Steered(study_file), study=study_file)
-    interrupted(minimize, problem, NSGA2(150), ("n_gen", 2), seed=1)
-    search, stop = Study(study_file).facts().steering
-    assert "refused" in search["answer"]
-    assert stop["answer"] == "done"
-    n_tests = len(problem.table)
+    first, again = (Recorded(Steered(study_file, *STOPPED), study=study_file) for _ in range(2))
+    interrupted(minimize, first, NSGA2(150), ("n_gen", 2), seed=1)
+    search, stop = steering_answers(study_file)
+    assert "refused" in search
+    assert stop == "done"
+    n_tests = len(first.table)
     assert 0 < n_tests < 150
-    again = Recorded(Steered(study_file), study=study_file)
     minimize(again, NSGA2(150), ("n_gen", 2), seed=1)
     assert n_tests + again.n_evaluated == len(again.table) == 300
