@@ -4,23 +4,20 @@ import os
 
 import joblib
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 
 from pymoo_psi import JoblibRunner, VectorizedSphereChute, investigate
 from pymoo_psi.files import read_table
+from tests.helpers.models import Sum
 from tests.helpers.processes import posix
 
 pytestmark = posix
 
 
-class Sum(ElementwiseProblem):
-    """Two objectives; the output ``elsewhere`` is 1 in a worker of the cluster."""
-
-    def __init__(self, **kwargs):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
+class Located(Sum):
+    """The output ``elsewhere`` is 1 in a worker of the cluster."""
 
     def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+        super()._evaluate(x, out)
         out["elsewhere"] = float(os.environ.get("CLUSTER", 0))
 
 
@@ -38,10 +35,10 @@ def client():
 @pytest.mark.slow
 def test_clusters_of_dask_evaluate(client, in_folder, said):
     with joblib.parallel_config("dask", client=client):
-        table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)
+        table = investigate(Located(elementwise_runner=JoblibRunner()), 40)
         chute = investigate(VectorizedSphereChute(0.4), 2000, runner=JoblibRunner())
     assert (table.column("elsewhere") == 1).all()
     assert chute.equals(investigate(VectorizedSphereChute(0.4), 2000))
-    arguments = ["solve", f"{__name__}:Sum", "--points", "40", "--study", "s.db"]
+    arguments = ["solve", f"{__name__}:Located", "--points", "40", "--study", "s.db"]
     said(*arguments, "--cluster", client.scheduler.address)
     assert read_table("s.db").equals(table)

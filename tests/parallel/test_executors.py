@@ -9,7 +9,6 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
@@ -22,25 +21,22 @@ from pymoo_psi import (
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
+from tests.helpers.models import Sum
 from tests.helpers.processes import posix, until
 from tests.helpers.refusals import refused
 
 
-class Sum(ElementwiseProblem):
-    """Two objectives of two variables; ``x[0] > kills`` kills the process."""
+def sum_on(executor, before=lambda x: None, **options):
+    return Sum(before, elementwise_runner=ExecutorRunner(executor, **options))
 
-    def __init__(self, kills=9.0, seconds=0.0, ballast=b"", **kwargs):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
-        self.kills, self.seconds, self.ballast = kills, seconds, ballast
 
-    def fingerprint(self):
-        return {}  # its arguments change no value
+def kill(x):
+    if x[0] > 0.95:
+        os._exit(3)
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        time.sleep(self.seconds)
-        if x[0] > self.kills:
-            os._exit(3)
-        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+
+def wait(x):
+    time.sleep(0.06)
 
 
 class Scripted:
@@ -77,11 +73,10 @@ def processes():
 @posix
 def test_a_model_that_kills_its_process(processes, study_file):
     """Bit-identical to a run in this process, but for the design that kills."""
-    runner = ExecutorRunner(processes)
     plain = investigate(Sum(), 48)
-    result = minimize(Sum(elementwise_runner=runner), PSI(48, study=study_file))
+    result = minimize(sum_on(processes), PSI(48, study=study_file))
     assert result.algorithm.table.equals(plain)
-    table = investigate(Sum(kills=0.95, elementwise_runner=runner), 48)
+    table = investigate(sum_on(processes, kill), 48)
     failed = plain.X[:, 0] > 0.95
     assert {*table.reasons} == {*plain.numbers[failed].tolist()} != set()
     assert {*table.reasons.values()} == {"its worker process died (exit code 3, 2 times)"}
@@ -91,33 +86,24 @@ def test_a_model_that_kills_its_process(processes, study_file):
 @posix
 @pytest.mark.slow
 def test_surrogates_on_an_executor(processes, study_file):
-    problem = Sum(elementwise_runner=ExecutorRunner(processes))
-    search = minimize(problem, SurrogatePSI(32, study=study_file), seed=1)
+    search = minimize(sum_on(processes), SurrogatePSI(32, study=study_file), seed=1)
     assert len(search.algorithm.table) == len(read_table(study_file)) == 32
-
-
-class Endless(Sum):
-    """All designs but the first one take ten minutes."""
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        time.sleep(600 * x[0])
-        super()._evaluate(x, out)
 
 
 @posix
 def test_processes_of_python_end_what_is_given_up_and_stay(processes):
-    """Otherwise an interpreter would wait for these designs at its end."""
-    problem = Endless(elementwise_runner=ExecutorRunner(processes))
+    """Otherwise an interpreter would wait for these designs, of ten minutes, at its end."""
+    problem = sum_on(processes, lambda x: time.sleep(600 * x[0]))
     minimize(problem, PSI(64, block_size=1), termination=("n_eval", 1))
     assert [*processes.map(abs, [-1] * 4)] == [1] * 4
-    investigate(Sum(elementwise_runner=ExecutorRunner(processes)), 8)
+    investigate(sum_on(processes), 8)
 
 
 @posix
 def test_without_a_temporary_folder_a_run_ends_as_ever(processes, tmp_path, monkeypatch):
     """Well, or with its own error."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "removed"))
-    problem = Sum(seconds=0.2, elementwise_runner=ExecutorRunner(processes))
+    problem = sum_on(processes, wait)
     assert investigate(problem, 8).equals(investigate(Sum(), 8))
 
     def interrupt(algorithm):
@@ -132,9 +118,8 @@ def test_a_vectorised_problem_on_an_executor(processes):
     options = {"keep": "pareto", "limits": {"f1": 2.5}}
     table = investigate(problem, 3000, runner=runner, block_size=500, **options)
     assert table.equals(investigate(problem, 3000, **options))
-    refused(
-        "vectorised, got one that is evaluated one design", investigate, Sum(), 8, runner=runner
-    )
+    message = "vectorised, got one that is evaluated one design"
+    refused(message, investigate, Sum(), 8, runner=runner)
     refused("runner must be of type Runner", investigate, problem, 8, runner=processes)
 
 
@@ -146,13 +131,11 @@ class Losing(Scripted):
 
     def __init__(self, times):
         super().__init__()
-        self.times, self.task = times, None
+        self.times = times
 
     def submit(self, function, *args):
-        designs = args[2]
-        if len(self.sent) == 2:
-            self.task = designs
-        if designs == self.task and self.times:
+        is_third = [sent[2] for sent in [*self.sent, args]][2:3] == [args[2]]
+        if is_third and self.times:
             self.times -= 1
             self.script = [LOST]
         return super().submit(function, *args)
@@ -160,11 +143,10 @@ class Losing(Scripted):
 
 @pytest.mark.parametrize("n_lost", [0, *rarely(1)])
 def test_a_task_given_up_is_sent_again_once(n_lost):
-    runner = ExecutorRunner(Losing(n_lost + 1), workers=1)
-    table = investigate(Sum(seconds=0.06, elementwise_runner=runner), 8)  # a design is a task
-    assert [*table.reasons.values()] == [
-        "its worker was lost (RuntimeError: the node is gone)"
-    ] * n_lost
+    problem = sum_on(Losing(n_lost + 1), wait, workers=1)
+    table = investigate(problem, 8)  # a design is a task
+    reason = "its worker was lost (RuntimeError: the node is gone)"
+    assert [*table.reasons.values()] == [reason] * n_lost
     kept = table.status == "ok"
     assert kept.sum() == 8 - n_lost
     np.testing.assert_array_equal(table.F[kept], investigate(Sum(), 8).F[kept])
@@ -190,23 +172,14 @@ def test_a_task_given_up_is_sent_again_once(n_lost):
         ),
     ],
 )
-def test_workers_that_can_do_nothing_end_the_run(tmp_path, script, message):
+def test_workers_that_can_do_nothing_end_the_run(study_file, script, message):
     """No design is recorded as failed."""
-    path, executor = tmp_path / "s.db", Scripted(*script)
-    refused(
-        message,
-        investigate,
-        Sum(elementwise_runner=ExecutorRunner(executor, workers=1)),
-        30,
-        error=WorkerError,
-        study=path,
-    )
-    assert not read_table(path).reasons
+    executor = Scripted(*script)
+    problem = sum_on(executor, workers=1)
+    refused(message, investigate, problem, 30, error=WorkerError, study=study_file)
+    assert not read_table(study_file).reasons
     executor.script = []
-    runner = ExecutorRunner(executor, workers=1)
-    assert investigate(Sum(elementwise_runner=runner), 30, study=path).equals(
-        investigate(Sum(), 30)
-    )
+    assert investigate(problem, 30, study=study_file).equals(investigate(Sum(), 30))
 
 
 class Gathering(Scripted):
@@ -226,15 +199,13 @@ class Gathering(Scripted):
 
 def test_workers_join_and_leave():
     """At most two tasks a worker are under way, and all of those that have joined are busy."""
-    executor, counts = Gathering(), [1]
-    runner = ExecutorRunner(executor, workers=lambda: counts[0])
-    most = []
+    executor, counts, most = Gathering(), [1], []
 
     def callback(algorithm):
         most.append(executor.most)
         counts[0], executor.wanted = 2, 4
 
-    problem = Sum(seconds=0.06, elementwise_runner=runner)
+    problem = sum_on(executor, wait, workers=lambda: counts[0])
     minimize(problem, PSI(48, block_size=16), callback=callback)
     assert most == [2, 4, 4]
 
@@ -242,21 +213,15 @@ def test_workers_join_and_leave():
 def test_tasks_not_begun_are_given_up():
     executor = Scripted()
     executor.pool = ThreadPoolExecutor(1)
-    problem = Sum(seconds=0.2, elementwise_runner=ExecutorRunner(executor, workers=4))
-    minimize(problem, PSI(500, block_size=2), ("n_gen", 1))
+    minimize(sum_on(executor, wait, workers=4), PSI(500, block_size=2), ("n_gen", 1))
     assert any(future.cancelled() for future in executor.futures)
 
 
 def test_copies_have_the_executor_and_pickles_none(processes):
-    problem = Sum(elementwise_runner=ExecutorRunner(processes))
-    X = np.array([[0.5, 0.25]])
+    problem, X = sum_on(processes, wait), np.array([[0.5, 0.25]])
     np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))
-    refused(
-        "takes no more work",
-        pickle.loads(pickle.dumps(problem)).evaluate,
-        X,
-        error=WorkerError,
-    )
+    unpickled = pickle.loads(pickle.dumps(problem))
+    refused("takes no more work", unpickled.evaluate, X, error=WorkerError)
 
 
 @pytest.mark.parametrize(
