@@ -15,38 +15,38 @@ from functools import partial
 import joblib
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import Queue, Runner
 from tests.helpers.draws import rarely
+from tests.helpers.models import Model
 from tests.helpers.processes import gone, posix, until
 from tests.helpers.refusals import refused
 
 
-def model(**kwargs):
-    """Two objectives and the process; at some designs it misbehaves. Local, so sent by value."""
+def tear():
+    raise ValueError("the mesh is torn")
 
-    class Model(ElementwiseProblem):
-        def __init__(self, **kwargs):
-            super().__init__(n_var=2, n_obj=2, xl=0.0, xu=100.0, **kwargs)
 
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] == 3:
-                raise ValueError("the mesh is torn")
-            if x[0] == 5:
-                time.sleep(600)
-            if x[0] == 7:
-                os._exit(3)
-            if x[0] == 11:
-                os.kill(os.getpid(), signal.SIGKILL)
-            if x[0] == 13:
-                sys.exit("no licence")
-            out["F"] = [x[0] / 3 + x[1], (x[0] - 50) ** 2 / 7]
-            out["pid"] = os.getpid()
+MISBEHAVES = {
+    3: tear,
+    5: partial(time.sleep, 600),
+    7: partial(os._exit, 3),
+    11: lambda: os.kill(os.getpid(), signal.SIGKILL),
+    13: partial(sys.exit, "no licence"),
+}
 
-    return Model(**kwargs)
+
+def results(x):
+    """Two objectives and the process; at some designs it misbehaves."""
+    if x[0] in MISBEHAVES:
+        MISBEHAVES[x[0]]()
+    return {"F": [x[0] / 3 + x[1], (x[0] - 50) ** 2 / 7], "pid": os.getpid()}
+
+
+def model(**options):
+    return Model(results, n_var=2, xu=100.0, **options)
 
 
 SHORT = 1.5  # seconds of a time limit that only a design that never ends meets
@@ -108,10 +108,7 @@ class TestContract:
     def test_no_designs_and_designs_by_name(self, runner):
         assert runner(lambda x: {}, np.zeros((0, 2))) == []
         named = [{"a": 1.5, "c": "s"}, {"a": 2.5, "c": "l"}]
-        assert runner(lambda x: {"F": x["a"], "c": x["c"]}, named) == [
-            {"F": 1.5, "c": "s"},
-            {"F": 2.5, "c": "l"},
-        ]
+        assert runner(dict, named) == named
 
     def test_a_model_may_change_the_folder(self, runner, tmp_path):
         """Relative file names, of this process and of the next design, stay where they were."""
@@ -141,14 +138,12 @@ class TestContract:
 # Workers
 
 
-@pytest.fixture(scope="module", params=["processes", *rarely("executor", "joblib")])
+@pytest.fixture(
+    scope="module", params=[lambda: ProcessRunner(2), *rarely(on_threads, lambda: JoblibRunner(2))]
+)
 def workers(request):
     """A runner for the tests after which its workers are as before."""
-    if request.param == "executor":
-        return on_threads()
-    if request.param == "joblib":
-        return JoblibRunner(2)
-    return ProcessRunner(2)
+    return request.param()
 
 
 @pytest.mark.parametrize("make", [ProcessRunner, *rarely(JoblibRunner)])
@@ -184,7 +179,7 @@ def test_the_first_pending_is_the_least_after_jobs_that_evaluated_nothing():
     runner = Postponing()
     with contextlib.closing(Queue(abs, runner)) as queue:
         queue.add(enumerate(range(4)))
-        assert queue.wait() is None
+        queue.wait()
         queue.is_paused = True
         for job in runner.jobs:
             job.set_result(([], None, {}))
@@ -254,14 +249,12 @@ class Locked(Exception):  # noqa: N818 - short for the reasons
 
 
 def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
-    class Odd(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] < 2:
-                raise [Locked("no key"), SystemExit("now")][int(x[0])]
-            out["F"] = x
-            out["more"] = [threading.Lock(), 1][int(x[0]) - 2]
+    def odd(x):
+        if x[0] < 2:
+            raise [Locked("no key"), SystemExit("now")][int(x[0])]
+        return {"F": x, "more": [threading.Lock(), 1][int(x[0]) - 2]}
 
-    problem = FailureTolerant(Odd(n_var=1, n_obj=1, xl=0, xu=9, elementwise_runner=workers))
+    problem = FailureTolerant(Model(odd, n_var=1, n_obj=1, xu=9, elementwise_runner=workers))
     problem.evaluate(np.arange(4.0)[:, None])
     locked, exited, unsent = (failure.reason for failure in problem.failures)
     assert (locked, exited) == ("Locked: no key", "SystemExit: now")
@@ -305,14 +298,10 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(make, lost):
 @posix
 @pytest.mark.slow
 def test_a_lost_design_stops_an_intolerant_problem():
-    runner = ProcessRunner(1, timeout=1e4)
-    refused(
-        r"design \[7\.0, .*died \(exit code 3, 2 times\);",
-        model(elementwise_runner=runner).evaluate,
-        designs(7),
-        error=EvaluationError,
-    )
-    assert len(model(elementwise_runner=runner).evaluate(designs())) == 40, "and it runs again"
+    problem = model(elementwise_runner=ProcessRunner(1, timeout=1e4))
+    message = r"design \[7\.0, .*died \(exit code 3, 2 times\);"
+    refused(message, problem.evaluate, designs(7), error=EvaluationError)
+    assert len(problem.evaluate(designs())) == 40, "and it runs again"
 
 
 def test_a_worker_that_dies_once_costs_nothing(tmp_path, workers):
@@ -337,55 +326,35 @@ def test_a_worker_killed_while_it_waits_blames_no_design():
 
 @posix
 def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
+    """Also in the first design of a worker."""
     pids = tmp_path / "pids"
 
     def with_solver(x):
-        if x == 1:
-            groups = (False, True)
-            solvers = [subprocess.Popen(["sleep", "600"], start_new_session=new) for new in groups]
-            pids.write_text(f"{os.getppid()} {os.getpid()} {solvers[0].pid} {solvers[1].pid}")
-            solvers[0].wait()
-        return {"F": x}
+        groups = (False, True)
+        solvers = [subprocess.Popen(["sleep", "600"], start_new_session=new) for new in groups]
+        pids.write_text(f"{os.getppid()} {os.getpid()} {solvers[0].pid} {solvers[1].pid}")
+        solvers[0].wait()
 
-    refused(
-        "timed out after 1.5 s",
-        ProcessRunner(1, timeout=SHORT),
-        with_solver,
-        [1, 0],
-        error=EvaluationError,
-    )  # the first design of a worker, too
+    runner = ProcessRunner(1, timeout=SHORT)
+    refused("timed out after 1.5 s", runner, with_solver, [1], error=EvaluationError)
     assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 
-def speaking(how):
-    """A model that writes into all descriptors that a worker inherits, or closes them."""
+@posix
+@pytest.mark.parametrize("n_closed", [0, *rarely(61)])
+def test_writing_into_descriptors_changes_no_value(n_closed):
+    """Into all that a worker inherits. Each design has its own values, and nobody waits forever."""
 
     def f(x):
         print("step", x, flush=True)
-        if how == "closes":
-            os.closerange(3, 64)
+        os.closerange(3, 3 + n_closed)
         for descriptor in range(3, 64):
             with contextlib.suppress(OSError):
                 os.write(descriptor, os.urandom(5000))
         return {"F": float(x)}
 
-    return f
-
-
-@posix
-@pytest.mark.parametrize("how", ["writes", *rarely("closes")])
-def test_writing_into_descriptors_changes_no_value(how):
-    """Each design has its own values, and nobody waits forever."""
-
-    class Speaking(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            out.update(f(x[0]))
-
-    f, X = speaking(how), np.arange(12.0)[:, None]
     runner = ProcessRunner(2, timeout=60.0)
-    problem = FailureTolerant(Speaking(n_var=1, n_obj=1, xl=0, xu=99, elementwise_runner=runner))
-    np.testing.assert_array_equal(problem.evaluate(X)[0], X)
-    assert problem.failures == []
+    assert runner(f, range(12)) == [{"F": float(x)} for x in range(12)]
 
 
 def test_problems_that_cannot_be_sent_are_errors(workers):
@@ -393,18 +362,8 @@ def test_problems_that_cannot_be_sent_are_errors(workers):
         def __reduce__(self):
             return __import__, ("module_that_is_not_there",)
 
-    lock, absent = threading.Lock(), Absent()
-    refused(
-        "cannot be sent to worker processes: .*'_thread.lock'",
-        workers,
-        lambda x: {"F": lock.locked()},
-        [1, 2],
-        error=WorkerError,
-    )
-    refused(
-        "cannot load the problem: ModuleNotFoundError",
-        workers,
-        lambda x: {"F": absent},
-        [1, 2],
-        error=WorkerError,
-    )
+    for content, message in {
+        threading.Lock(): "cannot be sent to worker processes: .*'_thread.lock'",
+        Absent(): "cannot load the problem: ModuleNotFoundError",
+    }.items():
+        refused(message, workers, partial(dict, content=content), [1, 2], error=WorkerError)
