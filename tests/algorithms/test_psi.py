@@ -1,6 +1,7 @@
 """PSI as a pymoo algorithm: its results and pymoo's contracts."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
-from tests.helpers.models import Model
+from tests.helpers.models import Model, Sum
 from tests.helpers.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
@@ -51,11 +52,7 @@ def test_telling_something_else_is_refused():
     first = algorithm.ask()
     refused("infills must be evaluated, and the next test points", algorithm.tell, infills=first)
     algorithm.evaluator.eval(CHUTE, first)
-    refused(
-        r"test points in their order, \[1, 2, ",
-        algorithm.tell,
-        infills=first[::-1],
-    )
+    refused(r"points in their order, \[1, 2, ", algorithm.tell, infills=first[::-1])
 
 
 def heated(x):
@@ -74,9 +71,9 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
     limits = {"x1": (0.25, None), "heat": 2.0, "gain": (-0.5, None)}
     whole = investigate(HEATED, 64, **NAMED)
     asked = whole.under(limits=limits)
+    ok = whole.status == "ok"
     missing = [0.25 - whole.X[:, 0], whole["heat"] - 2, -0.5 - whole["gain"]]
     expected = np.maximum(missing, 0).sum(axis=0)
-    ok = whole.status == "ok"
     assert asked.feasible().tolist() == (ok & (expected == 0)).tolist()
     for study in (None, study_file, study_file):
         psi = PSI(64, limits=limits, block_size=block_size, study=study, **NAMED)
@@ -90,10 +87,8 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
 
 def sometimes(x):
     """A model that gives a further output of every fourth design only."""
-    results = {"F": [x[0] + x[1], (x[0] - 1) ** 2 - x[1]]}
-    if x[0] >= 0.75:
-        results["heat"] = x[1]
-    return results
+    F = [x[0] + x[1], (x[0] - 1) ** 2 - x[1]]
+    return {"F": F, "heat": x[1]} if x[0] >= 0.75 else {"F": F}
 
 
 SOMETIMES = Model(sometimes, n_var=2)
@@ -115,10 +110,9 @@ def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 def test_limits_on_outputs_of_no_test_are_refused(keep, study_file):
     """Only then is it known that no test has it; what was computed is in the study."""
-    problem = Model(lambda x: {"F": [x[0], -x[1]]}, n_var=2)
     options = {"limits": {"heat": 0.5}, "keep": keep, "study": study_file}
-    refused("a name in limits must be one of .*'heat'", investigate, problem, 32, **options)
-    assert read_table(study_file).equals(investigate(problem, 32))
+    refused("a name in limits must be one of .*'heat'", investigate, Sum(), 32, **options)
+    assert read_table(study_file).equals(investigate(Sum(), 32))
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
@@ -141,76 +135,50 @@ def test_there_are_32_iterations_at_most(n, share):
     assert (algorithm.n_tested, algorithm.n_left) == (65, 2050 - 65)
 
 
-class Teeth(Problem):
-    """A model of whole numbers that counts its designs."""
-
-    n_designs = 0
-
-    def __init__(self):
-        super().__init__(n_var=1, n_obj=1, xl=1, xu=6, vtype=int)
-
-    def fingerprint(self):
-        return {}
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        self.n_designs += len(X)
-        out["F"] = X[:, :1] ** 2.0
+def teeth():
+    """A vectorised model of whole numbers."""
+    options = {"n_var": 1, "n_obj": 1, "xl": 1, "xu": 6, "vtype": int, "elementwise": False}
+    return Model(lambda X: {"F": X[:, :1] ** 2.0}, **options)
 
 
 def test_a_repeated_design_is_evaluated_once_but_for_workers():
     """Those of a vectorised model know only their own points."""
-    problem = Teeth()
+    problem = teeth()
     table = investigate(problem, 40)
-    assert (problem.n_designs, table.repeats.sum()) == (6, 34)
+    assert sum(len(X) for (X,) in problem.calls) == 6
+    assert table.repeats.sum() == 34
     with ThreadPoolExecutor(2) as threads:
         runner = ExecutorRunner(threads, workers=2)
-        assert investigate(Teeth(), 40, runner=runner).equals(table)
+        assert investigate(teeth(), 40, runner=runner).equals(table)
 
 
 def test_an_algorithm_is_set_up_once():
     algorithm = PSI(8)
     minimize(CHUTE, algorithm, copy_algorithm=False)
-    refused(
-        "must be set up before it runs, got one that has tested 8",
-        algorithm.setup,
-        get_problem("bnh"),
-    )
+    refused("must be set up before it runs, got one that has tested 8", algorithm.setup, CHUTE)
 
 
 BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
 
 
 @pytest.mark.parametrize(
-    ("n", "options", "message"),
+    ("options", "message"),
     [
-        (0, {}, "n_points must be an integer >= 1, got 0"),
-        (
-            8,
-            {"names": ["time"]},
-            r"names must be a mapping from names such as f1 to your own, got \['time'\]",
-        ),
-        (8, {"sampling": "lsh"}, r"sampling must be one of 'halton', .* 'lhs', 'lptau', "),
-        (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
-        (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
-        (
-            8,
-            {"limits": {"f9": 1.0}},
-            "a name in limits must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'",
-        ),
-        (8, {"retry": "all"}, "retry must be one of 'failed', 'incomplete', got 'all'"),
-        (
-            8,
-            {"sampling": LPTauSampling(first=2)},
-            "first of LPTauSampling must be 1 here, got 2; give fi",
-        ),
+        ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
+        ({"names": ["time"]}, r"a mapping from names such as f1 to your own, got \['time'\]"),
+        ({"sampling": "lsh"}, r"sampling must be one of 'halton', .* 'lhs', 'lptau', "),
+        ({"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
+        ({"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
+        ({"limits": {"f9": 1.0}}, "a name in limits must be one of 'f1', .*, 'f4', 'x1', 'x2'"),
+        ({"retry": "all"}, "retry must be one of 'failed', 'incomplete', got 'all'"),
+        ({"sampling": LPTauSampling(first=2)}, "first of LPTauSampling must be 1 here, got 2; giv"),
     ],
 )
-def test_mistakes(n, options, message):
-    for run in (
-        lambda: minimize(CHUTE, PSI(n, **options)),
-        lambda: investigate(CHUTE, n, **options),
-    ):
-        refused(message, run)
+@pytest.mark.parametrize(
+    "run", [lambda **o: minimize(CHUTE, PSI(**o)), partial(investigate, CHUTE)]
+)
+def test_mistakes(run, options, message):
+    refused(message, run, **{"n_points": 8} | options)
 
 
 @pytest.mark.parametrize(
@@ -243,14 +211,14 @@ def test_other_mistakes(run, message):
 @pytest.mark.parametrize("algorithm", [PSI(256), PSI(256, block_size=30), PSI(40)])
 def test_a_budget_of_evaluations_is_kept_exactly(algorithm):
     """Also where it is no multiple of a block; the points are those of the run without it."""
-    n = min(100, algorithm.n_points)
-    result = minimize(get_problem("bnh"), algorithm, ("n_eval", 100))
-    assert result.algorithm.evaluator.n_eval == n
-    assert result.algorithm.table.equals(investigate(get_problem("bnh"), n))
+    n, problem = min(100, algorithm.n_points), get_problem("bnh")
+    done = minimize(problem, algorithm, ("n_eval", 100)).algorithm
+    assert done.evaluator.n_eval == n
+    assert done.table.equals(investigate(problem, n))
 
 
 @pytest.mark.parametrize(
-    ("problem", "least"), [(Required(CHUTE, {"r": "x1 <= 1"}), 60), (Teeth(), 6)]
+    ("problem", "least"), [(Required(CHUTE, {"r": "x1 <= 1"}), 60), (teeth(), 6)]
 )
 def test_points_without_an_evaluation_do_not_use_up_a_budget(problem, least):
     algorithm = minimize(problem, PSI(1000), ("n_eval", least)).algorithm
