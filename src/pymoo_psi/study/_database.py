@@ -12,7 +12,7 @@ import os
 import platform
 import secrets
 import sqlite3
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -45,7 +45,8 @@ _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 
 # The tests of points of a run.
 _OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? AND status NOT NULL"
-_JOINED = ("block_point", "block_number", "point", "proposal")  # columns of blocks and plan
+# Columns of blocks and plan.
+_JOINED = ("block_point", "block_number", "block_differs", "point", "proposal")
 _OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
 _OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
 
@@ -224,8 +225,8 @@ class Database:
         proposal = proposal._replace(test_point=self.last_point(run) + 1)
         design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
         # Without a key: until it is made, others may test the same design.
-        self._fill(run, design | {"test_point": np.array([proposal.test_point])}, [None])
-        self._insert()
+        design["test_point"] = np.array([proposal.test_point])
+        self._block(run, design, [None]).insert()
         test = int(self._integers("SELECT test FROM block")[0])
         self.add_proposal(run, proposal, test)
         return test, proposal
@@ -305,14 +306,20 @@ class Database:
     def append(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> int:
         """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
         self.widen(columns)
-        self._fill(run, columns, self.keys(columns), repeat, noisy=noisy)
-        n_changed = 0
-        if self.count("block WHERE test NOT NULL"):
-            n_changed = self._change(run)
-        n_written = n_changed + self._insert()
+        block = self._block(run, columns, self.keys(columns), repeat, noisy=noisy)
+        wrong = block.contradicted()
+        if wrong:
+            raise invalid(
+                "block",
+                "of new test points, repetitions of failed ones, or what is stored",
+                Received(f"other values for test point {wrong[0]} of run {run}"),
+                f"use another file if the model has changed; study {self._path} is as it was",
+            )
+        n_changed = block.complete() + block.replace()
+        n_written = n_changed + block.insert()
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
-        self._plan(run)
+        block.plan()
         if n_written:
             process = [platform.node(), os.getpid()]
             if self.get("process") != process:
@@ -323,8 +330,7 @@ class Database:
         self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
-        self._fill(run, {"test_point": points}, keys, repeat, noisy=noisy)
-        self._plan(run)
+        self._block(run, {"test_point": points}, keys, repeat, noisy=noisy).plan()
 
     def number_by_points(self) -> None:
         """Give each test of the only run the number of the first of its points."""
@@ -351,7 +357,7 @@ class Database:
             return [None] * len(columns["test_point"])
         return keys_of_designs(designs, [*map(Kind, head["kinds"])])
 
-    def _fill(
+    def _block(
         self,
         run: int,
         columns: Columns,
@@ -359,83 +365,20 @@ class Database:
         repeat: int = 1,
         *,
         noisy: bool = False,
-    ) -> None:
-        """Fill the table of a block, and find the tests that are known of it.
-
-        It has the columns of the tests, the point of each, and the number that it gets if it is
-        new; ``test`` is NULL where no test is known.
-        """
+    ) -> _Block:
+        """Return a block of tests, with what is known of them."""
         points = columns["test_point"]
         numbers = columns.get("test", (run - 1) * ROOM + points)
         cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
         cells |= self._cells(columns) | {"repeat": [repeat] * len(points)}
-        self.db.execute("""
-            CREATE TEMP TABLE IF NOT EXISTS block AS
-            SELECT 0 AS block_point, 0 AS block_number, * FROM tests LIMIT 0
-        """)
-        self.db.execute("DELETE FROM block")
-        marks = ", ".join("?" * len(cells))
-        rows = zip(*cells.values(), strict=True)
-        self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
-        self.db.execute(
-            "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)",
-            (run,),
-        )
+        values = [sql for sql, _ in self._columns.values()]
+        block = _Block(self.db, run, cells, values)
         if repeat == 0:
-            self._number_repeats()
+            block.number_repeats()
         elif noisy:
-            self._repeat_recurring(run)
-        self._share("NULL")
-
-    def _number_repeats(self) -> None:
-        """Let each test of the block be a further one of its design."""
-        self.db.execute("""
-            UPDATE block SET repeat = counted.further FROM (
-                SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
-                    + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design)
-                    AS further
-                FROM block AS b) AS counted
-            WHERE block.rowid = counted.row
-        """)
-        # Other runs look for the first test of a design, which is missing while it is corrected.
-        self.db.execute("""
-            UPDATE block SET repeat = 1
-            WHERE rowid IN (SELECT min(rowid) FROM block GROUP BY design)
-                AND NOT EXISTS (SELECT 1 FROM tests WHERE design = block.design AND repeat = 1)
-        """)
-
-    def _repeat_recurring(self, run: int) -> None:
-        """Let a design of a noisy model that recurs in a run be tested again for its point."""
-        self.db.execute(
-            """
-            UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
-                (design, repeat) IN
-                    (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
-                OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
-            """,
-            (run,),
-        )
-
-    def _share(self, otherwise: str) -> None:
-        """Let new designs of the block have the stored tests of the same designs."""
-        self.db.execute(f"""
-            UPDATE block SET test = coalesce(
-                (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat),
-                {otherwise})
-            WHERE test IS NULL
-        """)
-
-    def _plan(self, run: int) -> None:
-        """Let the points of a run have the tests that are known of the block."""
-        self.db.execute(
-            """
-            INSERT INTO plan (run, point, test)
-            SELECT ?, block_point, test FROM block WHERE test NOT NULL
-            ON CONFLICT (run, point) DO UPDATE SET test = excluded.test
-            WHERE test IS NOT excluded.test
-            """,
-            (run,),
-        )
+            block.repeat_recurring()
+        block.share()
+        return block
 
     def _cells(self, columns: Columns) -> dict[str, list[Any]]:
         """Return columns of tests as lists by their names in SQL."""
@@ -462,76 +405,6 @@ class Database:
             quoted = names[name].replace('"', '""')
             columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
         return columns
-
-    def _names(self) -> list[str]:
-        """Return the columns of values in SQL."""
-        return [sql for sql, _ in self._columns.values()]
-
-    def _change(self, run: int) -> int:
-        """Change stored tests by those of the block; return how many are other than before.
-
-        A planned or failed test becomes its repetition, another one gets the values that it lacks.
-
-        Raises:
-            ArgumentValueError: The repetition of a test of the run that did not fail differs.
-        """
-        names = self._names()
-
-        def row(cell: str) -> str:
-            return ", ".join(["0", *map(cell.format, names)])
-
-        old = row("tests.{0}")
-        filled = row("coalesce(tests.{0}, block.{0})")
-        # Rows of values differ only where both have a value.
-        differ = (
-            f"(tests.status = 'failed', {old}) <> (block.status = 'failed', {row('block.{0}')})"
-        )
-        # CROSS JOIN: in this order, which SQLite does not know to be the fast one.
-        query = f"""
-            SELECT point FROM block CROSS JOIN tests ON tests.test = block.test
-            CROSS JOIN plan ON run = ? AND point = block_point AND plan.test = block.test
-            WHERE tests.status <> 'failed' AND {differ}
-        """
-        wrong = self._integers(query, run)
-        if len(wrong):
-            raise invalid(
-                "block",
-                "of new test points, repetitions of failed ones, or what is stored",
-                Received(f"other values for test point {wrong[0]} of run {run}"),
-                f"use another file if the model has changed; study {self._path} is as it was",
-            )
-        # a failed test that is made again stays the same one of its design
-        changes = ["repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)"]
-        for name in ("design", "status", "reason", "origin", "seconds", *names):
-            changes.append(
-                f"{name} = iif(coalesce(tests.status, 'failed') = 'failed', block.{name}, "
-                f"coalesce(tests.{name}, block.{name}))"
-            )
-        cursor = self.db.execute(f"""
-            UPDATE tests SET {", ".join(changes)} FROM block WHERE tests.test = block.test AND (
-                tests.status IS NULL
-                OR tests.status = 'failed'
-                    AND (block.status <> 'failed' OR tests.reason <> block.reason)
-                OR tests.status <> 'failed' AND block.status <> 'failed'
-                    AND coalesce({differ}, 0) = 0 AND ({filled}) IS NOT ({old}))
-        """)
-        return cursor.rowcount
-
-    def _insert(self) -> int:
-        """Write the new tests of the block; return how many there are."""
-        self.db.execute("""
-            UPDATE block SET block_number = rowid
-                + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
-            WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
-        """)
-        names = ", ".join((*_OF_TEST, *self._names()))
-        cursor = self.db.execute(f"""
-            INSERT INTO tests (test, {names})
-            SELECT block_number, {names} FROM block WHERE test IS NULL ORDER BY rowid
-            ON CONFLICT (design, repeat) DO NOTHING
-        """)
-        self._share("block_number")
-        return cursor.rowcount
 
     # Reading tests
 
@@ -604,6 +477,158 @@ class Database:
     def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
         return np.fromiter((row[0] for row in self.db.execute(query, arguments)), np.int64)
+
+
+class _Block:
+    """Tests to be written, in a temporary table, where SQLite finds what is known of them.
+
+    The table has the columns of ``tests``; ``test`` is NULL where no test is known. Besides there
+    are ``block_point``, the point of a test; ``block_number``, the number that it gets if it is
+    new; and ``block_differs``, whether the known test has not failed and has other results.
+
+    Args:
+        db: The connection.
+        run: The run of the points.
+        cells: Columns as lists, by their names in SQL.
+        values: The names of all columns of values in SQL.
+    """
+
+    def __init__(
+        self,
+        db: sqlite3.Connection,
+        run: int,
+        cells: Mapping[str, Sequence[Any]],
+        values: Sequence[str],
+    ) -> None:
+        self._db = db
+        self._run = run
+        self._values = values
+        self._columns = ("design", "status", "reason", "origin", "seconds", *values)
+        # It is kept for the next block, as SQLite prepares its statements anew for another one.
+        db.execute("""
+            CREATE TEMP TABLE IF NOT EXISTS block AS
+            SELECT 0 AS block_point, 0 AS block_number, 0 AS block_differs, * FROM tests LIMIT 0
+        """)
+        db.execute("DELETE FROM block")
+        marks = ", ".join("?" * len(cells))
+        rows = zip(*cells.values(), strict=True)
+        db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
+        db.execute(
+            "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)",
+            (run,),
+        )
+
+    def number_repeats(self) -> None:
+        """Let each test be a further one of its design."""
+        self._db.execute("""
+            UPDATE block SET repeat = counted.further FROM (
+                SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
+                    + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design)
+                    AS further
+                FROM block AS b) AS counted
+            WHERE block.rowid = counted.row
+        """)
+        # Other runs look for the first test of a design, which is missing while it is corrected.
+        self._db.execute("""
+            UPDATE block SET repeat = 1
+            WHERE rowid IN (SELECT min(rowid) FROM block GROUP BY design)
+                AND NOT EXISTS (SELECT 1 FROM tests WHERE design = block.design AND repeat = 1)
+        """)
+
+    def repeat_recurring(self) -> None:
+        """Let a design of a noisy model that recurs in the run be tested again for its point."""
+        self._db.execute(
+            """
+            UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
+                (design, repeat) IN
+                    (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
+                OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
+            """,
+            (self._run,),
+        )
+
+    def share(self, otherwise: str = "NULL") -> None:
+        """Let new designs have the stored tests of the same designs."""
+        self._db.execute(f"""
+            UPDATE block SET test = coalesce(
+                (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat),
+                {otherwise})
+            WHERE test IS NULL
+        """)
+
+    def contradicted(self) -> list[int]:
+        """Compare tests with the known ones; return points of the run that have other results.
+
+        Values differ only where both tests have one.
+        """
+        old = self._row("tests.{}")
+        new = self._row("block.{}")
+        self._db.execute(f"""
+            UPDATE block SET block_differs = (
+                SELECT tests.status <> 'failed'
+                    AND (block.status = 'failed' OR coalesce(({old}) <> ({new}), 0))
+                FROM tests WHERE tests.test = block.test)
+            WHERE test NOT NULL
+        """)
+        query = """
+            SELECT point FROM block CROSS JOIN plan
+            ON run = ? AND point = block_point AND plan.test = block.test WHERE block_differs
+        """
+        return [point for (point,) in self._db.execute(query, (self._run,))]
+
+    def _row(self, cell: str) -> str:
+        """Return the values as a row in SQL, which may have none."""
+        return ", ".join(["0", *map(cell.format, self._values)])
+
+    def complete(self) -> int:
+        """Add values that known tests lack; return how many tests lacked some."""
+        changes = [f"{name} = coalesce(tests.{name}, block.{name})" for name in self._columns]
+        old = self._row("tests.{}")
+        filled = self._row("coalesce(tests.{0}, block.{0})")
+        return self._db.execute(f"""
+            UPDATE tests SET {", ".join(changes)} FROM block
+            WHERE tests.test = block.test AND tests.status <> 'failed' AND NOT block_differs
+                AND ({filled}) IS NOT ({old})
+        """).rowcount
+
+    def replace(self) -> int:
+        """Replace planned tests and failed ones by their repetitions; return how many."""
+        changes = [f"{name} = block.{name}" for name in self._columns]
+        # a failed test that is made again stays the same one of its design
+        changes.append("repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)")
+        return self._db.execute(f"""
+            UPDATE tests SET {", ".join(changes)} FROM block
+            WHERE tests.test = block.test AND (tests.status IS NULL OR tests.status = 'failed'
+                AND (block.status <> 'failed' OR tests.reason <> block.reason))
+        """).rowcount
+
+    def insert(self) -> int:
+        """Write the new tests; return how many there are."""
+        self._db.execute("""
+            UPDATE block SET block_number = rowid
+                + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
+            WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
+        """)
+        names = ", ".join(("repeat", *self._columns))
+        cursor = self._db.execute(f"""
+            INSERT INTO tests (test, {names})
+            SELECT block_number, {names} FROM block WHERE test IS NULL ORDER BY rowid
+            ON CONFLICT (design, repeat) DO NOTHING
+        """)
+        self.share("block_number")
+        return cursor.rowcount
+
+    def plan(self) -> None:
+        """Let the points of the run have the known tests."""
+        self._db.execute(
+            """
+            INSERT INTO plan (run, point, test)
+            SELECT ?, block_point, test FROM block WHERE test NOT NULL
+            ON CONFLICT (run, point) DO UPDATE SET test = excluded.test
+            WHERE test IS NOT excluded.test
+            """,
+            (self._run,),
+        )
 
 
 def _text(value: Any) -> str:
