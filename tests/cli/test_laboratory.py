@@ -168,6 +168,29 @@ def test_a_wrong_row_is_refused_with_all_others(alloy, column, value, message):
     assert stored() == ({}, 0)
 
 
+@pytest.mark.parametrize(
+    ("name", "second", "names"),
+    [
+        ("a: b", {"choices": [1, 2]}, None),
+        ("a", {"bounds": [1, 2]}, {"x1": "width", "f1": "f", "f2": "cost"}),
+    ],
+    ids=["a choice of numbers", "a variable of another name"],
+)
+def test_requirements_hold_for_what_was_tested(study_file, name, second, names):
+    problem = ProgramProblem(
+        {name: {"bounds": [0, 1]}, "n": second},
+        None,
+        {"f": {}, "cost": {}},
+        {"minimize": ["f", "cost"]},
+        requirements={"r": f"`{name}` + n <= 2.5"},
+    )
+    frame = ask_tests(problem, 2, RunOptions(study=study_file, names=names))
+    width, n = frame.columns[1:3]
+    frame[[width, n, "f", "cost"]] = [[1, 1, 5, 5], [1, 2, 4, 4]]
+    tell_tests(frame, study_file)
+    assert read_table(study_file).status.tolist() == ["ok", "infeasible"]
+
+
 def test_such_a_problem_is_not_evaluated(alloy):
     problem = ProgramProblem.from_toml("alloy.toml")
     refused("people make the tests", minimize, problem, PSI(4))

@@ -399,6 +399,20 @@ def test_another_exit_code_may_mean_success(tmp_path, study_file):
     assert investigate(allowed, 1, study=study_file, retry="failed").F.tolist() == [[5]]
 
 
+def test_a_choice_of_numbers_is_computed_with_in_a_study(tmp_path, study_file):
+    for limits in ({}, {"twice": "<= 2"}):  # other limits complete the stored tests anew
+        problem = ProgramProblem(
+            {"n": {"choices": [1, 2]}},
+            {"command": "echo m = {n}", "keep": "none"},
+            {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}, "twice": {"expression": "2*n"}},
+            {"minimize": ["m"]},
+            limits,
+            base=tmp_path,
+        )
+        table = investigate(problem, 2, study=study_file)
+    assert table.status.tolist() == ["ok", "infeasible"]
+
+
 @pytest.mark.parametrize(
     ("changes", "deck", "match"),
     [

@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._model import Model
+from pymoo_psi.algorithms._model import Model, with_options
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import RunOptions, unit_points
 from pymoo_psi.algorithms._store import StudyStore
@@ -475,10 +475,12 @@ def with_computed(
     """
     has_failed = columns["reason"] != ""
     columns = columns | {"status": np.where(has_failed, "failed", "ok")}
+    variables = head["variables"]
+    operands = with_options(columns, variables, [*map(Kind, head["kinds"])])
     for name, expression in head.get("expressions", {}).items():
         if not expression:
             continue
-        values = np.where(has_failed, np.nan, Expression.of(expression).values(columns))
+        values = np.where(has_failed, np.nan, Expression.of(expression).values(operands))
         given = columns.get(name, values)
         differs = ~np.isclose(given, values, rtol=_ROUNDED, atol=0) & ~np.isnan(given)
         if differs.any():
@@ -489,11 +491,10 @@ def with_computed(
                 f"{values[row]:.6g}."
             )
         columns[name] = values
-    designs = {name: columns[name] for name in head["variables"]}
-    for name in head["inequalities"][head["model_inequalities"] :]:
-        rule = name.rpartition(": ")[2]
-        columns[name] = np.zeros(len(has_failed))
-        if "=" in rule:  # otherwise it is a function, which only the problem has
-            (requirement,) = requirements_of({name: rule}, [*designs])
-            columns[name] = requirement.violation(designs)
+        operands[name] = values
+    if "requirements" in head:
+        names = head["requirements"]["variables"]
+        designs = {name: operands[column] for name, column in zip(names, variables, strict=True)}
+        for requirement in requirements_of(head["requirements"]["rules"], names):
+            columns[requirement.name] = requirement.violation(designs)
     return columns

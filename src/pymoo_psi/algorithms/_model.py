@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Entries, Values, known_name, mapping
+from pymoo_psi._validation import Array, Designs, Entries, Names, Values, known_name, mapping
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
@@ -129,13 +129,8 @@ class Model:
 
     def designs(self, columns: Entries) -> Designs:
         """Return ``(n, n_var)`` designs of ``(n,)`` variables by name, choices as texts."""
-        designs = []
-        for name, kind in zip(self.schema.variables, self.schema.kinds, strict=True):
-            cells = columns[name]
-            if kind is Kind.CHOICE:
-                cells = choice_values(cells)
-            designs.append(cells.astype(object))
-        return np.column_stack(designs)
+        columns = with_options(columns, self.schema.variables, self.schema.kinds)
+        return np.column_stack([columns[name].astype(object) for name in self.schema.variables])
 
     def keys(self, X: Designs) -> list[str]:
         """Return a key for each of ``(n, n_var)`` designs, which is that of its tests, too."""
@@ -159,7 +154,8 @@ class Model:
         completed = self.requirement_columns(columns)
         model = within_same_columns(self.inner)
         if hasattr(type(model), "completed"):
-            completed |= model.completed(columns)
+            options = with_options(columns, self.schema.variables, self.schema.kinds)
+            completed |= model.completed(options)
         return completed
 
     # Tests of values, and the reverse
@@ -226,6 +222,15 @@ class Model:
     def _table(self, points: Points, X: Designs, out: Entries) -> TestTable:
         values = {**out, "G": out["G"][:, len(self._limits) :]}
         return table_of_values(self.schema, points, X, values)
+
+
+def with_options(columns: Entries, variables: Names, kinds: Sequence[Kind]) -> Values:
+    """Return columns in which choices are the options that stored texts name."""
+    values = dict(columns)
+    for name, kind in zip(variables, kinds, strict=True):
+        if kind is Kind.CHOICE:
+            values[name] = choice_values(columns[name])
+    return values
 
 
 def _pairs(limits: Sequence[Any]) -> Values:

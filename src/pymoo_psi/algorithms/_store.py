@@ -365,6 +365,13 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
     head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
     if model.default_limits:
         head["limits"] = model.default_limits
+    if model.has_requirements:
+        rules = {}
+        requirements = model.schema.of_role("inequality")[model.n_ieq_constr :]
+        for name, requirement in zip(requirements, model.problem.required, strict=True):
+            rules[name] = requirement.rule
+        # By the problem's own names of the variables, which a run may name otherwise.
+        head["requirements"] = {"variables": [*model.space.titles], "rules": rules}
     outputs = getattr(model.inner, "outputs", {})
     if outputs:  # another expression, or an output more, completes what is stored
         head["expressions"] = {name: output.expression for name, output in outputs.items()}
