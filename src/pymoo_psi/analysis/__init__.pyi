@@ -18,7 +18,7 @@ from ._costs import alike as alike
 from ._costs import counts_sentence as counts_sentence
 from ._costs import failure_sentences as failure_sentences
 from ._costs import limit_words as limit_words
-from ._costs import none_left_sentence as none_left_sentence
+from ._costs import none_left_reason as none_left_reason
 from ._costs import within_limits as within_limits
 from ._positions import beyond_limits as beyond_limits
 from ._positions import decision_sentences as decision_sentences

@@ -157,14 +157,14 @@ def _are(n: int) -> str:
     return "is" if n == 1 else "are"
 
 
-def none_left_sentence(table: TestTable) -> str:
-    """Say that no design is left, and without which limit one would be."""
+def none_left_reason(table: TestTable) -> str:
+    """Say why no design is left, and without which limit one would be."""
     words = table.schema.words
     n_tests = (~table.failed()).sum()
     if not n_tests:
-        return f"No design is left: {counted(len(table), words['row'])}, all {words['failed']}."
+        return f"{counted(len(table), words['row'])}, all {words['failed']}."
     limits = ", ".join(limit_words(table))
-    text = f"No design is left: none of {n_tests} is{within_limits(table)} ({limits})."
+    text = f"none of {n_tests} is{within_limits(table)} ({limits})."
     mask, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
     would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)

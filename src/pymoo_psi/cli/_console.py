@@ -304,7 +304,7 @@ def _with_values(why: Explanation, table: TestTable) -> str:
         if texts:
             groups.append(", ".join(texts))
     name = ranking.name_of(why.row)
-    return why.standing.replace(name, f"{name} ({'; '.join(groups)})", 1)
+    return why.standing_of(f"{name} ({'; '.join(groups)})")
 
 
 # The next command

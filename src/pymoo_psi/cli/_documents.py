@@ -23,7 +23,7 @@ from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
     counts_sentence,
     decision_sentences,
-    none_left_sentence,
+    none_left_reason,
     position_sentences,
     separation_sentences,
     switching_sentences,
@@ -44,6 +44,7 @@ from pymoo_psi.cli._console import (
     write_frame,
 )
 from pymoo_psi.cli._source import (
+    choice_warnings,
     decision_in,
     decision_remarks,
     opened,
@@ -123,7 +124,7 @@ def run_rank(options: Options) -> int:
     path = options.file
     table = opened_by_options(options, suffixes_for("designs"))
     if not table.feasible().any():
-        raise PsiError(f"{path}: {none_left_sentence(table)}")
+        raise PsiError(f"{path}: No design is left: {none_left_reason(table)}")
     notes: list[str] = []
     more = ": --out FILE.csv"
     if options.out is not None:
@@ -273,10 +274,7 @@ def run_report(options: Options) -> int:
     path = options.file
     out = options.out
     table = opened_by_options(options, _HTML)
-    remarks = [*table.remarks]
-    for remark in decision_remarks(path, table):
-        if remark.startswith("Warning: "):  # choice and reason have their places
-            remarks.append(remark)
+    remarks = [*table.remarks, *choice_warnings(path, table)]
     now = datetime.now(timezone.utc)
     origin = f"{now.day} {now:%B %Y}"
     title = _title(options, table, path.name)

@@ -36,7 +36,7 @@ from pymoo_psi.analysis import (
     averaged_repeats,
     counts_sentence,
     failure_sentences,
-    none_left_sentence,
+    none_left_reason,
 )
 from pymoo_psi.cli._app import OF_FORMULATION, Options
 from pymoo_psi.cli._console import (
@@ -144,7 +144,9 @@ def run_solve(options: Options) -> int:
     is_new = ~np.isin(result.tests.numbers, known)
     reasons = _reasons(result.tests)
     if not result.table.feasible().any():
-        say(f"{subject}: {none_left_sentence(result.table)}", *result.table.remarks)
+        say(
+            f"{subject}: No design is left: {none_left_reason(result.table)}", *result.table.remarks
+        )
         say(*reasons)
         if out is not None:
             say(f"{options.out} is not written.")

@@ -14,7 +14,7 @@ import click
 from click.core import ParameterSource
 
 from pymoo_psi._numbers import decimal_mark, number
-from pymoo_psi._validation import Entries, Names, Received, instance, invalid
+from pymoo_psi._validation import Names, Received, instance, invalid
 from pymoo_psi.analysis import counts_sentence
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
@@ -147,6 +147,21 @@ def decision_remarks(path: Path, table: TestTable) -> list[str]:
     Raises:
         ArgumentValueError: The decision has other directions than the table.
     """
+    decision = table.decision
+    remarks = choice_warnings(path, table)
+    if decision.chosen is not None and not remarks:
+        remarks.append(f"Chosen: {decision.chosen}.")
+    if decision.reason:
+        remarks.append(f"Reason: {decision.reason}")
+    return remarks
+
+
+def choice_warnings(path: Path, table: TestTable) -> list[str]:
+    """Warn if the chosen design is not there, or not as the page saved the decision.
+
+    Raises:
+        ArgumentValueError: The decision has other directions than the table.
+    """
     schema = table.schema
     decision = table.decision
     if decision.page:
@@ -154,31 +169,24 @@ def decision_remarks(path: Path, table: TestTable) -> list[str]:
             if name in schema.maximize and name not in decision.formulation.maximize:
                 rule = "about the same directions as the designs"
                 raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
-    remarks = []
-    if decision.chosen is not None:
-        values = decision.page.get("values", {})
-        remarks.append(_remark_on_choice(table, decision.chosen, values))
-    if decision.reason:
-        remarks.append(f"Reason: {decision.reason}")
-    return remarks
-
-
-def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
-    """Say whether the chosen design has the values with which the page saved the decision."""
+    chosen = decision.chosen
+    if chosen is None:
+        return []
     warning = f"Warning: {chosen}, the chosen design,"
     if chosen not in table.names:
-        return f"{warning} is not among these designs."
+        return [f"{warning} is not among these designs."]
     row = table.names.index(chosen)
+    values = decision.page.get("values", {})
     changes = []
-    for name in table.schema.objectives:
+    for name in schema.objectives:
         value = float(table.column(name)[row])
         if name in values and values[name] != value:  # a decision may hold any value
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
     if changes:
-        return f"{warning} has changed: {', '.join(changes)}."
+        return [f"{warning} has changed: {', '.join(changes)}."]
     if not table.feasible()[row]:
-        return f"{warning} violates the limits."
-    return f"Chosen: {chosen}."
+        return [f"{warning} violates the limits."]
+    return []
 
 
 def require_free_names(names: Iterable[str]) -> None:

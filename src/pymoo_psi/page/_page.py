@@ -114,10 +114,9 @@ class DecisionPage(Document):
         further = ""
         if self.further:
             further = _FURTHER.format(escape(content["further"]))
-        remarks = [text for text in content["remarks"] if not text.startswith("Warning")]
         parts = {
             "title": escape(self.title),
-            "remarks": _paragraphs("hint", remarks),
+            "remarks": _paragraphs("hint", content["remarks"]),
             "cautions": _paragraphs("caution", self.cautions),
             "scale": _SCALES[content["normalize"]],
             "further": further,

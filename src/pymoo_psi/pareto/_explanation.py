@@ -266,8 +266,11 @@ class Explanation:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).standing
             'Design 0, the best in f1: place 2 of the 3 designs that no other dominates.'
         """
+        return self.standing_of(self.ranking.name_of(self.row))
+
+    def standing_of(self, design: str) -> str:
+        """Return :attr:`standing` with another name of the design, such as one with its values."""
         ranking = self.ranking
-        design = ranking.name_of(self.row)
         if self.dominated_by >= 0:
             other = ranking.name_of(self.dominated_by)
             difference = _compared(ranking, [self.row, self.dominated_by]).difference(1)
@@ -306,24 +309,36 @@ class Explanation:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).costs
             'What it costs against the best: 8 in f2 (100 % of its range).'
         """
+        changes = [f"{amount}{share}" for amount, share in self.amounts()]
+        if not changes:
+            return sentence("all best")
+        return sentence("costs", changes=listed(changes))
+
+    def amounts(self) -> list[tuple[str, str]]:
+        """Return the parts of :attr:`costs`: amounts, each with its share of a range behind it.
+
+        Example:
+            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).amounts()
+            [('8 in f2', ' (100 % of its range)')]
+        """
         order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
-        if not len(columns):
-            return sentence("all best")
         measure = "fixed range" if self.ranking.frame.is_fixed else "range"
-        changes: list[str] = []
+        amounts: list[tuple[str, str]] = []
         for j in columns[:_MOST_COSTS]:
-            template = "change" if changes else "first change"
-            if not within_range(self.shares[j]):
-                template = "bare change"
-            name = self.ranking.objectives.names[j]
-            amount = _amount(self.ranking, j, self.behind[j])
-            share = percent(self.shares[j])
-            texts = {"amount": amount, "share": share, "range": measure}
-            changes.append(sentence(template, objective=name, **texts))
+            texts = {
+                "objective": self.ranking.objectives.names[j],
+                "amount": _amount(self.ranking, j, self.behind[j]),
+                "share": percent(self.shares[j]),
+                "range": measure,
+            }
+            amount = whole = sentence("bare change", **texts)
+            if within_range(self.shares[j]):
+                whole = sentence("change" if amounts else "first change", **texts)
+            amounts.append((amount, whole.removeprefix(amount)))
         if len(columns) > _MOST_COSTS:
-            changes.append(counted(len(columns) - _MOST_COSTS, "other objective"))
-        return sentence("costs", changes=listed(changes))
+            amounts.append((counted(len(columns) - _MOST_COSTS, "other objective"), ""))
+        return amounts
 
     def step_order(self) -> list[int]:
         """Return which of :attr:`steps` improve an objective, the one farthest behind first.

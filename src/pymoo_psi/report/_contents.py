@@ -58,8 +58,6 @@ _REPRESENTATIVES = 5  # side by side on paper
 _DESIGNS = 30  # a sheet has room for so many
 _CHANGES = 4  # a sentence has the largest ones
 _WEIGHTED = 5  # bars
-# An amount in a sentence on costs, and its share up to the next amount.
-_AMOUNT = re.compile(r"(.+?)( \([^()]* %[^()]*\)(?:, | and |\.)|$)")
 # How a table names limits on a column.
 _LIMIT_WORDS = {
     ("upper", "tighter"): "below",
@@ -147,11 +145,6 @@ class Choice:
         if any(caution.kind == "tie" for caution in self._cautions):  # it says so
             return text
         return f"{text} {self.explanation.ties}".strip()
-
-    def costs(self) -> list[tuple[str, str]]:
-        """Return the amounts that the design costs, each with what is said of it."""
-        _, _, changes = self.explanation.costs.partition(": ")
-        return _AMOUNT.findall(changes)
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
@@ -310,10 +303,9 @@ class Choice:
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
         if row not in self.ranking.rows:
-            violated = [*beyond_limits(self.table, row)]
-            if within_limits(self.table).endswith("limit"):  # there is no other
+            if len(limit_words(self.table)) == 1:
                 return "beyond the limit"
-            return f"beyond limit: {', '.join(violated)}"
+            return f"beyond limit: {', '.join(beyond_limits(self.table, row))}"
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
             return self.word

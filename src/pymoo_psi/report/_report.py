@@ -18,7 +18,7 @@ from pymoo_psi.analysis import (
     decision_sentences,
     failure_sentences,
     latest_positions,
-    none_left_sentence,
+    none_left_reason,
     separation_sentences,
     within_limits,
 )
@@ -113,7 +113,7 @@ class DecisionReport(Document):
                 failures=failure_sentences(table),
                 names=[position["name"] for position in latest_positions(decision.positions)],
                 counts=counts_sentence(table),
-                none_left=none_left_sentence,
+                none_left=none_left_reason,
                 version=__version__,
                 within=within_limits(table),
                 counted=counted,
