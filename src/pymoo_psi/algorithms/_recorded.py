@@ -187,14 +187,9 @@ class Recorded(WithTable, WrappedProblem):
                 new = [*rows_by_key.values()]
                 self._adds = len(new) > 0
                 if new:
-                    tests = self._evaluate(designs[new])
-                    with self._store.study.reading() as database:
-                        self._head = database.head
-                        numbers = database.find(keys)
-                    new_numbers = numbers[new].tolist()
-                    values |= zip(new_numbers, self._model.values(tests), strict=True)
-        unknown = dict.fromkeys(self._head.get("outputs", ()), np.nan)
-        rows = [unknown | values[number] | {"test_point": number} for number in numbers.tolist()]
+                    self._evaluate(designs[new])
+                    numbers, values = self._lookup(keys, retries=False)
+        rows = [values[number] | {"test_point": number} for number in numbers.tolist()]
         out = columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
@@ -211,32 +206,31 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
-    def _lookup(self, keys: Sequence[str]) -> tuple[Numbers, dict[int, Values]]:
+    def _lookup(
+        self, keys: Sequence[str], *, retries: bool = True
+    ) -> tuple[Numbers, dict[int, Values]]:
         """Return the numbers of the tests of n designs by their keys, ``(n,)``, and their values.
 
         A number is 0 where there is no test, or where it is to be retried.
         """
         store = self._store
         with store.study.reading() as database:
-            self._last_point = database.last_point(store.run)
-            self._head = database.head  # with the outputs of all tests
             numbers = database.find(keys)
-            if not numbers.any():
-                return numbers, {}
             columns = database.tests_with(numbers)
         tests = store.table(columns, TEST)
-        for number in tests.numbers[store.are_retried(tests, columns)].tolist():
-            if number not in self.returned:
-                numbers[numbers == number] = 0
+        if retries:
+            for number in tests.numbers[store.are_retried(tests, columns)].tolist():
+                if number not in self.returned:
+                    numbers[numbers == number] = 0
         return numbers, dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
 
-    def _evaluate(self, designs: Designs) -> TestTable:
-        """Return the tests of designs; what arrives is stored within a second or so."""
-        first = self._last_point + 1
+    def _evaluate(self, designs: Designs) -> None:
+        """Evaluate designs, and store the tests; what arrives is stored within a second or so."""
+        with self._store.study.reading() as database:
+            first = database.last_point(self._store.run) + 1
         points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         tests = run.block(len(points))
         self.n_evaluated += run.n_called
         if len(tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")
-        return tests

@@ -95,8 +95,6 @@ class Run:
     def _reset(self) -> None:
         """Begin again with the first point."""
         self._n_awaited = 0  # how many of the points, the first ones, are awaited
-        self._last_awaited = 0  # the number of the last one
-        self._n_missing = 0  # how many of them have no test yet
         # The points up to this number are submitted to the executor, or have a test.
         self._last_started = 0
         self._ready: list[Block] = []  # tests that are stored and not taken
@@ -129,7 +127,6 @@ class Run:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._n_awaited = LAST
-        self._n_missing = LAST
         try:
             while self._advance():
                 yield from self._take(LAST)
@@ -144,7 +141,6 @@ class Run:
         """
         least = count or 1
         self._n_awaited = 0
-        self._n_missing = 0
         while len(self._points) < least:
             self._follow_requests()
             if self._steered == "stop":
@@ -164,11 +160,8 @@ class Run:
         Returns:
             All their tests, by number, unless the run was stopped.
         """
-        points = self.next_points(count)
-        last = int(points.numbers.max(initial=0))
-        self._n_awaited = len(points)
-        self._last_awaited = last
-        self._n_missing = len(points) - sum(block.n_up_to(last) for block in self._ready)
+        self._n_awaited = len(self.next_points(count))
+        last = self._last_awaited
         with stored_at_termination(self.store):
             try:
                 while self._n_missing > 0 and self._advance():
@@ -296,6 +289,18 @@ class Run:
             return False
         return True
 
+    @property
+    def _last_awaited(self) -> int:
+        """The number of the last awaited point; 0 if none is awaited."""
+        numbers = self._points.numbers[: self._n_awaited]
+        return int(numbers[-1:].max(initial=0))
+
+    @property
+    def _n_missing(self) -> int:
+        """How many of the awaited points have no stored test yet."""
+        last = self._last_awaited
+        return self._n_awaited - sum(block.n_up_to(last) for block in self._ready)
+
     def _is_commit_due(self) -> bool:
         """Whether to store the evaluated tests now."""
         executor = self.executor
@@ -353,7 +358,6 @@ class Run:
         """Report stored tests to the source; they are ready."""
         self.source.tell(block.tests)
         self._ready.append(block)
-        self._n_missing -= block.n_up_to(self._last_awaited)
 
 
 def run_of_sequence(
