@@ -126,6 +126,14 @@ def test_a_later_result_corrects_the_former_one(alloy, said, told):
     assert stored() == ({1: 210, 2: 220}, 4)
 
 
+def test_a_row_that_lacks_a_result_stays_pending(alloy, told):
+    frame = filled(asked("next.csv"))
+    frame.loc[1, "where"] = np.nan
+    text = told(frame)
+    assert "A row of test 2 is not taken: where is blank." in text
+    assert "Pending tests: 2." in text
+
+
 def test_fifteen_digits_are_the_design_asked_for(alloy, told):
     frame = filled(asked("next.csv"))
     digits = ["a [kg]", "b", "c"]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -247,9 +248,10 @@ def tell_tests(
 ) -> list[str]:
     """Add the results of tests that people made to their study, all of them or none.
 
-    The number of a row identifies its test; several rows of one test are repeats. Rows without
-    results stay pending. If a variable differs in 15 digits from the proposed value, its new value
-    is what was tested. Results that the study has already change nothing; other ones correct them.
+    The number of a row identifies its test; several rows of one test are repeats. A row without all
+    results is not taken; a sentence says so if it has some. If a variable differs in 15 digits from
+    the proposed value, its new value is what was tested. Results that the study has already change
+    nothing; other ones correct them.
 
     Args:
         source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
@@ -288,7 +290,26 @@ def tell_tests(
     return [*sentences, f"Pending tests: {left}."]
 
 
-_PLACE = "place in the file"  # of the row of a result, for messages
+@dataclass
+class _Result:
+    """The result of a test, from a row of a file.
+
+    Attributes:
+        test: The number of the test; of a repeat, as long as it has none, that of its original.
+        place: The place in the file, for messages.
+        values: The variables and the results by name; the results of a failed test are NaN.
+            Outputs that are expressions may be among them.
+        reason: The reason of a failure, or "".
+    """
+
+    test: int
+    place: str
+    values: Values
+    reason: str
+
+    def texts(self, names: Names) -> list[str]:
+        """Return values by their names, and the reason, as texts, which are compared."""
+        return [*(_text(self.values[name]) for name in names), self.reason]
 
 
 def _text(value: Any) -> str:
@@ -300,28 +321,13 @@ def _text(value: Any) -> str:
 
 def _results_in(
     cells: Any, columns: Entries, laboratory: _Laboratory, remarks: list[str]
-) -> Iterator[Values]:
-    """Yield the rows with all results or the reason of a failure.
-
-    A row has ``test``, the variables, the results and ``reason`` by name, and its place. The
-    results of a failed test are NaN, the reason of another one is "".
-    """
+) -> Iterator[_Result]:
+    """Yield the rows with all results or the reason of a failure."""
+    kinds = _kinds_of_columns(columns, laboratory, remarks)
     head = laboratory.head
     is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
     options = head["problem"]["choices"].values()
     choices = dict(zip(compress(head["variables"], is_choice), options, strict=True))
-    kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE}
-    kinds |= dict.fromkeys(laboratory.results, Kind.REAL)
-    kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-    for name in kinds:
-        remedy = "'ask --points 0' writes pending tests again"
-        known_name("a column of the tests", name, columns, remedy)
-    for name in head.get("expressions", {}):
-        if name in columns:  # what people give is compared with what is computed
-            kinds.setdefault(name, Kind.REAL)
-    others = [name for name in columns if name not in (*kinds, "index")]  # that of a frame
-    if others:
-        remarks.append(f"Not taken, as they are no outputs of the study: {', '.join(others)}.")
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
         values: Values = {}
@@ -334,21 +340,48 @@ def _results_in(
             values[name] = design_value(cell, f"{place}, {name}", kind, choices.get(name))
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
-        n_measured = len(values.keys() & {*laboratory.results})
-        if n_measured and reason:
+        missing = [name for name in laboratory.results if name not in values]
+        has_results = len(missing) < len(laboratory.results)
+        if not has_results and not reason:
+            continue  # it stays pending
+        if has_results and reason:
             rule = "either results or the reason of a failure"
             raise invalid(place, rule, Received(reason), "leave one of them blank")
-        is_assigned = test in laboratory.proposals and laboratory.original(test) == test
-        if (n_measured or reason) and not is_assigned:
+        if test not in laboratory.proposals or laboratory.original(test) != test:
             rule = "that of a test that was asked for and is not cancelled"
             raise invalid(f"{place}, {TEST}", rule, test)
-        if n_measured < len(laboratory.results) and not reason:
-            continue  # it stays pending
+        if missing and not reason:
+            remarks.append(f"A row of test {test} is not taken: {', '.join(missing)} is blank.")
+            continue
         for name, value in laboratory.design(test).items():
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
         unknown = dict.fromkeys(laboratory.results, np.nan)
-        yield {TEST: test, _PLACE: place} | unknown | values | {"reason": reason}
+        yield _Result(test, place, unknown | values, reason)
+
+
+def _kinds_of_columns(
+    columns: Entries, laboratory: _Laboratory, remarks: list[str]
+) -> dict[str, Kind]:
+    """Return the kinds of the columns that are read; a remark names the others.
+
+    Raises:
+        ArgumentValueError: A column is missing.
+    """
+    head = laboratory.head
+    kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE}
+    kinds |= dict.fromkeys(laboratory.results, Kind.REAL)
+    kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
+    for name in kinds:
+        remedy = "'ask --points 0' writes pending tests again"
+        known_name("a column of the tests", name, columns, remedy)
+    for name in head.get("expressions", {}):
+        if name in columns:  # what people give is compared with what is computed
+            kinds.setdefault(name, Kind.REAL)
+    others = [name for name in columns if name not in (*kinds, "index")]  # that of a frame
+    if others:
+        remarks.append(f"Not taken, as they are no outputs of the study: {', '.join(others)}.")
+    return kinds
 
 
 def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> Any:
@@ -378,8 +411,8 @@ def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> An
 
 
 def _new_results(
-    database: Database, laboratory: _Laboratory, results: Sequence[Values], remarks: list[str]
-) -> list[Values]:
+    database: Database, laboratory: _Laboratory, results: Sequence[_Result], remarks: list[str]
+) -> list[_Result]:
     """Return the results that the study does not have, after it has discarded those they correct.
 
     A row is known if a stored test of its design has the same results; each counts once. Other rows
@@ -388,22 +421,22 @@ def _new_results(
     Raises:
         ArgumentValueError: A test has more results that may be corrected than there are rows.
     """
-    names = [*laboratory.head["variables"], *laboratory.results, "reason"]
+    names = [*laboratory.head["variables"], *laboratory.results]
     stored: dict[int, dict[int, list[str]]] = defaultdict(dict)  # by the original and own number
     for test in laboratory.proposals:
         if test in laboratory.tests.index:
-            texts = list(map(_text, laboratory.tests.loc[test, names]))
+            texts = list(map(_text, laboratory.tests.loc[test, [*names, "reason"]]))
             stored[laboratory.original(test)][test] = texts
     new = []
-    new_of: dict[int, list[Values]] = defaultdict(list)  # the same, by the original
+    new_of: dict[int, list[_Result]] = defaultdict(list)  # the same, by the original
     for result in results:
-        others = stored[result[TEST]]
-        texts = [_text(result[name]) for name in names]
+        others = stored[result.test]
+        texts = result.texts(names)
         known = [other for other in others if others[other] == texts]
         if known:
             del others[known[0]]
         else:
-            new_of[result[TEST]].append(result)
+            new_of[result.test].append(result)
             new.append(result)
     for test, rows in new_of.items():
         others = stored[test]
@@ -411,27 +444,29 @@ def _new_results(
             rule = f"given with all other results of test {test}"
             received = Received(f"a file without those of tests {', '.join(map(str, others))}")
             remedy = "add a row for each of them; nothing was taken"
-            raise invalid(rows[0][_PLACE], rule, received, remedy)
+            raise invalid(rows[0].place, rule, received, remedy)
         for result, other in zip(rows, others, strict=False):
             changes = []
-            for name, former in zip(names, others[other], strict=True):
-                text = _text(result[name])
+            pairs = zip(result.texts(names), others[other], strict=True)
+            for name, (text, former) in zip((*names, "reason"), pairs, strict=True):
                 if text != former and "nan" not in (text, former):  # those of a failed test
                     changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
             remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
             database.correct(other, "corrected")
             laboratory.pending.append(other)
-            result[TEST] = other
+            result.test = other
     return new
 
 
-def _keep(database: Database, laboratory: _Laboratory, results: Sequence[Values]) -> list[str]:
+def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result]) -> list[str]:
     """Write the tests of results; return sentences on designs that were changed."""
     import pandas as pd
 
     sentences = []
+    rows: dict[int, list[Values]] = defaultdict(list)  # by run
+    places: dict[int, list[str]] = defaultdict(list)
     for result in results:
-        test = result[TEST]
+        test = result.test
         run, proposal = laboratory.proposals[test]
         title = f"Test {test}"
         if test in laboratory.pending:
@@ -442,19 +477,19 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[Values]
             _, proposal = laboratory.proposals[again]
             title = f"Test {again}, a repeat of {test}"
         for name, value in laboratory.design(test).items():
-            if result[name] != value:
-                change = f"{name} = {_text(result[name])} instead of {_text(value)}"
+            if result.values[name] != value:
+                change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
                 sentences.append(f"{title}: {change}; what was tested counts.")
-        result |= {"origin": proposal.origin, PROPOSAL_ROUND: proposal.round}
-        result |= {"run": run, POINT: proposal.test_point, "seconds": np.nan}
-    for run in sorted({result["run"] for result in results}):
-        frame = pd.DataFrame([result for result in results if result["run"] == run])
-        places = [*frame[_PLACE]]
-        frame = frame.drop(columns=[TEST, "run", _PLACE])
+        facts = {"reason": result.reason, "origin": proposal.origin, "seconds": np.nan}
+        facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
+        rows[run].append(result.values | facts)
+        places[run].append(result.place)
+    for run in sorted(rows):
+        frame = pd.DataFrame(rows[run])
         if not frame[PROPOSAL_ROUND].any():
             del frame[PROPOSAL_ROUND]
         columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-        columns = with_computed(database.head, columns, places, sentences)
+        columns = with_computed(database.head, columns, places[run], sentences)
         database.append(run, columns, 0)
     return sentences
 
