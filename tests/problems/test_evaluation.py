@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
 
@@ -31,50 +31,53 @@ class Panic(BaseException):
     """As of a Rust extension."""
 
 
-# Models for one design
-
-
-def at_culprit(change):
-    """A model for one design that gives right values but at design 2."""
-
-    def model(self, x, out):
-        out["F"], out["G"] = right(x), -1.0
-        if x[0] == CULPRIT:
-            change(x, out)
-
-    return model
+# What a model does to right values, given the rows of the culprit among its designs
 
 
 def raising(error):
-    def change(x, out):
-        raise error
+    def change(x, out, culprit):
+        if len(culprit):
+            raise error
 
-    return at_culprit(change)
-
-
-def giving(name, value):
-    return at_culprit(lambda x, out: out.update({name: value}))
+    return change
 
 
-def changes_its_design(self, x, out):
-    out["F"], out["G"] = right(x), -1.0
+def giving(**values):
+    return lambda x, out, culprit: out.update(values if len(culprit) else {})
+
+
+def everywhere(name, change):
+    return lambda x, out, culprit: out.update({name: change(out[name])})
+
+
+def cell(name, value):
+    def change(x, out, culprit):
+        out[name][culprit, -1] = value
+
+    return change
+
+
+def changes_its_designs(x, out, culprit):
     x[:] = 99.0
 
 
-def reuses_an_array(self, x, out):
-    self.buffer[:] = right(x)
-    out["F"], out["G"], out["note"] = self.buffer, -1.0, self.note
+BUFFERS, NOTE = {}, []
 
 
-def changes_the_process(self, x, out):
-    out["F"], out["G"] = right(x), -1.0
+def reuses_arrays(x, out, culprit):
+    buffer = BUFFERS.setdefault(x.shape, np.empty(np.shape(out["F"])))
+    buffer[:] = out["F"]
+    out["F"] = buffer
+
+
+def changes_the_process(x, out, culprit):
     os.chdir("/")
     np.seterr(all="raise")
 
 
-def gives_more(self, x, out):
-    out["F"], out["G"] = right(x), -1.0
-    out["path"] = [1.0] * int(x[0])  # of another length for every design
+def gives_more(x, out, culprit):
+    """A list of another length for every design, and one that is reused."""
+    out.update(path=[1.0] * int(x[0]), note=NOTE)
 
 
 NO_NUMBERS = "F is not an array of numbers.*"
@@ -83,101 +86,47 @@ FOR_ONE = {
     "raises a long word": (raising(ValueError("x" * 999)), r"ValueError: x{385}\.\.\."),
     "exits": (raising(SystemExit(3)), "SystemExit: 3"),
     "panics": (raising(Panic("overflow")), "Panic: overflow"),
-    "gives NaN": (giving("F", [np.nan, 1.0]), r"F is \[nan, 1.0\]"),
-    "gives minus infinity": (giving("F", [1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
-    "forgets F": (giving("F", None), "F is missing"),
-    "gives text": (giving("F", ["low", "high"]), NO_NUMBERS),
-    "gives masked values": (giving("F", np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
-    "gives NaN for a constraint": (giving("G", np.nan), r"G is \[nan\]"),
-    "gives an equality too many": (giving("H", [0.0]), r"H has shape \(1,\) instead of \(0,\)"),
-    "changes its design": (changes_its_design, None),
-    "reuses an array": (reuses_an_array, None),
+    "gives NaN": (giving(F=[np.nan, 1.0]), r"F is \[nan, 1.0\]"),
+    "gives minus infinity": (giving(F=[1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
+    "forgets F": (giving(F=None), "F is missing"),
+    "gives text": (giving(F=["low", "high"]), NO_NUMBERS),
+    "gives masked values": (giving(F=np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
+    "gives NaN for a constraint": (giving(G=np.nan), r"G is \[nan\]"),
+    "gives an equality too many": (giving(H=[0.0]), r"H has shape \(1,\) instead of \(0,\)"),
+    "changes its design": (changes_its_designs, None),
+    "reuses an array": (reuses_arrays, None),
     "changes the process": (changes_the_process, None),
     "gives more, of many lengths": (gives_more, None),
-    "gives a column": (giving("F", np.array([[2.0], [8.0]])), None),
-    "is infeasible and infinite": (
-        at_culprit(lambda x, out: out.update(F=[np.inf, 1.0], G=1.0)),
-        "infeasible",
-    ),
+    "gives a column": (giving(F=np.array([[2.0], [8.0]])), None),
+    "is infeasible and infinite": (giving(F=[np.inf, 1.0], G=1.0), "infeasible"),
 }
-
-
-# Models for all designs at once
-
-
-def together(change):
-    """A model for all designs that gives right values but for what ``change`` does to them."""
-
-    def model(self, X, out):
-        out["F"] = np.column_stack(right(X.T))
-        out["G"] = np.full((len(X), 1), -1.0)
-        change(self, X, out, np.flatnonzero(X[:, 0] == CULPRIT))
-
-    return model
-
-
-def replacing(name, make):
-    return together(lambda self, X, out, culprit: out.update({name: make(out[name], culprit)}))
-
-
-def raises_for_all(error):
-    def change(self, X, out, culprit):
-        if len(culprit):
-            raise error
-
-    return together(change)
-
-
-def cell(value):
-    def make(F, culprit):
-        F[culprit, -1] = value
-        return F
-
-    return make
-
-
-def mask(F, culprit):
-    F = np.ma.array(F)
-    F[culprit, 0] = np.ma.masked
-    return F
-
-
-def changes_its_designs(self, X, out, culprit):
-    X[:] = 99.0
-
-
-def reuses_arrays(self, X, out, culprit):
-    self.buffers.setdefault(len(X), np.empty((len(X), 2)))[:] = out["F"]
-    out["F"] = self.buffers[len(X)]
-
-
+ROWS = (r"F has shape \(2, 1\) instead of \(1, 2\)",)
 FOR_ALL = {
-    "raises": (raises_for_all(FloatingPointError("underflow")), "FloatingPointError: underflow"),
-    "gives NaN": (replacing("F", cell(np.nan)), r"F is \[2.0, nan\]"),
-    "gives masked values": (replacing("F", mask), r"F is \[nan, 8.0\]"),
-    "gives NaN for a constraint": (replacing("G", cell(np.nan)), r"G is \[nan\]"),
-    "gives rows for columns": (
-        replacing("F", lambda F, culprit: F.T),
-        (r"F has shape \(2, 1\) instead of \(1, 2\)",),
+    "raises": (raising(FloatingPointError("underflow")), "FloatingPointError: underflow"),
+    "gives NaN": (cell("F", np.nan), r"F is \[2.0, nan\]"),
+    "gives masked values": (
+        everywhere("F", lambda F: np.ma.masked_equal(F, CULPRIT)),
+        r"F is \[nan, 8.0\]",
     ),
-    "forgets F": (replacing("F", lambda F, culprit: None), ("F is missing",)),
-    "changes its designs": (together(changes_its_designs), None),
-    "reuses arrays": (together(reuses_arrays), None),
-    "gives columns": (replacing("F", lambda F, culprit: [*F.T]), None),
-    "gives the constraint as a vector": (replacing("G", lambda G, culprit: G[:, 0]), None),
+    "gives NaN for a constraint": (cell("G", np.nan), r"G is \[nan\]"),
+    "gives rows for columns": (everywhere("F", np.transpose), ROWS),
+    "forgets F": (everywhere("F", lambda F: None), ("F is missing",)),
+    "changes its designs": (changes_its_designs, None),
+    "reuses arrays": (reuses_arrays, None),
+    "gives columns": (everywhere("F", lambda F: [*F.T]), None),
+    "gives the constraint as a vector": (everywhere("G", np.ravel), None),
 }
 
 
-def problem_of(model, *, elementwise):
-    class Model(ElementwiseProblem if elementwise else Problem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=[0, 0], xu=[8, 1])
-            self.buffer, self.buffers, self.note = np.empty(2), {}, []
-
+def problem_of(change, *, elementwise):
+    class Model(Problem):
         def _evaluate(self, x, out, *args, **kwargs):
-            model(self, x, out)
+            out["F"] = np.stack(right(x.T), axis=-1)
+            out["G"] = np.full((*x.shape[:-1], 1), -1.0)
+            change(x, out, np.flatnonzero(np.atleast_2d(x)[:, 0] == CULPRIT))
 
-    return Model()
+    options = {"n_var": 2, "n_obj": 2, "n_ieq_constr": 1, "xl": [0, 0], "xu": [8, 1]}
+    return Model(elementwise=elementwise, **options)
 
 
 CASES = [
@@ -227,24 +176,18 @@ def test_what_comes_out(model, elementwise, expected, tmp_path, in_folder):
     assert np.geterr()["under"] == "ignore"
 
 
-class Counted(Problem):
-    """A vectorised model that counts its designs."""
-
-    n_evaluated = 0
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        self.n_evaluated += len(X)
-        if np.isin(X[:, 0], [703, 717, 740]).any():
-            raise FloatingPointError("underflow")
-        out["F"] = X
-
-
 def test_a_call_that_raises_is_repeated_by_design():
     """Only those of its part, one by one."""
-    problem = Counted(n_var=1, n_obj=1, xl=0, xu=1)
+
+    def breaking(X):
+        if np.isin(X[:, 0], [703, 717, 740]).any():
+            raise FloatingPointError("underflow")
+        return {"F": X}
+
+    problem = OfFunction(breaking, n_var=1, n_obj=1, elementwise=False)
     reasons = evaluate_designs(problem, np.arange(1000.0)[:, None])["failure"]
     assert np.flatnonzero(reasons).tolist() == [703, 717, 740]
-    assert problem.n_evaluated <= 2 * 1000 + 2 * 64
+    assert sum(len(X) for (X,) in problem.calls) <= 2 * 1000 + 2 * 64
 
 
 def test_designs_by_name_are_copies_too():
