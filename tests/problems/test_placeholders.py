@@ -6,7 +6,6 @@ import re
 import pytest
 
 from pymoo_psi import ProgramProblem
-from tests.helpers.mutations import toml_file
 from tests.helpers.refusals import refused
 
 X, WIDTH = 25.0, 3  # a real and an integer variable
@@ -186,39 +185,26 @@ class RandomFile:
             texts += [f"${{{real}}}", f'f"{{{real}}}"', f"{{{{{{{real}}}}}}}"]
         return self.rng.choice(texts)
 
-    @property
-    def content(self):
-        """The sections of the file; the command has all variables."""
-        kinds = dict(zip(self.design, ("real", "integer"), strict=True))
+    def problem(self, folder):
+        """Return the problem with the file as its template; the command has all variables."""
+        kinds = zip(self.design, ("real", "integer"), strict=True)
+        variables = {name: {"bounds": [-1000, 1000], "kind": kind} for name, kind in kinds}
         command = " ".join(["true", *map(self.marked, self.design)])
-        return {
-            "variables": {name: {"bounds": [-1000, 1000], "kind": kinds[name]} for name in kinds},
-            "program": {
-                "command": command,
-                "template": "template",
-                "files": ["in.txt"],
-                "marks": self.marks,
-            },
-            "outputs": {"m": {"file": "out.txt", "pattern": "(.+)"}},
-            "objectives": {"minimize": ["m"]},
-        }
+        options = {"variables": variables, "command": command, "marks": self.marks}
+        return problem_with(folder, self.text, **options)
 
 
 def test_random_files_are_filled_or_refused_by_line(tmp_path, draws):
     """Each file is filled as by plain replacement, or refused by file and line."""
-    (tmp_path / "template").mkdir()
-    path = tmp_path / "model.toml"
     n_refused = 0
     for seed in draws(200):
         file = RandomFile(seed)
-        (tmp_path / "template" / "in.txt").write_bytes(file.text.encode())
-        path.write_text(toml_file(file.content), "utf-8")
         if file.line_refused:
-            message = f"model.toml: in.txt, line {file.line_refused}: a placeholder must be"
-            refused(message, ProgramProblem.from_toml, path)
+            message = f"in.txt, line {file.line_refused}: a placeholder must be"
+            refused(message, file.problem, tmp_path)
             n_refused += 1
         else:
-            run = ProgramProblem.from_toml(path).run(file.design, keep=True)
+            run = file.problem(tmp_path).run(file.design, keep=True)
             assert (run.folder / "in.txt").read_bytes().decode() == file.expected
             assert run.words == ["true", *map(str, file.design.values())]
     assert 0.25 < n_refused / len(draws(200)) < 0.75
