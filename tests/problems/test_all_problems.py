@@ -59,6 +59,9 @@ def test_the_name_may_be_a_text(problem):
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
 
 
+ANOTHER = "belongs to another model"
+
+
 class Heir(Model):
     def __init__(self, data=(), **kwargs):
         super().__init__(**kwargs)
@@ -76,14 +79,8 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     for title in ("runs/one.csv", "runs/other.csv", str(tmp_path), tmp_path):
         investigate(FailureTolerant(Heir(title=title, **given)), 4, study=study)
     assert study.stat().st_size < 100_000
-    refused(
-        "belongs to another model",
-        investigate,
-        Heir(**given | changed),
-        4,
-        error=StudyMismatchError,
-        study=study,
-    )
+    other = Heir(**given | changed)
+    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study)
 
 
 @pytest.mark.parametrize(
@@ -118,14 +115,13 @@ def test_paths_are_not_compared(study_file, path):
         *("and/or", "steel", "b.msh", "~5", "C:", r"\frac{N}{mm}", "3.5 kN/mm2", "a/.b"),
     ],
 )
-def test_other_texts_are_compared_whatever_is_on_the_disk(tmp_path, monkeypatch, text):
-    monkeypatch.chdir(tmp_path)
+def test_other_texts_are_compared_whatever_is_on_the_disk(in_folder, text):
     table = investigate(Model(title=text), 4, study="study.db")
     path = pathlib.Path(text)
     path.parent.mkdir(exist_ok=True)
     path.touch()
     assert investigate(Model(title=text), 4, study="study.db").equals(table)
-    refused("belongs to another model", investigate, Model(), 4, study="study.db")
+    refused(ANOTHER, investigate, Model(), 4, study="study.db")
 
 
 def test_arrays_belong_to_a_study(study_file):
@@ -147,4 +143,4 @@ def test_arrays_belong_to_a_study(study_file):
     changed = Loaded()
     changed.loads[0] = 5.0  # in its place: the default value changes, too
     for other in (changed, Loaded(np.array([1.0, 3.0])), Loaded(parts=(np.array([2, 2]), 3.0))):
-        refused("belongs to another model", investigate, other, 8, study=study_file)
+        refused(ANOTHER, investigate, other, 8, study=study_file)

@@ -1,5 +1,7 @@
 """Linear equalities in requirements: designs meet them and fill what is left of the bounds evenly."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -77,25 +79,24 @@ def followed(X, rules):
 
 def rejection(lower, upper, rules, count):
     """Return random designs, uniform within the bounds, by rejection."""
-    random = np.random.default_rng(11)
     n_free = len(lower) - len(rules)
+    draw = partial(np.random.default_rng(11).uniform, lower[:n_free], upper[:n_free])
     designs = np.zeros((0, len(lower)))
     while len(designs) < count:
-        X = followed(random.uniform(lower[:n_free], upper[:n_free], (100_000, n_free)), rules)
+        X = followed(draw((100_000, n_free)), rules)
         designs = np.vstack([designs, X[((lower <= X) & (upper >= X)).all(axis=1)]])
     return designs[:count]
 
 
 @cases
 def test_every_design_meets_the_equalities_within_the_bounds(case):
-    lower, upper, requirements, rules = case
-    for problem in (Mixture(*case[:3]), Required(Mixture(*case[:3]))):
-        table = investigate(problem, 16)
-        assert (table.status == "ok").all()
-        X = table.X
-        assert ((lower <= X) & (upper >= X)).all()
-        expected = followed(X[:, : len(lower) - len(rules)], rules)
-        np.testing.assert_allclose(X, expected, rtol=0, atol=1e-12 * np.max(np.abs(upper)))
+    lower, upper, _, rules = case
+    table = investigate(Mixture(*case[:3]), 16)
+    assert investigate(Required(Mixture(*case[:3])), 16).equals(table)
+    assert (table.status == "ok").all()
+    assert ((lower <= table.X) & (upper >= table.X)).all()
+    expected = followed(table.X[:, : len(lower) - len(rules)], rules)
+    np.testing.assert_allclose(table.X, expected, rtol=0, atol=1e-12 * np.max(np.abs(upper)))
 
 
 @cases
@@ -145,20 +146,18 @@ def test_a_design_has_its_point(case):
 
 def test_a_fixed_share_leaves_less_for_the_others():
     problem = Mixture(*THREE[:3])
-    expected = investigate(Restricted(problem, {"a": 0.2}), 32)
-    np.testing.assert_allclose(expected.X[:, 0], 0.2)
-    np.testing.assert_allclose(expected.X.sum(axis=1), 1, atol=1e-12)
-    X = investigate(Restricted(Required(problem), {"a": 0.2}), 32).X
-    np.testing.assert_array_equal(X, expected.X)
+    X = investigate(Restricted(problem, {"a": 0.2}), 32).X
+    np.testing.assert_allclose(X[:, 0], 0.2)
+    np.testing.assert_allclose(X.sum(axis=1), 1, atol=1e-12)
+    np.testing.assert_array_equal(investigate(Restricted(Required(problem), {"a": 0.2}), 32).X, X)
 
 
 def test_proposals_meet_equalities_and_inequalities():
-    problem = Mixture(*FIVE[:3])
     requirements = {"mix": "a + b + c + d + e = 1", "order": "a <= b"}
     algorithm = SurrogatePSI(26, n_points=12, batch=7, requirements=requirements)
-    table = minimize(problem, algorithm, seed=1).algorithm.table
-    np.testing.assert_allclose(table.X.sum(axis=1), 1, rtol=0, atol=1e-12)
-    assert (table.X[12:, 0] <= table.X[12:, 1]).all()
+    X = minimize(Mixture(*FIVE[:3]), algorithm, seed=1).algorithm.table.X
+    np.testing.assert_allclose(X.sum(axis=1), 1, rtol=0, atol=1e-12)
+    assert (X[12:, 0] <= X[12:, 1]).all()
 
 
 def test_designs_of_others_may_be_rounded():
@@ -177,6 +176,15 @@ def test_an_equality_is_as_accurate_as_its_terms():
     X = np.array([[100, 100, 0.5], [100, 99, 0.5], [100, 98.9, 0.5], [99, 100, 0.5]])
     missed = problem.evaluate(X, return_values_of=["G"])[:, 0]
     np.testing.assert_allclose(missed, [0, 0, 1, 1.1])
+
+
+VARIABLES = {
+    "x": Real(bounds=(1, 9)),
+    "y": Real(bounds=(1, 9)),
+    "n": Integer(bounds=(1, 5)),
+    "s": Choice(options=["a", "b"]),
+}
+MIXED = Model(lambda x: {"F": x["x"] * x["n"]}, vars=VARIABLES, n_obj=1)
 
 
 @pytest.mark.parametrize(
@@ -217,15 +225,6 @@ def test_an_equality_that_follows_from_others_counts_once(once, again):
     assert (repeated.status == "ok").all()
 
 
-VARIABLES = {
-    "x": Real(bounds=(1, 9)),
-    "y": Real(bounds=(1, 9)),
-    "n": Integer(bounds=(1, 5)),
-    "s": Choice(options=["a", "b"]),
-}
-MIXED = Model(lambda x: {"F": x["x"] * x["n"]}, vars=VARIABLES, n_obj=1)
-
-
 def test_variables_of_equalities_are_real():
     table = investigate(MIXED, 16, requirements=["x + y = 10"])
     np.testing.assert_allclose(np.sum(table.X[:, :2], axis=1).astype(float), 10)
@@ -244,9 +243,8 @@ def test_other_variables_of_equalities_are_refused(options):
     refused("real and on a linear scale", investigate, MIXED, 4, **options)
 
 
-def test_algorithms_that_search_between_bounds_are_refused(tmp_path):
+def test_algorithms_that_search_between_bounds_are_refused(study_file):
     problem = Mixture(*THREE[:3])
-    recorded = Recorded(problem, study=tmp_path / "s.db")
-    for searched in (Required(problem), FailureTolerant(problem), recorded):
+    for searched in (Required(problem), FailureTolerant(problem), Recorded(problem, study_file)):
         refused("search it by PSI", minimize, searched, NSGA2(pop_size=10), ("n_gen", 2), seed=1)
     refused("search it by PSI", nsga3, problem, 20, seed=1)
