@@ -1,6 +1,7 @@
 """A part of the bounds gives the whole problem's values, to any algorithm and in every table."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.mixed import (
@@ -8,7 +9,6 @@ from pymoo.core.mixed import (
     MixedVariableMating,
     MixedVariableSampling,
 )
-from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
@@ -22,84 +22,66 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.study import Study
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
 
 
-class Beam(ElementwiseProblem):
-    """A mixed problem, whose model gives more than it must and fails for thick beams of wood."""
-
-    def __init__(self, **kwargs):
-        super().__init__(
-            vars={
-                "width": Real(bounds=(0.1, 2.0)),
-                "ribs": Integer(bounds=(1, 9)),
-                "metal": Choice(options=list(DENSITY)),
-                "hollow": Binary(),
-            },
-            n_obj=2,
-            n_ieq_constr=1,
-            **kwargs,
-        )
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        if x["metal"] == "wood" and x["width"] > 1.5:
-            raise ValueError("does not grow")
-        mass = x["width"] * (x["ribs"] - 0.5 * x["hollow"]) * DENSITY[x["metal"]]
-        out["F"], out["G"] = [mass, 1 / mass + x["hollow"]], [x["ribs"] - 7]
+VARIABLES = {
+    "width": Real(bounds=(0.1, 2.0)),
+    "ribs": Integer(bounds=(1, 9)),
+    "metal": Choice(options=list(DENSITY)),
+    "hollow": Binary(),
+}
 
 
-class Knapsack(Problem):
+def beam(width, ribs, metal, hollow):
+    """Fails for thick beams of wood."""
+    if metal == "wood" and width > 1.5:
+        raise ValueError("does not grow")
+    mass = width * (ribs - 0.5 * hollow) * DENSITY[metal]
+    return {"F": [mass, 1 / mass + hollow], "G": [ribs - 7]}
+
+
+def knapsack(x):
     """Things to take or to leave, or how many of each."""
-
-    def __init__(self, vtype):
-        super().__init__(n_var=6, n_obj=2, n_ieq_constr=1, xl=0, xu=3, vtype=vtype)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        weight = x @ np.array([1.1, 2.3, 3.1, 4.7, 5.9, 6.1])
-        out["F"], out["G"] = np.column_stack([weight, -x.sum(axis=1)]), weight[:, None] - 30
+    weight = x @ np.array([1.1, 2.3, 3.1, 4.7, 5.9, 6.1])
+    return {"F": [weight, -x.sum()], "G": weight - 30}
 
 
-def bnh():
-    return get_problem("bnh")
-
-
+BNH = get_problem("bnh")
+BEAM = Model(lambda x: beam(**x), vars=VARIABLES, n_ieq_constr=1)
+KNAPSACK = {"n_var": 6, "n_ieq_constr": 1, "xu": 3}
 CASES = [
-    (lambda: SphereChute(0.4), {"x1": (0.2, 0.4)}),
-    (lambda: VectorizedSphereChute(0.4), {"x2": 1.7}),
-    (bnh, {"x1": (None, 1.0), "x2": (0.5, None)}),
-    (lambda: Knapsack(bool), {"x3": True, "x5": False}),
-    (lambda: Knapsack(int), {"x3": 1, "x5": (0, 2)}),
-    (Beam, {"width": (0.5, 1.0), "metal": ["wood", "iron"], "hollow": True}),
-    (Beam, {"ribs": (2, 4), "width": 0.7}),
-    (Beam, {"ribs": 3, "metal": "steel"}),
+    (SphereChute(0.4), {"x1": (0.2, 0.4)}),
+    (VectorizedSphereChute(0.4), {"x2": 1.7}),
+    (BNH, {"x1": (None, 1.0), "x2": (0.5, None)}),
+    (Model(knapsack, vtype=bool, **KNAPSACK), {"x3": True, "x5": False}),
+    (Model(knapsack, vtype=int, **KNAPSACK), {"x3": 1, "x5": (0, 2)}),
+    (BEAM, {"width": (0.5, 1.0), "metal": ["wood", "iron"], "hollow": True}),
+    (BEAM, {"ribs": (2, 4), "width": 0.7}),
+    (BEAM, {"ribs": 3, "metal": "steel"}),
 ]
 
 
-def given(table, problem):
-    """The designs of a table as the whole problem takes them."""
-    if not getattr(problem, "vars", None):
-        return table.X
-    names = table.schema.variables
-    return np.array([dict(zip(names, row, strict=True)) for row in table.X.tolist()], dtype=object)
-
-
-@pytest.mark.parametrize(("make", "bounds"), CASES)
-def test_a_table_has_the_whole_problems_columns_and_values(make, bounds):
-    whole = make()
+@pytest.mark.parametrize(("whole", "bounds"), CASES)
+def test_a_table_has_the_whole_problems_columns_and_values(whole, bounds):
     table = investigate(Restricted(whole, bounds), 32)
     assert table.schema.variables == investigate(whole, 1).schema.variables
-    F = whole.evaluate(given(table, whole), return_as_dictionary=True)
+    designs = table.X
+    if whole is BEAM:
+        named = [dict(zip(VARIABLES, row, strict=True)) for row in table.X.tolist()]
+        designs = np.array(named, dtype=object)
+    F = whole.evaluate(designs, return_as_dictionary=True)
     np.testing.assert_array_equal(table.F, F["F"])
     np.testing.assert_array_equal(table.G, F.get("G", table.G))
     for name, kept in bounds.items():
-        column = table[name].tolist()
         if isinstance(kept, tuple):
-            assert min(column) >= (-np.inf if kept[0] is None else kept[0])
-            assert max(column) <= (np.inf if kept[1] is None else kept[1])
+            low, high = (end if end is None else float(end) for end in kept)
+            assert pd.Series(table[name]).between(low or 0.0, high or np.inf).all()
         else:
-            assert set(column) == set(kept if isinstance(kept, list) else [kept])
+            assert set(table[name].tolist()) == set(kept if isinstance(kept, list) else [kept])
 
 
 MIXED = {
@@ -111,17 +93,20 @@ MIXED = {
 
 @pytest.mark.parametrize("tolerant", [False, True])
 @pytest.mark.parametrize(
-    ("make", "bounds", "is_inside"),
+    ("whole", "bounds", "is_inside", "options"),
     [
-        (bnh, {"x1": (None, 1.0)}, lambda x: x[0] <= 1),
-        (Beam, {"ribs": (2, 4), "width": 0.7}, lambda x: 2 <= x["ribs"] <= 4 and x["width"] == 0.7),
+        (BNH, {"x1": (None, 1.0)}, lambda x: x[0] <= 1, {"sampling": LPTauSampling()}),
+        (
+            BEAM,
+            {"ribs": (2, 4), "width": 0.7},
+            lambda x: 2 <= x["ribs"] <= 4 and x["width"] == 0.7,
+            MIXED,
+        ),
     ],
 )
-def test_another_algorithm_stays_in_the_part(make, bounds, is_inside, tolerant):
-    whole = make()
+def test_another_algorithm_stays_in_the_part(whole, bounds, is_inside, options, tolerant):
     part = Restricted(whole, bounds)
     problem = FailureTolerant(part) if tolerant else part
-    options = MIXED if make is Beam else {"sampling": LPTauSampling()}
     result = minimize(problem, NSGA2(pop_size=10, **options), ("n_gen", 3), seed=1)
     designs = part.original(result.X)
     np.testing.assert_array_equal(whole.evaluate(designs, return_as_dictionary=True)["F"], result.F)
@@ -131,20 +116,20 @@ def test_another_algorithm_stays_in_the_part(make, bounds, is_inside, tolerant):
 @pytest.mark.parametrize("width", [1.5, (1.25, 1.75)])
 def test_parts_of_parts_are_the_part_by_both(width):
     outer, inner = {"width": (1.0, 2.0), "metal": "steel"}, {"width": width, "ribs": (None, 4)}
-    twice = Restricted(Restricted(Beam(), outer), inner)
-    assert investigate(twice, 16).equals(investigate(Restricted(Beam(), outer | inner), 16))
-    refused("from 1.0 to 2.0", Restricted, Restricted(Beam(), outer), {"width": 0.5})
-    refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), inner)
+    twice = Restricted(Restricted(BEAM, outer), inner)
+    assert investigate(twice, 16).equals(investigate(Restricted(BEAM, outer | inner), 16))
+    refused("from 1.0 to 2.0", Restricted, Restricted(BEAM, outer), {"width": 0.5})
+    refused("FailureTolerant around Restricted", Restricted, FailureTolerant(BEAM), inner)
 
 
 @pytest.mark.parametrize(
     "bounds", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
 )
 def test_another_part_is_another_run_of_a_study(study_file, bounds):
-    investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study_file)
-    investigate(Beam(), 4, study=study_file)  # the whole, however it is said
+    investigate(Restricted(BEAM, {"width": (0.1, 2.0)}), 4, study=study_file)
+    investigate(BEAM, 4, study=study_file)  # the whole, however it is said
     assert len(Study(study_file).facts().runs) == 1
-    investigate(Restricted(Beam(), bounds), 4, study=study_file)
+    investigate(Restricted(BEAM, bounds), 4, study=study_file)
     assert len(Study(study_file).facts().runs) == 2
 
 
@@ -160,4 +145,4 @@ def test_another_part_is_another_run_of_a_study(study_file, bounds):
     ],
 )  # fmt: skip
 def test_what_is_no_part_is_refused(bounds, message):
-    refused(message, Restricted, Beam(), bounds)
+    refused(message, Restricted, BEAM, bounds)
