@@ -109,8 +109,13 @@ def test_means_of_tests_are_no_tests(form, options, tmp_path):
     means = investigate(queue(), 8, repeat=3)
     means.to_csv(tmp_path / "means.csv")
     source = {"csv": tmp_path / "means.csv", "table": means, "frame": means.to_frame()}[form]
-    message = "single ones, got means with 'f1 standard error'; give the study"
-    refused(message, import_tests, queue(), source, options)
+    refused(
+        "single ones, got means with 'f1 standard error'; give the study",
+        import_tests,
+        queue(),
+        source,
+        options,
+    )
 
 
 BNH = get_problem("bnh")

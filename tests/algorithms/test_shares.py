@@ -69,8 +69,7 @@ def test_designs_of_several_shares_are_those_of_one_run(noisy, seeds, tmp_path):
 def test_shares_of_two_versions_are_no_table(tmp_path):
     make_share(tmp_path, 1, 2)
     make_share(tmp_path, 2, 2, more=1.0)
-    message = "different results for the same design"
-    refused(message, read_table, tmp_path, error=StudyMismatchError)
+    refused("different results for the same design", read_table, tmp_path, error=StudyMismatchError)
 
 
 @pytest.mark.parametrize("more", [[0, 1e-6], [np.nan, 0], [0] * 4 + [1e-9] * 8])

@@ -118,8 +118,9 @@ def test_a_vectorised_problem_on_an_executor(processes):
     options = {"keep": "pareto", "limits": {"f1": 2.5}}
     table = investigate(problem, 3000, runner=runner, block_size=500, **options)
     assert table.equals(investigate(problem, 3000, **options))
-    message = "vectorised, got one that is evaluated one design"
-    refused(message, investigate, Sum(), 8, runner=runner)
+    refused(
+        "vectorised, got one that is evaluated one design", investigate, Sum(), 8, runner=runner
+    )
     refused("runner must be of type Runner", investigate, problem, 8, runner=processes)
 
 

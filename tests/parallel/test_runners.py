@@ -299,8 +299,12 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(make, lost):
 @pytest.mark.slow
 def test_a_lost_design_stops_an_intolerant_problem():
     problem = model(elementwise_runner=ProcessRunner(1, timeout=1e4))
-    message = r"design \[7\.0, .*died \(exit code 3, 2 times\);"
-    refused(message, problem.evaluate, designs(7), error=EvaluationError)
+    refused(
+        r"design \[7\.0, .*died \(exit code 3, 2 times\);",
+        problem.evaluate,
+        designs(7),
+        error=EvaluationError,
+    )
     assert len(problem.evaluate(designs())) == 40, "and it runs again"
 
 

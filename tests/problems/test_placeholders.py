@@ -85,8 +85,13 @@ def test_what_could_be_a_placeholder_is_refused(tmp_path, text):
 )
 def test_a_wrong_format_is_named_with_its_placeholder(tmp_path, text, reason):
     variables = VARIABLES | {"steel": {"choices": ["S235", "S355"]}}
-    message = f"in.txt, line 1.*{re.escape(f'got {text!r} ({reason})')}"
-    refused(message, problem_with, tmp_path, text, variables=variables)
+    refused(
+        f"in.txt, line 1.*{re.escape(f'got {text!r} ({reason})')}",
+        problem_with,
+        tmp_path,
+        text,
+        variables=variables,
+    )
 
 
 @pytest.mark.parametrize(
@@ -125,8 +130,7 @@ def test_a_variable_has_a_plain_name(tmp_path, name):
 
 def test_umlauts_are_quoted_in_toml(tmp_path):
     (tmp_path / "m.toml").write_text("[variables]\nHöhe = {bounds = [1, 2]}\n", "utf-8")
-    message = 'line 2.*stands in quotes, as "Höhe"'
-    refused(message, ProgramProblem.from_toml, tmp_path / "m.toml")
+    refused('line 2.*stands in quotes, as "Höhe"', ProgramProblem.from_toml, tmp_path / "m.toml")
 
 
 # Random files
@@ -200,8 +204,9 @@ def test_random_files_are_filled_or_refused_by_line(tmp_path, draws):
     for seed in draws(200):
         file = RandomFile(seed)
         if file.line_refused:
-            message = f"in.txt, line {file.line_refused}: a placeholder must be"
-            refused(message, file.problem, tmp_path)
+            refused(
+                f"in.txt, line {file.line_refused}: a placeholder must be", file.problem, tmp_path
+            )
             n_refused += 1
         else:
             run = file.problem(tmp_path).run(file.design, keep=True)

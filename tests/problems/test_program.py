@@ -184,8 +184,14 @@ def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
     path = path.format(tmp_path)
     outputs = {"m": {"file": path, "pattern": "(.+)"}}
     refused("file must be a relative path inside the folder", shell, tmp_path, "", outputs)
-    message = "files must be a relative path inside the folder"
-    refused(message, shell, tmp_path, "", WRITTEN, files=[path])
+    refused(
+        "files must be a relative path inside the folder",
+        shell,
+        tmp_path,
+        "",
+        WRITTEN,
+        files=[path],
+    )
 
 
 def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
@@ -200,8 +206,14 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
         study = tmp_path / f"{Path(name).stem}.db"
         investigate(problem, 2, study=study)
         (template / name).write_text("2")
-        message = f"{name} in the template is not as in the study.*another file, or restore"
-        refused(message, investigate, problem, 2, error=StudyMismatchError, study=study)
+        refused(
+            f"{name} in the template is not as in the study.*another file, or restore",
+            investigate,
+            problem,
+            2,
+            error=StudyMismatchError,
+            study=study,
+        )
 
 
 @posix

@@ -4,7 +4,7 @@ import pytest
 from pymoo.core.variable import Choice
 
 from pymoo_psi import Restricted, investigate
-from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
+from pymoo_psi.errors import StudyMismatchError
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
@@ -17,33 +17,20 @@ def typed(*options):
 
 def test_models_of_options_that_look_alike_are_different(study_file):
     investigate(typed(12, "oak"), 4, study=study_file)
-    refused(
-        "another model.*choices",
-        investigate,
-        typed("12", "oak"),
-        4,
-        study=study_file,
-        error=StudyMismatchError,
-    )
+    options = {"study": study_file, "error": StudyMismatchError}
+    refused("another model.*choices", investigate, typed("12", "oak"), 4, **options)
 
 
 def test_an_option_is_restricted_by_its_type():
-    refused(
-        "one of 12, '12', 'oak'",
-        Restricted,
-        typed(12, "12", "oak"),
-        {"a": 12.0},
-        error=ArgumentValueError,
-    )
+    refused("one of 12, '12', 'oak'", Restricted, typed(12, "12", "oak"), {"a": 12.0})
 
 
 @pytest.mark.parametrize("suffix", ["-journal", "-wal", "-SHM", ".pymoo-psi-lock"])
 def test_files_that_belong_to_a_study_are_refused(suffix, study_file):
-    name = f"{study_file}{suffix}"
     refused(
         "study must be a database with a name such as",
         investigate,
-        typed(12, "12", "oak"),
+        typed(12, "oak"),
         4,
-        study=name,
+        study=f"{study_file}{suffix}",
     )

@@ -25,9 +25,9 @@ def test_every_share_is_spread_over_the_box(of):
     """Every 64th point of LPτ has the same six leading digits in the first coordinate."""
     points = lp_tau(of * 64, 2)
     for k in range(1, of + 1):
-        numbers = Share(k, of).numbers(1, of * 64)
-        assert (np.ptp(points[numbers - 1], axis=0) > 0.9).all()
-        assert all(len({*np.floor(column * 8)}) >= 7 for column in points[numbers - 1].T)
+        share = points[Share(k, of).numbers(1, of * 64) - 1]
+        assert (np.ptp(share, axis=0) > 0.9).all()
+        assert all(len({*np.floor(column * 8)}) >= 7 for column in share.T)
 
 
 def shares(folder, of, last, parts=None, head=HEAD):
@@ -54,8 +54,7 @@ def test_a_point_of_two_files_counts_once(tmp_path):
     whole = shares(tmp_path, 2, 10)
     begun(tmp_path / "other.db").append(block(1, 10, failed=[2]))
     assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole)
-    (tmp_path / "other.db").unlink()
-    begun(tmp_path / "other.db").append(rows(block(1, 10, seed=1), [3]))
+    begun(tmp_path / "third.db").append(rows(block(1, 10, seed=1), [3]))
     refused(
         r"db and one .* different results for the same .* 4",
         read_folder,
@@ -90,27 +89,31 @@ def test_a_share_of_another_problem_is_refused(tmp_path, of, head, message):
     refused(message, shares, tmp_path, of, 10, [2], head, error=StudyMismatchError)
 
 
-def test_a_share_of_another_problem_is_no_part_of_a_folder(tmp_path):
-    (tmp_path / "b").mkdir()
+def test_a_share_of_another_problem_is_no_part_of_a_folder(tmp_path, tmp_path_factory):
+    other = tmp_path_factory.mktemp("other")
     shares(tmp_path, 2, 10, [1])
-    shares(tmp_path / "b", 2, 10, [2], OTHER)
-    shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path)
-    message = r"share-2-of-2.db is a share of other points.*1-of-2.db"
-    refused(message, read_folder, tmp_path, error=StudyMismatchError)
+    shares(other, 2, 10, [2], OTHER)
+    shutil.copy(other / "share-2-of-2.db", tmp_path)
+    refused(
+        r"share-2-of-2.db is a share of other points.*1-of-2.db",
+        read_folder,
+        tmp_path,
+        error=StudyMismatchError,
+    )
 
 
 @pytest.mark.parametrize("content", [b"", b"no study", b"SQLite format 3\0 and nothing else"])
 def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
-    shares(tmp_path, 3, 12)
+    shares(tmp_path, 3, 12, [1, 3])
+    (tmp_path / "notes.txt").write_bytes(b"these are none")
+    assert len(read_folder(tmp_path)[1]["x"]) == 8
     (tmp_path / "share-2-of-3.db").write_bytes(content)
     refused(
         r"share-2-of-3.db .*move (it|this one) away", read_folder, tmp_path, error=StudyCorruptError
     )
-    (tmp_path / "share-2-of-3.db").unlink()
-    (tmp_path / "notes.txt").write_bytes(b"these are none")
-    assert len(read_folder(tmp_path)[1]["x"]) == 8
-    for file in tmp_path.glob("*.db"):
-        file.unlink()
+
+
+def test_a_folder_without_a_study_is_refused(tmp_path):
     refused("holds no study", read_folder, tmp_path, error=StudyAccessError)
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import (
@@ -25,22 +24,13 @@ from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
-class Counted(ElementwiseProblem):
-    """A model that keeps every design that it evaluates."""
-
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
-        self.evaluated = []
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        self.evaluated.append(tuple(x))
-        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] + x[1] ** 2]
-        out["heat"] = x[0] - x[1]
+def results(x):
+    return {"F": [x[0] + x[1] ** 2, 1 - x[0] + x[1] ** 2], "heat": x[0] - x[1]}
 
 
 @pytest.fixture
 def model():
-    return Counted()
+    return Model(results, n_var=2)
 
 
 def test_the_number_of_a_test_says_run_and_point(model, study_file):
@@ -49,12 +39,10 @@ def test_the_number_of_a_test_says_run_and_point(model, study_file):
     assert investigate(part, 8, study=study_file).numbers.tolist() == [*range(1_000_001, 1_000_009)]
     longer = investigate(model, 16, study=study_file)
     assert longer.numbers[:8].tolist() == first.numbers.tolist() == list(range(1, 9))
-    numbers, X = longer.numbers, longer.X
-    is_own = numbers < 1_000_000  # the others are designs that the other run has tested
-    assert (numbers[is_own] == longer["test_point"][is_own].astype(int)).all()
-    np.testing.assert_array_equal(
-        X[np.argsort(longer["test_point"].astype(int))], investigate(model, 16).X
-    )
+    is_own = longer.numbers < 1_000_000  # the others are designs that the other run has tested
+    assert (longer.numbers == longer["test_point"])[is_own].all()
+    by_point = np.argsort(longer["test_point"].astype(int))
+    np.testing.assert_array_equal(longer.X[by_point], investigate(model, 16).X)
     # point 1 of the second run has the number of point 1 000 001, which gets the next above all
     for first, number in ((1_000_000, 1_000_000), (1_000_001, 1_000_009)):
         table = investigate(model, 1, study=study_file, first=first)
@@ -102,7 +90,7 @@ def test_several_runs_are_written_without_a_change(model, study_file, tmp_path):
         write_table(table, tmp_path / name)
         assert read_table(tmp_path / name).equals(table), name
     assert investigate(model, 8, study=tmp_path / "copy.db").X.tolist() == table.X[:8].tolist()
-    assert len(model.evaluated) == 15  # the corner of both is one design
+    assert len(model.calls) == 15  # the corner of both is one design
     twice = table.extended(dataclasses.replace(table, numbers=table.numbers + 16))
     refused("runs and test points .* different ones", write_table, twice, tmp_path / "twice.db")
 
@@ -116,20 +104,11 @@ def test_a_study_says_when_and_where_runs_began(model, study_file):
 @pytest.mark.parametrize("name", ["run", "origin", "seconds"])
 def test_added_columns_replace_no_values(name, study_file, model):
     """Such an objective is refused; a further output is left out, which is said."""
-    refused(
-        f"a column of a study.*'{name}'",
-        investigate,
-        model,
-        4,
-        study=study_file,
-        names={"f1": name},
-    )
+    options = {"study": study_file, "names": {"f1": name}}
+    refused(f"a column of a study.*'{name}'", investigate, model, 4, **options)
     assert not study_file.exists()
-
-    def results(x):
-        return {"F": [x[0], 1 - x[0]], name: x[0] - x[1]}
-
+    problem = Model(lambda x: {"F": [x[0], 1 - x[0]], name: x[0] - x[1]}, n_var=2)
     with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
-        table = investigate(Model(results, n_var=2), 4, study=study_file)
+        table = investigate(problem, 4, study=study_file)
     np.testing.assert_array_equal(table[name], table.X[:, 0] - table.X[:, 1])
     assert name not in read_table(study_file).schema.names

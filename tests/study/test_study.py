@@ -13,11 +13,11 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pymoo.core.problem import ElementwiseProblem
 
 from pymoo_psi import investigate
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
 from pymoo_psi.study import Study
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 from tests.helpers.studies import (
     HEAD,
@@ -82,32 +82,20 @@ def test_names_that_sql_reads_as_others_are_kept(tmp_path):
     names += ["ä", "Ä", 'in "quotes"', "`", "[x]", "select", "1", " ", "a;b", "--", "naïve 🤖", "?"]
     head = HEAD | {"objectives": names}
     columns = block(1, 3) | {name: np.array([i, 0.1, i / 3]) for i, name in enumerate(names)}
-    columns = {
-        name: columns[name]
-        for name in ["test_point", *HEAD["variables"], *names, "g1", "h1", "status", "reason"]
-    }
+    order = ["test_point", *HEAD["variables"], *names, "g1", "h1", "status", "reason"]
+    columns = {name: columns[name] for name in order}
     begun(tmp_path / "s.db", head).append(columns)
     assert bits(read(tmp_path / "s.db")[1]) == bits(columns)
 
 
-class Similar(ElementwiseProblem):
+def test_columns_with_similar_names_keep_their_values_in_any_order(study_file):
     """Further outputs whose names SQL takes for one, or for a column of its own."""
-
-    def __init__(self):
-        super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out.update(F=x[0], q=1.0, Q=2.0, repeat_=3.0)
-
-
-def test_columns_with_similar_names_keep_their_values_in_any_order(tmp_path):
-    path = tmp_path / "s.db"
-    investigate(Similar(), 4, study=path)
-    for n_points, unit in ((4, {"Q": "kg"}), (8, {"repeat_": "m"})):
-        table = investigate(Similar(), n_points, study=path, units=unit)
-        assert {*table.column("q")} == {1}
-        assert {*table.column("Q")} == {2}
-        assert {*table.column("repeat_")} == {3}
+    outputs = {"q": 1.0, "Q": 2.0, "repeat_": 3.0}
+    similar = Model(lambda x: {"F": x[0], **outputs}, n_var=1, n_obj=1)
+    for n_points, units in ((4, {}), (4, {"Q": "kg"}), (8, {"repeat_": "m"})):
+        table = investigate(similar, n_points, study=study_file, units=units)
+        for name, value in outputs.items():
+            assert {*table.column(name)} == {value}
 
 
 # Anyone can open it
@@ -119,12 +107,10 @@ def test_other_programs_read_a_study_without_us(study):
     with closing(sqlite3.connect(study.path)) as db:
         frame = pd.read_sql("SELECT * FROM tests ORDER BY test", db)
         facts = {key: json.loads(value) for key, value in db.execute("SELECT key, value FROM meta")}
-    assert list(frame) == [
-        *("test", "design", "repeat"),
-        *("status", "reason", "origin", "seconds"),
-        *("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"),
-    ]
-    for name in ("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"):
+    names = ["x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"]
+    added = ["test", "design", "repeat", "status", "reason", "origin", "seconds"]
+    assert list(frame) == added + names
+    for name in names:
         np.testing.assert_array_equal(frame[name], columns[name])
     assert frame["test"].tolist() == list(range(1, 41))
     assert frame["reason"].notna().tolist() == [number == 3 for number in range(1, 41)]
@@ -181,7 +167,7 @@ def test_what_is_stored_is_not_written_again(study):
 def test_no_other_test_can_be_changed(study):
     study.append(block(1, 4, failed=[2]))
     refused(
-        "got other values for test point 1 of run 1; use another file if the model has changed",
+        "got other values for test point 1 of run 1; use another file if the model has chang",
         study.append,
         block(1, 6, seed=1),
         error=ArgumentValueError,
@@ -216,19 +202,16 @@ def test_a_study_is_a_name(study, monkeypatch):
 
 
 def test_an_output_more_makes_no_other_test(study):
-    with_heat = block(1, 3) | {"heat": np.array([1.0, 2.0, 3.0])}
-    study.append(with_heat)
+    def hot(*heat):
+        return block(1, len(heat)) | {"heat": np.array(heat)}
+
+    study.append(hot(1.0, 2.0, np.nan))
     assert study.append(block(1, 3)) == 0
     # nor does a value that only one of both knows make another test
-    assert study.append(with_heat | {"heat": np.array([1.0, np.nan, 3.0])}) == 0
-    study.append(block(4, 2) | {"heat": np.array([np.nan, 5.0])})
+    assert study.append(hot(1.0, np.nan, np.nan)) == 0
     # but a value that the stored test lacks is added to it
-    assert study.append(block(4, 2) | {"heat": np.array([4.0, 5.0])}) == 1
-    with_heat = block(1, 5) | {"heat": np.array([1.0, 2.0, 3.0, 4.0, 5.0])}
-    assert bits(read(study.path)[1]) == bits(with_heat | {})
+    assert study.append(hot(1.0, 2.0, 3.0)) == 1
+    assert bits(read(study.path)[1]) == bits(hot(1.0, 2.0, 3.0))
     refused(
-        "other values for test point 2",
-        study.append,
-        with_heat | {"heat": np.array([1.0, 2.5, 3.0, 4.0, 5.0])},
-        error=ArgumentValueError,
+        "other values for test point 2", study.append, hot(1.0, 2.5, 3.0), error=ArgumentValueError
     )
