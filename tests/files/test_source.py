@@ -277,6 +277,20 @@ def test_words_for_a_failure_name_the_limit(read):
     )
 
 
+def test_blanks_around_texts_do_not_count(read):
+    table = read("rail,a,b\nyes,1,3\nyes ,2,2\nno,3,1\n", Formulation(limits="rail=yes"))
+    assert table.feasible().tolist() == [True, True, False]
+
+
+def test_a_formulation_adds_to_that_of_a_table():
+    table = TestTable.of([1, 2], [[1], [2]], [[1, 2], [2, 1]], outputs={"heat": [3, 2]})
+    asked = Formulation(["f1", "r"], maximize=["f1"], computed={"r": "heat / f2"})
+    both = read_table(table.under(asked), Formulation(limits="heat<=2"))
+    assert both.equals(table.under(asked, limits="heat<=2"))
+    schema = read_table(table.under(asked), Formulation(["f2", "f1"])).schema
+    assert (schema.objectives, schema.maximize) == (("f2", "f1"), ("f1",))
+
+
 def test_pruned_trials_differ_from_no_other(read):
     text = "id,x,f1,f2,state\n1,1,5,5,done\n2,2,4,6,done\n3,2,,,pruned\n4,3,3,7,done\n"
     table = read(text, Formulation(["f1", "f2"]), variables=["x"], drop_incomplete=True)

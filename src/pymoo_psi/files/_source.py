@@ -531,32 +531,32 @@ def _test_numbers(cells: AnyArray) -> Integers:
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:
-    """``(n,)`` the values of a column: numbers, booleans, texts; of a note as the file has them.
+    """``(n,)`` the values of a column: numbers, booleans, texts.
 
     Raises:
         ArgumentValueError: An objective or output is not of numbers.
     """
     if role in (OBJECTIVE, OUTPUT):
         return column.require_numbers()
-    integers = _integers(column.cells)
+    cells = list(map(_plain, column.cells))
+    integers = _integers(cells)
     if role == NOTE:
-        cells = integers or list(map(_plain, column.cells))
-        return np.fromiter(cells, object)
+        return np.fromiter(integers or cells, object)
     if integers:
         return np.array(integers, dtype=np.int64)
     if column.numbers is not None:
         return column.numbers
-    texts = list(map(str, column.cells))
+    texts = list(map(str, cells))
     if {*texts} <= {"True", "False"}:
         return np.array([text == "True" for text in texts])
     return np.fromiter(texts, object)
 
 
 def _plain(cell: Any) -> Any:
-    """Return a cell of a note as a file holds it: a time stamp as text."""
-    if cell is None or isinstance(cell, (str, int, float)):
+    """Return a cell that is no number: texts without blanks around them, a time stamp as text."""
+    if cell is None or isinstance(cell, (int, float)):
         return cell
-    return str(cell)
+    return str(cell).strip()
 
 
 def _counting(name: str, values: Array) -> list[str]:

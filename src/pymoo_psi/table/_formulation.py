@@ -173,17 +173,30 @@ class Formulation:
         return tuple(name for name in dict.fromkeys(names) if name not in self.computed)
 
     def combine_first(self, other: Formulation) -> Formulation:
-        """Return it with the limits of another on other columns, normalised if both are.
+        """Return it with what it leaves open as another one has it; normalised if both are.
 
-        So a formulation adds to that of a file, or of a problem, without dropping its limits.
+        Limits on other columns, computed columns and directions are those of both, objectives those
+        of the other one unless it has its own.
 
         Example:
             >>> of_file = Formulation(limits="mass<=50, x1>=2")
             >>> Formulation(limits={"mass": 30}).combine_first(of_file).to_dict()
             {'limits': {'mass': 30, 'x1': [2, None]}}
         """
-        normalize = self.normalize and other.normalize
-        return replace(self, limits=other.allowed | self.allowed, normalize=normalize)
+        maximize = [*self.maximize]
+        for name in other.maximize:
+            if name not in maximize and (not self.objectives or name in self.objectives):
+                maximize.append(name)
+        return Formulation(
+            self.objectives or other.objectives,
+            maximize=maximize,
+            limits=other.allowed | self.allowed,
+            omitted=tuple(dict.fromkeys([*self.omitted, *other.omitted])),
+            computed={**other.computed, **self.computed},
+            units={**other.units, **self.units},
+            normalize=self.normalize and other.normalize,
+            ranges=self.ranges,
+        )
 
     def without_columns(self) -> Formulation:
         """Return it without objectives and computed columns, for a table that has them already.
