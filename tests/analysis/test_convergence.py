@@ -45,6 +45,11 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
     np.testing.assert_allclose(found["moved"], [np.nan, *steps.max(axis=1)])
 
 
+def test_rows_in_another_order_are_the_same_tests(bnh):
+    found = convergence(bnh)
+    assert convergence(bnh.take(np.argsort(bnh.F[:, 0]))).equals(found)
+
+
 def test_the_sentence_has_the_numbers_of_the_last_doubling(bnh):
     found = convergence(bnh)
     said = convergence_sentence(found)

@@ -24,6 +24,7 @@ from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.problems import known_expressions, problem_identity
 from pymoo_psi.study import ADDED
 from pymoo_psi.table import (
+    BY_PEOPLE,
     N_TESTS,
     PROPOSAL_ROUND,
     Formulation,
@@ -212,4 +213,4 @@ def _identity(source: Any, results: Columns) -> str:
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
     text = repr({name: cells.tolist() for name, cells in results.items()})
-    return f"tests of {origin} ({hashlib.sha256(text.encode()).hexdigest()[:8]})"
+    return f"{BY_PEOPLE} {origin} ({hashlib.sha256(text.encode()).hexdigest()[:8]})"

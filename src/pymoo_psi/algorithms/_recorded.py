@@ -25,7 +25,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TEST, TestTable
+from pymoo_psi.table import BY_ALGORITHM, TEST, TestTable
 
 
 class Recorded(WithTable, WrappedProblem):
@@ -126,7 +126,7 @@ class Recorded(WithTable, WrappedProblem):
             rule = "one whose values depend on the design alone"
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)
-        table = table_of_run(self._model, options, lambda: "an algorithm (Recorded)")
+        table = table_of_run(self._model, options, lambda: f"{BY_ALGORITHM} (Recorded)")
         # Tests are found by their designs; only designs without one become points.
         self._store = StudyStore(table, options, self._model, recalls=False)
         self._store.study.stays_open = True

@@ -17,16 +17,23 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, without_rounding
-from pymoo_psi.table import NUMBERS_ROLES, POINT, PROPOSAL_ROUND, RUN, TestTable, value_ranks
+from pymoo_psi.table import (
+    BY_ALGORITHM,
+    BY_PEOPLE,
+    NUMBERS_ROLES,
+    POINT,
+    PROPOSAL_ROUND,
+    RUN,
+    TestTable,
+    value_ranks,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-_BY_ALGORITHM = "an algorithm"  # samplings that follow no sequence
-_BY_PEOPLE = "tests of "
-_SAMPLE = "an even sample of one set of bounds"
 _COSINES = 10  # terms that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
 _FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
@@ -48,7 +55,7 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         table: Tests of any origin.
 
     Returns:
-        The tests, in their order, and sentences on which they are and how many failed.
+        The tests, by their numbers, and sentences on which they are and how many failed.
 
     Raises:
         ArgumentValueError: There is none.
@@ -59,13 +66,14 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         >>> print(len(table), *sentences)
         64 It is unknown how designs were sampled: ...
     """
+    table = table.take(np.argsort(table.numbers))  # as they were tested
     sentences = []
     if {RUN, POINT} <= {*table.schema.notes}:
         run, table = _largest_sample(table)
         sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
-    sampling = str((table.problem or {}).get("sampling") or "")
-    if _BY_ALGORITHM in sampling:
-        raise invalid("the tests", _SAMPLE, Received("those that an algorithm has chosen"))
+    sampling = (table.problem or {}).get("sampling")
+    if not _is_even(sampling):
+        raise _no_sample()
     if PROPOSAL_ROUND in table.schema.outputs:
         # Tests that failed have no round.
         proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
@@ -96,11 +104,10 @@ def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
     runs = (table.problem or {}).get("runs", {})
     sizes = {}
     for run, points in runs.items():
-        if not str(points.get("sampling")).startswith((_BY_ALGORITHM, _BY_PEOPLE)):
+        if _is_even(points.get("sampling")):
             sizes[run] = np.sum(table[RUN] == int(run))
     if not any(sizes.values()):  # tests of a run may all be those of another one
-        received = Received("tests that algorithms or people have chosen")
-        raise invalid("the tests", _SAMPLE, received)
+        raise _no_sample()
     run = max(sizes, key=lambda run: sizes[run])
     points = runs[run]
     part = table.take(table[RUN] == int(run))
@@ -109,6 +116,16 @@ def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
         bounds[side] = dict(zip(part.evaluated.variables, points[side], strict=True))
     schema = part.evaluated.changed(**bounds)
     return run, replace(part, evaluated=schema, problem={"sampling": points.get("sampling")})
+
+
+def _is_even(sampling: str | None) -> bool:
+    """Whether points are those of a sequence; an unknown sampling may be one."""
+    return not str(sampling).startswith((BY_ALGORITHM, BY_PEOPLE))
+
+
+def _no_sample() -> ArgumentValueError:
+    received = Received("tests that algorithms or people have chosen")
+    return invalid("the tests", "an even sample of one set of bounds", received)
 
 
 def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFrame:
@@ -280,39 +297,35 @@ def convergence(table: TestTable) -> pd.DataFrame:
     if len(table) < _FIRST:
         received = Received(counted(len(table), "test"))
         raise invalid("the table", f"of {_FIRST} tests or more", received, "test more points")
-    # What the first n tests decide, n doubling: their front, and their optimum or -1.
     n_sizes = (len(table) // _FIRST).bit_length()
     sizes = len(table) >> np.arange(n_sizes)[::-1]
-    fronts = []
-    optima = []
+    # Measured in the units of the ranking of all tests, and of their front: ranges may be fixed.
+    frame = table.ranking().frame
+    last = without_rounding(table.F[table.pareto()])
+    scale = UtopianFrame(last.min(axis=0), last.max(axis=0), True)
+    rows = []
+    bests = []
     for n in sizes:
         first = table.take(np.arange(n))
-        fronts.append(np.flatnonzero(first.pareto()))
-        optima.append(-1)
-        if len(fronts[-1]):
-            ranking = first.ranking()
-            optima[-1] = int(ranking.rows[ranking.salukvadze[0]])
-    # Measured in the units of the ranking of all tests; no optimum has NaN for its objectives.
-    frame = table.ranking().frame
-    last = without_rounding(table.F[fronts[-1]])
-    scale = UtopianFrame(last.min(axis=0), last.max(axis=0), True)  # ranges may be fixed
-    best = np.insert(table.F, len(table), np.nan, axis=0)[optima]
-    mu1 = frame.distances(best)
-    moved = np.abs(np.diff(scale.scaled(best), axis=0, prepend=np.nan)).max(axis=1)
-    pairs = [hypervolume(scale.scaled(table.F[front]), _REFERENCE) for front in fronts]
-    volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
+        front = first.F[first.pareto()]
+        volume, error = hypervolume(scale.scaled(front), _REFERENCE)
+        optimum = 0
+        objectives = np.full(first.F.shape[1], np.nan)
+        if len(front):
+            best = first.best()
+            optimum = best.numbers[0]
+            objectives = best.F[0]
+        rows.append((first.feasible().sum(), len(front), volume, error, optimum))
+        bests.append(objectives)
+    columns = ["feasible", "pareto", "hypervolume", "hypervolume_error", "optimum"]
+    steps = pd.DataFrame(rows, pd.Index(sizes, name="tests"), columns)
+    steps[["hypervolume", "hypervolume_error"]] /= steps["hypervolume"].iloc[-1] or 1.0
+    steps["mu1"] = frame.distances(np.array(bests))
+    moves = np.diff(scale.scaled(np.array(bests)), axis=0, prepend=np.nan)
+    steps["moved"] = np.abs(moves).max(axis=1)
     if not scale.line.any():  # one design is the best in every objective
-        mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
-    columns = {
-        "feasible": np.cumsum(table.feasible())[sizes - 1],
-        "pareto": list(map(len, fronts)),
-        "hypervolume": volumes,
-        "hypervolume_error": errors,
-        "optimum": np.append(table.numbers, 0)[optima],
-        "mu1": mu1,
-        "moved": moved,
-    }
-    return pd.DataFrame(columns, pd.Index(sizes, name="tests"))
+        steps[["hypervolume", "mu1", "moved"]] = np.nan
+    return steps
 
 
 def convergence_sentence(steps: pd.DataFrame) -> str:

@@ -22,6 +22,8 @@ from ._limits import Limits as Limits
 from ._limits import entries_of as entries_of
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
+from ._schema import BY_ALGORITHM as BY_ALGORITHM
+from ._schema import BY_PEOPLE as BY_PEOPLE
 from ._schema import EQUALITY as EQUALITY
 from ._schema import INEQUALITY as INEQUALITY
 from ._schema import LABEL as LABEL

@@ -59,6 +59,10 @@ PROPOSAL_ROUND = "proposal_round"
 N_TESTS = "tests"
 """Name of the output of a design that is the mean of several tests: how many they are."""
 
+# Samplings that follow no sequence begin so: an algorithm or people have chosen the points.
+BY_ALGORITHM = "an algorithm"
+BY_PEOPLE = "tests of"
+
 # What sentences call the rows of a table, and those without values.
 _OF_TESTS = {"row": "test", "failed": "failed"}
 _OF_DESIGNS = {"row": "design", "failed": "incomplete"}
