@@ -7,8 +7,16 @@ from pymoo.core.variable import Binary, Choice, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import ProgramProblem, Restricted, SurrogatePSI, investigate, read_table
+from pymoo_psi import (
+    ProgramProblem,
+    Restricted,
+    Robust,
+    SurrogatePSI,
+    investigate,
+    read_table,
+)
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
+from pymoo_psi.problems import LogScaled
 from tests.algorithms.test_noisy import queue
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
@@ -99,6 +107,24 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     assert (means["tests"] == 3).all()
 
 
+WRAPPERS = {
+    "logarithms": LogScaled,
+    "statistics": lambda problem: Robust(problem, tolerances={"a": 0.1}),
+}
+
+
+@pytest.mark.parametrize("wrap", WRAPPERS.values(), ids=WRAPPERS)
+def test_expressions_are_those_of_the_columns_of_a_model_alone(wrap, options):
+    model = ProgramProblem(
+        {"a": {"bounds": [1, 100], "scale": "log"}},
+        None,
+        {"f": {}, "twice": {"expression": "2*a"}},
+        {"minimize": ["f", "twice"]},
+    )
+    results = pd.DataFrame({"a": [1.0], "f": [5.0], "twice": [20.0], "g1": [0.0]})
+    assert import_tests(wrap(model), results, options).F.tolist() == [[5, 20]]
+
+
 def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
     WHOLE.rename(columns={"f": "f [kg]"}).to_csv("old.csv", index=False)
     assert len(import_tests(lab, "old.csv", options)) == 3
@@ -129,6 +155,17 @@ def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_pa
     assert tests.status.tolist() == table.status.tolist()
     new = minimize(BNH, SurrogatePSI(4, study=options.study), seed=1).algorithm.table
     assert (new["proposal_round"] > 0).all()  # the 96 tests stand for the first points
+
+
+def test_known_tests_with_other_results_are_named(options):
+    investigate(BNH, 3, study=options.study)
+    table = investigate(BNH, 4)
+    frame = table.to_frame().assign(f1=table["f1"] + [0, 1e-6, 7, 7])
+    tests = import_tests(BNH, frame, options)
+    assert tests.remarks == (
+        "1 of 4 tests taken, 3 known already.",
+        "1 known test with other results in the study, which stay, the first test 3.",
+    )
 
 
 HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0})

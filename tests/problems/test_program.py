@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymoo_psi import ProcessRunner, ProgramProblem, investigate
+from pymoo_psi import ProcessRunner, ProgramProblem, compare, investigate
 from pymoo_psi.errors import StudyMismatchError
-from pymoo_psi.problems import Output
+from pymoo_psi.problems import LogScaled, Output
 from tests.helpers.draws import rarely
 from tests.helpers.processes import gone, posix, until
 from tests.helpers.refusals import refused
@@ -399,6 +399,33 @@ def test_a_choice_of_numbers_is_computed_with_in_a_study(tmp_path, study_file):
         )
         table = investigate(problem, 2, study=study_file)
     assert table.status.tolist() == ["ok", "infeasible"]
+
+
+NAMES = {"x1": "width", "f1": "m", "f2": "twice"}
+FOLDERS = {
+    "other names": lambda problem, path: investigate(problem, 2, study=path, names=NAMES),
+    "logarithms": lambda problem, path: investigate(LogScaled(problem), 2, study=path),
+    "comparison": lambda problem, path: compare(
+        problem, n_evaluations=4, seeds=1, algorithms=["psi"], folder=path, progress=False
+    ),
+}
+
+
+@pytest.mark.parametrize("use", FOLDERS.values(), ids=FOLDERS)
+def test_another_expression_is_another_model_where_no_test_is_completed(tmp_path, use):
+    def problem(expression):
+        return ProgramProblem(
+            {"n": {"bounds": [1, 2], "scale": "log"}},
+            {"command": "echo m = {n}", "keep": "none"},
+            {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}, "e": {"expression": expression}},
+            {"minimize": ["m", "e"]},
+            base=tmp_path,
+        )
+
+    use(problem("2*n"), tmp_path / "kept")
+    use(problem("2*n"), tmp_path / "kept")
+    with pytest.raises(StudyMismatchError):
+        use(problem("3*n"), tmp_path / "kept")
 
 
 @pytest.mark.parametrize(

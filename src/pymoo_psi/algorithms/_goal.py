@@ -15,7 +15,6 @@ import numpy as np
 from pymoo_psi._validation import AnyArray, Array, Integers, Mask, Names
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
-from pymoo_psi.problems import known_expressions
 from pymoo_psi.table import Decision, Expression, Limit, TestTable
 
 # A predicted equality counts as met within this many standard deviations.
@@ -102,7 +101,7 @@ class Goal:
         outputs = _outputs(table, allowed, model)
         names = [*outputs]
         expressions = {
-            **_expressions_of_problem(model),
+            **getattr(model.program, "known_expressions", {}),
             **_needed(table.formulation.computed, names),
         }
         low, high = _limits_of_cube(model, limits, names)
@@ -319,20 +318,6 @@ def _needed(computed: Mapping[str, str], names: Collection[str]) -> dict[str, Ex
             expression = Expression.of(text)
             needed |= {*expression.columns}
             expressions = {name: expression, **expressions}
-    return expressions
-
-
-def _expressions_of_problem(model: Model) -> Mapping[str, Expression]:
-    """Return the outputs of a problem that are expressions, if they mean the tested columns."""
-    problem = model.inner
-    schema = model.schema
-    expressions = known_expressions(problem)
-    if expressions and (
-        schema.variables != tuple(problem.variables)
-        or schema.objectives != tuple(problem.objectives)
-        or {*schema.maximize} != {*problem.maximize}
-    ):
-        return {}  # they mean other names and signs than those of the run
     return expressions
 
 

@@ -13,15 +13,15 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import Columns, Mask, Received, counted, invalid
-from pymoo_psi.algorithms._laboratory import design_value, with_computed
+from pymoo_psi._validation import Columns, Integers, Mask, Received, counted, invalid
+from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import RunOptions
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
-from pymoo_psi.problems import known_expressions, problem_identity
+from pymoo_psi.problems import problem_identity
 from pymoo_psi.study import ADDED
 from pymoo_psi.table import (
     BY_PEOPLE,
@@ -114,7 +114,10 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     else:
         tests = tests.take(~tests.repeats)
         with store.study.reading() as database:
-            is_new = database.find(model.keys(tests.X)) == 0
+            numbers = database.find(model.keys(tests.X))
+            stored = store.table(database.tests_with(numbers), "test")
+        is_new = numbers == 0
+        remarks += _contradictions(tests, stored, numbers)
         n_completed = store.keep(tests) - is_new.sum()
     n_new = is_new.sum()
     n_known = len(tests) - n_new
@@ -134,7 +137,8 @@ def _table_of(model: Model, source: Any) -> TestTable:
     inequalities = schema.of_role("inequality")[: model.n_ieq_constr]
     names = (*schema.objectives, *inequalities, *schema.of_role("equality"), *model.default_limits)
     needed = dict.fromkeys(names)
-    for name, expression in reversed([*known_expressions(model.inner).items()]):
+    expressions = getattr(model.program, "known_expressions", {})
+    for name, expression in reversed([*expressions.items()]):
         if name in needed:  # an expression uses outputs before it
             del needed[name]
             needed |= dict.fromkeys(expression.columns)
@@ -190,6 +194,24 @@ def _beyond_bounds(model: Model, results: Columns) -> list[str]:
             n = counted(len(beyond), "test")
             remarks.append(f"{name} is outside {bounds} in {n}, the first {beyond[0]:g}.")
     return remarks
+
+
+def _contradictions(tests: TestTable, stored: TestTable, numbers: Integers) -> list[str]:
+    """Return a remark on known tests that have other results in the study.
+
+    Args:
+        tests: The tests of a source.
+        stored: The known ones of them, as the study has them.
+        numbers: ``(n,)`` the numbers of the tests in the study; 0 for new ones.
+    """
+    known = np.flatnonzero(numbers)
+    former = stored.F[np.searchsorted(stored.numbers, numbers[known])]
+    differ = ~np.isclose(tests.F[known], former, rtol=ROUNDED, atol=0) & np.isfinite(former)
+    rows = known[differ.any(axis=1)]
+    if len(rows) == 0:
+        return []
+    n = counted(len(rows), "known test")
+    return [f"{n} with other results in the study, which stay, the first {tests.names[rows[0]]}."]
 
 
 def _are_new(model: Model, tests: TestTable, stored: TestTable) -> Mask:

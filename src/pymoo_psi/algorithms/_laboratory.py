@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # how many points of the sequence come before proposals of surrogates
-_ROUNDED = 1e-3  # relative difference up to which a given value is a rounded one
+ROUNDED = 1e-3  # relative difference up to which a given value is a rounded one
 _TRIED = 200  # points that are tried for each new design
 _TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
 
@@ -517,7 +517,7 @@ def with_computed(
             continue
         values = np.where(has_failed, np.nan, Expression.of(expression).values(operands))
         given = columns.get(name, values)
-        differs = ~np.isclose(given, values, rtol=_ROUNDED, atol=0) & ~np.isnan(given)
+        differs = ~np.isclose(given, values, rtol=ROUNDED, atol=0) & ~np.isnan(given)
         if differs.any():
             row = int(differs.argmax())
             remarks.append(

@@ -152,11 +152,29 @@ class Model:
             columns: The columns of the tests by name.
         """
         completed = self.requirement_columns(columns)
-        model = within_same_columns(self.inner)
-        if hasattr(type(model), "completed"):
+        if self.program is not None:
             options = with_options(columns, self.schema.variables, self.schema.kinds)
-            completed |= model.completed(options)
+            completed |= self.program.completed(options)
         return completed
+
+    @property
+    def program(self) -> Any:
+        """The problem that has the columns of the tests, and outputs that are expressions of them.
+
+        It is ``None`` if there is none, such as within :class:`LogScaled`, or if the run has other
+        names or directions, as the expressions mean the problem's own.
+        """
+        problem = within_same_columns(self.inner)
+        # The class is asked, as a wrapper of other columns has the attributes of its problem.
+        if not hasattr(type(problem), "computed"):
+            return None
+        schema = self.schema
+        is_same = (
+            schema.variables == tuple(problem.variables)
+            and schema.objectives == tuple(problem.objectives)
+            and {*schema.maximize} == {*problem.maximize}
+        )
+        return problem if is_same else None
 
     # Tests of values, and the reverse
 

@@ -464,6 +464,8 @@ def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str])
     table = TestTable.empty(model.schema)
     try:
         identity = problem_identity(model.problem)
+        if model.program is not None:  # it completes stored tests by other expressions
+            identity.pop("expressions", None)
         text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})
     except PsiError:
         # Shares must be of the same points, whether they are stored or not.

@@ -372,9 +372,10 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
             rules[name] = requirement.rule
         # By the problem's own names of the variables, which a run may name otherwise.
         head["requirements"] = {"variables": [*model.space.titles], "rules": rules}
-    outputs = getattr(model.inner, "outputs", {})
-    if outputs:  # another expression, or an output more, completes what is stored
-        head["expressions"] = {name: output.expression for name, output in outputs.items()}
+    if model.program is not None:
+        # Another expression, or an output more, completes what is stored.
+        outputs = model.program.outputs.items()
+        head["expressions"] = {name: output.expression for name, output in outputs}
     return head
 
 

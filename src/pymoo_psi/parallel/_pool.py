@@ -87,7 +87,8 @@ class Job(NamedTuple):
         identity: Runs may share workers if this is equal: the name of the runner if code is sent by
             value, or else none; and what the problem says that its values depend on, pickled.
         timeout: Seconds that a design may take, or ``None``.
-        designs: The designs, or the piece, with their indices.
+        designs: The designs, or the piece, with their indices. They are the queue's, which takes
+            back what is left; workers have a copy.
         seconds: Seconds that the designs may take together. After twice that time, the designs that
             are not begun are left to other workers.
         environment: The environment of the run; ``None`` for that of whoever evaluates the job.
@@ -107,7 +108,8 @@ class Job(NamedTuple):
 
 _IDLE: list[_Worker] = []  # the last ones at the end
 _BUSY: dict[_Worker, str] = {}  # those at work, each on a job of the run of this name
-_GIVEN_UP: set[str] = set()  # runs of which nobody reads the results
+# The last runs of which nobody reads the results; threads at work on one look for it.
+_GIVEN_UP: deque[str] = deque(maxlen=256)
 _IS_OVER = threading.Event()  # this process ends
 
 
@@ -179,7 +181,7 @@ def _is_given_up(run: str) -> bool:
 
 def give_up(run: str) -> None:
     """End the workers that are busy with a run, with all that a model has started there."""
-    _GIVEN_UP.add(run)
+    _GIVEN_UP.append(run)
     for worker, busy_with in list(_BUSY.items()):
         if busy_with == run:
             worker.hang_up()

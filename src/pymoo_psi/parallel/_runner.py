@@ -404,7 +404,7 @@ class Queue:
         self._wait_again(job.designs)
 
     def _wait_again(self, designs: Waiting) -> None:
-        """Let designs of a job that are not evaluated wait for another one."""
+        """Take designs that are not evaluated out of a job, to wait for another one."""
         while designs:
             index, design = designs.pop()
             if index in self._under_way:

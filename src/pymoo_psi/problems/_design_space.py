@@ -492,6 +492,9 @@ def problem_identity(problem: Any) -> Values:
     if not getattr(model, "has_named_outputs", False):
         # int, as JSON has no NumPy integers, which OpenMDAO's problems have
         identity["objectives"] = int(model.n_obj)
+    expressions = getattr(problem, "known_expressions", {})
+    if expressions:
+        identity["expressions"] = {name: known.text for name, known in expressions.items()}
     changed = getattr(problem, "logarithms", ())
     if changed:
         identity["logarithms"] = [*changed]

@@ -7,7 +7,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import Entries, Received, Values, invalid
+from pymoo_psi._validation import Received, Values, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems._pymoo import leave_failed_out, problem_name, require_inequalities
 
@@ -184,13 +184,3 @@ def within_same_columns(problem: Any) -> Any:
     while isinstance(problem, WrappedProblem) and problem.same_columns:
         problem = problem.wrapped
     return problem
-
-
-def known_expressions(problem: Any) -> Entries:
-    """Return the outputs of a problem that are expressions of other columns, by name.
-
-    A problem that has some has a method ``computed`` like that of :class:`ProgramProblem`.
-    """
-    model = within_same_columns(problem)
-    # The class is asked, as a wrapper of other columns has the attributes of its problem.
-    return model.known_expressions if hasattr(type(model), "computed") else {}
