@@ -277,6 +277,15 @@ def test_words_for_a_failure_name_the_limit(read):
     )
 
 
+def test_options_without_effect_are_refused(read, study_file):
+    frame = pd.DataFrame(COST)
+    for options in ({"skip_rows": [1]}, {"sheet": "S1"}, {"encoding": "cp1252"}):
+        refused("must be left out for a source that is no file", read_table, frame, **options)
+    refused("must be left out for JSON", read, '[{"a": 1, "b": 2}]', skip_rows=[1])
+    investigate(VectorizedSphereChute(), 4, study=study_file)
+    refused("must be left out for a table of tests", read_table, study_file, sheet="S1")
+
+
 def test_blanks_around_texts_do_not_count(read):
     table = read("rail,a,b\nyes,1,3\nyes ,2,2\nno,3,1\n", Formulation(limits="rail=yes"))
     assert table.feasible().tolist() == [True, True, False]

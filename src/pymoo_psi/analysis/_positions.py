@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from pymoo_psi.pareto import (
     capital,
     compare_designs,
     listed,
+    measured_as,
     sentence,
     unit_lengths,
     without_rounding,
@@ -152,9 +152,7 @@ def ranking_without_limits(table: TestTable) -> EfficiencyRanking:
     """Return the ranking of all designs, as those within the limits are measured, if any are."""
     free = table.under(limits={}, ranges={}).feasible_ranking()
     if table.feasible().any():
-        ranking = table.feasible_ranking()
-        free = replace(free, frame=ranking.frame)
-        vars(free)["decimals"] = ranking.decimals  # cached in each ranking: replace copies none
+        return measured_as(free, table.feasible_ranking())
     return free
 
 

@@ -168,10 +168,10 @@ def read_table(
         if not isinstance(content, TestTable) and MARK in content[1]:
             content = tests_of_cells(path, content[1], content[0].columns)
         if isinstance(content, TestTable):
-            for option, value in {"skip_rows": skip_rows, "variables": variables}.items():
-                if value:
-                    rule = "left out for a table of tests, which has its own columns and rows"
-                    raise invalid(option, rule, value)
+            rule = "left out for a table of tests, which has its own columns and rows"
+            _require_none(rule, skip_rows=skip_rows, variables=variables)
+            if is_study:
+                _require_none(rule, sheet=sheet)
             table = content
         else:
             cells, head = content
@@ -205,6 +205,13 @@ def read_table(
     return replace(table, remarks=(*table.remarks, *remarks))
 
 
+def _require_none(rule: str, **options: Any) -> None:
+    """Refuse options that would have no effect."""
+    for option, value in options.items():
+        if value:
+            raise invalid(option, rule, value)
+
+
 # From sources to cells
 
 
@@ -216,11 +223,13 @@ def _content(
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head."""
     kind = source_type(source)
+    if kind == "file":
+        return _content_of_file(Path(source), encoding, skip_rows, sheet)
+    rule = "left out for a source that is no file"
+    _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
     if kind == "table":
         table: TestTable = source
         return table
-    if kind == "file":
-        return _content_of_file(Path(source), encoding, skip_rows, sheet)
     if kind == "frame":
         return cells_of_frame(source)
     if kind in ("result", "population"):

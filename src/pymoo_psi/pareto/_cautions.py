@@ -482,33 +482,37 @@ def _unlike_ends(values: Array, all_values: Array) -> tuple[float, float]:
     """Return up to which and from which value on values are unlike the others; infinite if none is.
 
     Args:
-        values: ``(k,)`` values of the front, distinct and increasing.
+        values: ``(k,)`` values of the front, distinct and increasing, k > 4.
         all_values: ``(n,)`` those of all designs.
     """
     n_low = _n_unlike(-values[::-1], -all_values[::-1])
-    if values[0] == -1.0 < 0 < values[1]:  # a code among positive values
+    n_high = _n_unlike(values, all_values)
+    if values[0] == -1 and values[1] > 0:  # a code among positive values
         n_low = 1
-    ends = np.concatenate([[-np.inf], values, [np.inf]])
-    return ends[n_low], ends[-1 - _n_unlike(values, all_values)]
+    low = values[n_low - 1] if n_low else -np.inf
+    high = values[-n_high] if n_high else np.inf
+    return low, high
 
 
 def _n_unlike(values: Array, all_values: Array) -> int:
     """Return how many of the greatest values are unlike the others; at most a quarter of all.
 
     Args:
-        values: ``(k,)`` values of the front, distinct and increasing.
-        all_values: ``(n,)`` those of all designs. Dominated ones in between show that values are
-            usual.
+        values: ``(k,)`` values of the front, distinct and increasing, k > 4.
+        all_values: ``(n,)`` those of all designs.
     """
     quarter = len(values) // 4
+    counts = np.arange(quarter, 0, -1)
+    # For each count the least of so many greatest values, and the ends of the others.
+    least = values[-counts]
+    high = values[-counts - 1]
     low = values[quarter // 2]  # not the least value, which may be unlike the others, too
-    outer = values[-quarter:]
-    inner = values[-quarter - 1 : -1]
-    gaps = outer - all_values[np.searchsorted(all_values, outer) - 1]
-    counts = np.arange(quarter, 0, -1)  # so many values are seldom far by chance
-    ranges = gaps / (counts * (inner - low))
+    # Values of dominated designs in between show that values are usual.
+    below = all_values[np.searchsorted(all_values, least) - 1]
+    # So many values are seldom far by chance: the more they are, the farther they have to be.
+    ranges = (least - below) / (counts * (high - low))
     for i in np.flatnonzero(ranges > 1):
-        if _is_unlike(outer[i], low, inner[i], ranges[i]):
+        if _is_unlike(least[i], low, high[i], ranges[i]):
             return int(counts[i])
     return 0
 

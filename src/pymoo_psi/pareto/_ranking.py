@@ -704,6 +704,13 @@ def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> E
     return replace(ranking, objectives=replace(ranking.objectives, units=units))
 
 
+def measured_as(ranking: EfficiencyRanking, other: EfficiencyRanking) -> EfficiencyRanking:
+    """Return a ranking for comparisons in the ranges and with the decimals of another one."""
+    ranking = replace(ranking, frame=other.frame)
+    vars(ranking)["decimals"] = other.decimals
+    return ranking
+
+
 def measured_in(ranking: EfficiencyRanking) -> str:
     """Return the unit of the distances of a ranking, as a sentence without its full stop."""
     if not ranking.frame.normalize:
