@@ -16,7 +16,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
 from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.indicators.hv import Hypervolume
@@ -41,6 +41,7 @@ except ImportError:  # until pymoo 0.6.1.5
 
 from pymoo_psi import PSI, FailureTolerant, ProcessRunner, QMCSampling, SurrogatePSI
 from tests.helpers.draws import rarely
+from tests.helpers.models import Model
 
 # Each tests 28 designs in three iterations.
 ALGORITHMS = {
@@ -54,40 +55,32 @@ N, ITERATIONS = 28, 3
 BNH = get_problem("bnh")
 
 
-class Plane(ElementwiseProblem):
+def plane(least=1.0, **options):
     """The constrained problem of the pages on constraints and on parallelisation."""
-
-    def __init__(self, n_eq=0, least=1.0, **kwargs):
-        super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, n_eq_constr=n_eq, xl=0, xu=2, **kwargs)
-        self.least = least
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"], out["G"] = x[0] ** 2 + x[1] ** 2, self.least - (x[0] + x[1])
-        if self.n_eq_constr:
-            out["H"] = 3 * x[0] - x[1]
+    return Model(
+        lambda x: {"F": x[0] ** 2 + x[1] ** 2, "G": least - (x[0] + x[1])},
+        **{"n_var": 2, "n_obj": 1, "n_ieq_constr": 1, "xu": 2} | options,
+    )
 
 
-PLANE = Plane()
+PLANE = plane()
+VARIABLES = {
+    "b": Binary(),
+    "x": Choice(options=["nothing", "multiply"]),
+    "y": Integer(bounds=(-2, 2)),
+    "z": Real(bounds=(-5, 5)),
+}
 
 
-class Mixed(ElementwiseProblem):
+def mixed(n_obj=2):
     """The problem of the page on mixed variables, with one or two objectives."""
 
-    def __init__(self, n_obj=2):
-        super().__init__(
-            vars={
-                "b": Binary(),
-                "x": Choice(options=["nothing", "multiply"]),
-                "y": Integer(bounds=(-2, 2)),
-                "z": Real(bounds=(-5, 5)),
-            },
-            n_obj=n_obj,
-        )
-
-    def _evaluate(self, X, out, *args, **kwargs):
+    def results(X):
         factor = (100 if X["b"] else 1) * (10 if X["x"] == "multiply" else 1)
         first, second = X["z"] ** 2 + X["y"] ** 2, (X["z"] + 2) ** 2 + (X["y"] - 1) ** 2
-        out["F"] = [first, factor * second][: self.n_obj]
+        return {"F": [first, factor * second][:n_obj]}
+
+    return Model(results, vars=VARIABLES, n_obj=n_obj)
 
 
 @pytest.fixture(params=["PSI", "SurrogatePSI", *rarely("PSI of scrambled points")])
@@ -157,7 +150,7 @@ def test_asking_and_telling_without_the_problem(make, algorithm):
 
 
 def test_nothing_feasible(make):
-    problem = Plane(least=5.0)
+    problem = plane(least=5.0)
     assert minimize(problem, make(), seed=1).F is None
     least = minimize(problem, make(), seed=1, return_least_infeasible=True)
     assert least.CV[0] == least.pop.get("CV").min() == 5 - least.X.sum() > 0
@@ -172,25 +165,23 @@ def test_an_archive(make):
 # interface/callback, interface/display, misc/convergence, getting_started/part_4
 
 
-class Seen(Callback):
-    def __init__(self):
-        super().__init__()
-        self.data["best"], self.evaluated = [], []
+def state(algorithm):
+    best = algorithm.pop.get("F").min()
+    return algorithm.n_gen, algorithm.evaluator.n_eval, len(algorithm.opt), best
 
+
+class Seen(Callback):
     def notify(self, algorithm):
-        self.data["best"].append(algorithm.pop.get("F").min())
-        self.evaluated.append((algorithm.n_gen, algorithm.evaluator.n_eval, len(algorithm.opt)))
+        self.data.setdefault("states", []).append(state(algorithm))
 
 
 def test_a_callback_and_the_history_see_every_iteration(make):
-    callback, volume = Seen(), Hypervolume(ref_point=np.array([140.0, 50.0]))
-    result = minimize(BNH, make(), seed=1, callback=callback, save_history=True)
-    seen, history = result.algorithm.callback, result.history
-    assert seen.evaluated == [
-        (k, entry.evaluator.n_eval, len(entry.opt)) for k, entry in enumerate(history, 1)
-    ]
-    assert seen.evaluated[-1][:2] == (ITERATIONS, N)
-    assert seen.data["best"] == [entry.pop.get("F").min() for entry in history]
+    volume = Hypervolume(ref_point=np.array([140.0, 50.0]))
+    result = minimize(BNH, make(), seed=1, callback=Seen(), save_history=True)
+    history, states = result.history, result.algorithm.callback.data["states"]
+    # an entry counts the iteration that comes
+    assert states == [(k, *state(entry)[1:]) for k, entry in enumerate(history, 1)]
+    assert states[-1][:2] == (ITERATIONS, N)
     assert sum(len(entry.off) for entry in history) == len(history[-1].pop) == N
     volumes = [volume.do(entry.opt.get("F")) for entry in history]
     assert volumes == sorted(volumes)  # every test is kept, so that nothing is lost
@@ -198,22 +189,23 @@ def test_a_callback_and_the_history_see_every_iteration(make):
 
 
 @pytest.mark.parametrize(
-    ("output", "problem", "column"),
+    ("options", "problem", "column"),
     [
-        (None, BNH, "n_nds"),
-        (MultiObjectiveOutput, BNH, "n_nds"),
-        (SingleObjectiveOutput, Plane(), "f_min"),
+        ({}, BNH, "n_nds"),
+        ({"output": MultiObjectiveOutput()}, BNH, "n_nds"),
+        ({"output": SingleObjectiveOutput()}, PLANE, "f_min"),
     ],
     ids=["our own", "of several objectives", "of one"],
 )
 @rarely_others
-def test_outputs(make, output, problem, column, capsys):
-    options = {} if output is None else {"output": output()}
-    minimize(problem, make(), seed=1, verbose=True, **options)
+def test_outputs(make, options, problem, column, capsys):
+    minimize(problem, make(), seed=1, verbose=True, **copy.deepcopy(options))
     lines = capsys.readouterr().out.splitlines()
-    heading, *rows = ([cell.strip() for cell in line.split("|")] for line in lines if "|" in line)
+    heading, *_, last = (
+        [cell.strip() for cell in line.split("|")] for line in lines if "|" in line
+    )
     assert column in heading
-    assert [row[:2] for row in rows][-1] == [str(ITERATIONS), str(N)]
+    assert last[:2] == [str(ITERATIONS), str(N)]
 
 
 # interface/termination
@@ -249,15 +241,18 @@ def test_terminations(make, termination, iterations):
 
 
 @pytest.mark.parametrize(
-    ("before", "after"), [(1, ("n_gen", 20)), (2, ("n_eval", 10**6)), (9, ("n_gen", 20))]
+    ("before", "after"),
+    [
+        (1, MaximumGenerationTermination(20)),
+        (2, termination_from_tuple(("n_eval", 10**6))),
+        (9, MaximumGenerationTermination(20)),
+    ],
 )
 @rarely_others
 def test_checkpoints_of_functional_runs(make, algorithm, before, after):
     minimize(BNH, algorithm, ("n_gen", before), seed=1, copy_algorithm=False)
     checkpoint = dill.loads(dill.dumps(algorithm))
-    checkpoint.termination = (
-        MaximumGenerationTermination(20) if after[0] == "n_gen" else termination_from_tuple(after)
-    )
+    checkpoint.termination = copy.deepcopy(after)
     result = minimize(BNH, checkpoint, seed=1, copy_algorithm=False, verbose=False)
     assert result.algorithm.table.equals(table_of(make))
     assert result.algorithm.evaluator.n_eval == N
@@ -282,14 +277,14 @@ def test_its_designs_start_another_algorithm(make, part):
 
 @pytest.mark.parametrize("n_obj", [2, *rarely(1)])
 def test_mixed_variables(make, n_obj):
-    result = minimize(Mixed(n_obj), make(), seed=1)
+    problem = mixed(n_obj)
+    result = minimize(problem, make(), seed=1)
     assert {x["x"] for x in result.pop.get("X")} == {"nothing", "multiply"}
-    np.testing.assert_array_equal(
-        Mixed(n_obj).evaluate(np.atleast_1d(result.X)), np.atleast_2d(result.F)
-    )
+    F = problem.evaluate(np.atleast_1d(result.X))
+    np.testing.assert_array_equal(F, np.atleast_2d(result.F))
     survival = {} if n_obj == 1 else {"survival": RankAndCrowdingSurvival()}
     genetic = MixedVariableGA(pop_size=N, sampling=result.pop, **survival)
-    assert minimize(Mixed(n_obj), genetic, ("n_gen", 2), seed=1).algorithm.evaluator.n_eval == N
+    assert minimize(problem, genetic, ("n_gen", 2), seed=1).algorithm.evaluator.n_eval == N
 
 
 # parallelization
@@ -310,6 +305,6 @@ def runners():
 @pytest.mark.parametrize("wrap", [None, FailureTolerant], ids=["plain", "tolerant"])
 @rarely_others
 def test_runners_change_no_result(make, runners, name, wrap):
-    problem = Plane(elementwise_runner=runners[name])
+    problem = plane(elementwise_runner=runners[name])
     table = minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table
     assert table.equals(table_of(make, PLANE))

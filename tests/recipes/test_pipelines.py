@@ -18,7 +18,7 @@ from pymoo_psi import (
     Robust,
     nsga3,
 )
-from tests.recipes.test_algorithms import Mixed, by_asking
+from tests.recipes.test_algorithms import by_asking, mixed
 
 PROBLEM = get_problem("bnh")
 # operators/sampling, customization/initialization, customization/mixed
@@ -35,19 +35,14 @@ class Whole(Problem):
         out["F"] = np.column_stack([x.sum(axis=1), (self.xu - x)[:, ::2].sum(axis=1)])
 
 
-DISCRETE = {"mixed": Mixed(), "integers": Whole(int), "bits": Whole(bool)}
-
-
-@pytest.mark.parametrize("name", DISCRETE)
-def test_nsga3_takes_variables_of_every_kind(name):
-    problem = DISCRETE[name]
-    results = [nsga3(problem, n_evaluations=120, seed=seed) for seed in (1, 1)]
-    assert results[0].F.tolist() == results[1].F.tolist()
-    assert results[0].algorithm.evaluator.n_eval == 120
-    np.testing.assert_array_equal(problem.evaluate(results[0].X), results[0].F)
-
-
-# getting_started, algorithms/usage
+@pytest.mark.parametrize(
+    "problem", [mixed(), Whole(int), Whole(bool)], ids=["mixed", "integers", "bits"]
+)
+def test_nsga3_takes_variables_of_every_kind(problem):
+    result, again = (nsga3(problem, n_evaluations=120, seed=1) for _ in range(2))
+    assert result.F.tolist() == again.F.tolist()
+    assert result.algorithm.evaluator.n_eval == 120
+    np.testing.assert_array_equal(problem.evaluate(result.X), result.F)
 
 
 # Problems that wrap others, in every way of running
@@ -77,6 +72,3 @@ def test_every_way_of_running_gives_one_result(make, name, way, tmp_path):
     np.testing.assert_array_equal(result.pop.get("X"), expected.pop.get("X"))
     np.testing.assert_array_equal(result.F, expected.F)
     assert (result.opt.get("CV") <= 0).all()
-
-
-# Comparison
