@@ -56,8 +56,7 @@ print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 @pytest.mark.slow
 @pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
 def test_a_script_without_a_guard_runs_and_ends(runner):
-    out, err = start(SLOW.replace("RUNNER", runner)).communicate(timeout=LONG)
-    assert (out, err) == ("3.0\n", "")
+    assert start(SLOW.replace("RUNNER", runner)).communicate(timeout=LONG) == ("3.0\n", "")
 
 
 # What a model may be at when its program ends: it tells its processes, then it never returns.
@@ -109,13 +108,11 @@ def test_no_process_outlives_its_program(program, how):
     try:
         pids = [int(pid) for _ in range(2) for pid in process.stdout.readline().split()]
         os.kill(process.pid, how)
-        process.wait(timeout=LONG)
-        left = [pid for pid in pids if not gone(pid)]
+        assert process.wait(timeout=LONG) != 0
+        assert len(pids) == 6
+        assert all(map(gone, pids))
     finally:
         end(process, pids)
-    assert process.returncode != 0
-    assert len(pids) == 6
-    assert left == []
 
 
 ABANDONED = """
@@ -167,11 +164,10 @@ def test_a_parent_whose_fork_lives_on_leaves_no_workers():
         pid, values = process.stdout.readline().split(maxsplit=1)
         fork.append(int(pid))
         process.kill()
-        left = [pid for pid in workers if not gone(pid)]
+        assert values == "{'': 1} {'': 2}\n", "the fork has workers of its own"
+        assert all(map(gone, workers))
     finally:
         end(process, [*workers, *fork])
-    assert values == "{'': 1} {'': 2}\n", "the fork has workers of its own"
-    assert left == []
 
 
 # What workers import
@@ -180,21 +176,24 @@ def test_a_parent_whose_fork_lives_on_leaves_no_workers():
 @pytest.mark.slow
 def test_workers_import_from_where_the_program_does(tmp_path):
     """Not from the current folder, which is not that of the program."""
-    here, there, added = (tmp_path / name for name in ("here", "there", "added"))
-    for folder in (here, there, added):
-        folder.mkdir()
-    for name in ("json", "numpy", "pickle", "own"):
-        (here / f"{name}.py").write_text("import os; os.write(1, b'from the current folder')")
-    (added / "own.py").write_text("def double(x):\n    return {'F': 2 * x}")
-    (there / "program.py").write_text(
+    added = tmp_path / "added"
+    texts = dict.fromkeys(
+        [f"here/{name}.py" for name in ("json", "numpy", "pickle", "own")],
+        "import os; os.write(1, b'from the current folder')",
+    )
+    texts["added/own.py"] = "def double(x):\n    return {'F': 2 * x}"
+    texts["there/program.py"] = (
         "import sys\n"
         "from pymoo_psi import ProcessRunner\n"
         f"sys.path.append({str(added)!r})\n"
         "import own\n"
         "print(ProcessRunner(2)(own.double, [1, 2]))"
     )
-    out, err = start(str(there / "program.py"), folder=here).communicate(timeout=LONG)
-    assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    process = start(str(tmp_path / "there/program.py"), folder=tmp_path / "here")
+    assert process.communicate(timeout=LONG) == ("[{'F': 2}, {'F': 4}]\n", "")
 
 
 SERVICE = """
