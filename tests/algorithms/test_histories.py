@@ -59,11 +59,9 @@ class History:
         return tuple(np.round(1 + self.rng.random(2), 3).tolist())
 
     def from_elsewhere(self):
-        """Rows of any designs, one of them twice, one without a result."""
-        rows = []
-        for point in POINTS[self.rng.choice(len(POINTS), 5, replace=False)].tolist():
-            rows.append((*point, *self.measured()))
-        rows.append((2.0, 2.0, *self.measured()))  # beyond the bounds
+        """Rows of any designs, one of them twice and beyond the bounds, one without a result."""
+        points = POINTS[self.rng.choice(len(POINTS), 5, replace=False)].tolist()
+        rows = [(*point, *self.measured()) for point in [*points, (2.0, 2.0)]]
         rows.append(rows[-1])
         frame = pd.DataFrame(rows, columns=["a", "b", "f", "g"])
         frame.loc[0, "f"] = np.nan
@@ -122,14 +120,11 @@ class History:
     def solve(self):
         """Points that have no test are tested; of a noisy model, perhaps twice."""
         n = int(self.rng.integers(1, len(POINTS)))
-        problem = self.problem
-        points = POINTS[:n]
+        problem, points = self.problem, POINTS[:n]
         if self.rng.random() < 0.3:
             problem = Restricted(problem, {"a": (0, 0.5)})
             points = points * [0.5, 1]
-        repeat = 1
-        if self.problem.noisy:
-            repeat = int(self.rng.integers(1, 3))
+        repeat = int(self.rng.integers(1, 3 if self.problem.noisy else 2))
         table = investigate(problem, n, repeat=repeat, study=self.options.study)
         designs = [*map(tuple, points.tolist())]
         assert sorted(map(tuple, table.X)) == sorted(designs)
@@ -151,11 +146,9 @@ class History:
         table = read_table(self.options.study, average_by=False)
         if len(table):
             np.testing.assert_array_equal(table["ratio"], table["f"] / table["g"])
-        for row, number in enumerate(table.numbers.tolist()):
-            result = None
-            if number not in table.reasons:
-                result = (table["f"][row], table["g"][row])
-            tests.setdefault(tuple(table.X[row].tolist()), []).append(result)
+        for row, design in enumerate(table.X.tolist()):
+            result = None if table.failed()[row] else (table["f"][row], table["g"][row])
+            tests.setdefault(tuple(design), []).append(result)
         return tests
 
 

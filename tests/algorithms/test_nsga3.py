@@ -16,7 +16,6 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.operators.sampling.rnd import PermutationRandomSampling
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.single.flowshop_scheduling import FlowshopScheduling
 from pymoo.problems.single.traveling_salesman import create_random_tsp_problem
 
@@ -32,6 +31,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 BNH = get_problem("bnh")
@@ -104,17 +104,16 @@ def test_ties_are_drawn_evenly_and_smaller_violations_win(algorithm):
 
 def test_pymoos_options_pass_through():
     seen = []
-    result = nsga3(
+    nsga3(
         get_problem("dtlz2"),
         n_evaluations=10_000,
         seed=1,
         ref_dirs=np.eye(3),
         pop_size=10,
         termination=("n_gen", 3),
-        callback=lambda algorithm: seen.append(algorithm.n_gen),
+        callback=lambda algorithm: seen.append(algorithm.evaluator.n_eval),
     )
-    assert seen == [1, 2, 3]
-    assert result.algorithm.evaluator.n_eval == 30
+    assert seen == [10, 20, 30]
 
 
 @given(n_obj=st.integers(2, 10), n_points=st.integers(1, 300))
@@ -138,32 +137,36 @@ def test_bad_arguments(make, message):
     refused(message, make)
 
 
+DISTANCES = np.random.default_rng(1).random((2, 9, 9))
+
+
 class Tours(ElementwiseProblem):
     """Time and tolls of a tour."""
 
-    def __init__(self, n=8, high=7):
-        self.distances = np.random.default_rng(1).random((2, n + 1, n + 1))
-        super().__init__(n_var=n, n_obj=2, xl=0, xu=high, vtype=int)
+    def __init__(self, high=7, **attributes):
+        super().__init__(n_var=8, n_obj=2, xl=0, xu=high, vtype=int)
+        vars(self).update(attributes)
 
     def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = self.distances[:, x, np.roll(x, 1)].sum(axis=1)
+        out["F"] = DISTANCES[:, x, np.roll(x, 1)].sum(axis=1)
 
 
-def require_tours(X):
-    np.testing.assert_array_equal(np.sort(X.astype(int)), np.broadcast_to(np.arange(8), X.shape))
+SAMPLED = {"sampling": PermutationRandomSampling()}
 
 
-@pytest.mark.parametrize("problem", [Tours(), Tours(high=8), Restricted(Tours(), {})])
-def test_permutations_stay_permutations(problem):
-    X = nsga3(problem, 300, seed=1, sampling=PermutationRandomSampling()).pop.get("X")
-    require_tours(X)
-    assert len(np.unique(X.astype(int), axis=0)) > 10
-
-
-def test_a_problem_that_says_so_needs_no_sampling(tmp_path):
-    problem = Tours()
-    problem.permutation = True
-    require_tours(nsga3(Recorded(problem, study=tmp_path / "s.db"), 100, seed=1).pop.get("X"))
+@pytest.mark.parametrize(
+    ("make", "options"),
+    [
+        (lambda study: Tours(), SAMPLED),
+        (lambda study: Tours(high=8), SAMPLED),
+        (lambda study: Restricted(Tours(), {}), SAMPLED),
+        (lambda study: Recorded(Tours(permutation=True), study=study), {}),  # it says so
+    ],
+)
+def test_permutations_stay_permutations(make, options, study_file):
+    X = nsga3(make(study_file), 300, seed=1, **options).pop.get("X").astype(int)
+    np.testing.assert_array_equal(np.sort(X), np.broadcast_to(np.arange(8), X.shape))
+    assert len(np.unique(X, axis=0)) > 10
 
 
 JOBS = FlowshopScheduling(np.random.default_rng(1).random((3, 6)))
@@ -187,13 +190,12 @@ def test_permutations_are_no_independent_integers(problem, search):
 @pytest.mark.parametrize(("n", "high", "budget"), [(4, 3, 1), (8, 6, 5), (8, 20, 333)])
 def test_integers_with_other_bounds_are_no_permutations(n, high, budget):
     """And a budget is used exactly, also one below the size of a population."""
-    problem = FunctionalProblem(n, [np.sum, np.prod], xl=np.zeros(n), xu=np.full(n, high))
-    problem.vtype = int
+    options = {"n_var": n, "xu": high, "vtype": int}
+    problem = Model(lambda x: {"F": [x.sum(), x.prod()]}, **options)
     assert len(investigate(problem, 8)) == 8
     assert nsga3(problem, budget, seed=1).algorithm.evaluator.n_eval == budget
 
 
 def test_integers_that_may_be_equal_can_say_so():
-    problem = Tours()
-    problem.permutation = False
-    assert (np.sort(investigate(problem, 8).X.astype(int)) != np.arange(8)).any()
+    X = investigate(Tours(permutation=False), 8).X
+    assert (np.sort(X.astype(int)) != np.arange(8)).any()

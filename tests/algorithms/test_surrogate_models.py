@@ -92,53 +92,47 @@ def test_a_far_value_of_several_tests_is_a_penalty(values, expected):
 def test_what_is_left_out_is_predicted_from_the_others(tests, process):
     """Each value from all others, with the mean and the variance of all (equation 5.12)."""
     Z, t = tests
-    means, variances = process.left_out(t)
     K = covariances(Z, Z) + np.exp(SHARES[0]) * np.eye(N)
-    for i in range(N):
+    for i, (mean, variance) in enumerate(zip(*process.left_out(t), strict=True)):
         others = np.delete(np.arange(N), i)
         weights = np.linalg.solve(K[np.ix_(others, others)], K[others, i])
-        expected = process.mean + weights @ (t[others] - process.mean)
-        assert means[i] == pytest.approx(expected)
-        left = process.variance * (K[i, i] - weights @ K[others, i])
-        assert variances[i] == pytest.approx(left)
+        assert mean == pytest.approx(process.mean + weights @ (t[others] - process.mean))
+        assert variance == pytest.approx(process.variance * (K[i, i] - weights @ K[others, i]))
 
 
-def sides(Z, *bounds):
-    """Variables of designs in the unit cube."""
-    return [low + z * (high - low) for z, (low, high) in zip(Z.T, bounds, strict=True)]
-
-
-def inverse_inertia(Z):
+def inverse_inertia(width, height):
     """The deflection of a rectangular profile, which has a pole where it vanishes."""
-    width, height = sides(Z, (1, 60), (4, 160))
     return 1e3 / (width * height**3)
 
 
-def resonance(Z):
-    ratio, damping = sides(Z, (0.2, 2), (1e-3, 0.1))
+def resonance(ratio, damping):
     return 1 / np.sqrt((1 - ratio**2) ** 2 + (2 * damping * ratio) ** 2)
 
 
-def queue(Z):
-    arrivals, service = sides(Z, (0.1, 1), (1.001, 2))
+def queue(arrivals, service):
     return arrivals / (service * (service - arrivals))
 
 
-def second_order(Z):
-    load, length = sides(Z, (0, 0.3), (0.2, 1.8))
+def second_order(load, length):
     return 1 / np.maximum(1 - load * length**2, 1e-4) - 1
+
+
+def of(output, *bounds):
+    """An output of variables between bounds, as one of designs in the unit cube."""
+    low, high = np.transpose(bounds)
+    return lambda Z: output(*(low + Z * (high - low)).T)
 
 
 @pytest.mark.parametrize(
     "case",
     [
-        (2, inverse_inertia),
-        (2, resonance),
+        (2, of(inverse_inertia, (1, 60), (4, 160))),
+        (2, of(resonance, (0.2, 2), (1e-3, 0.1))),
         (3, lambda Z: (1 / (Z + 1e-3)).sum(axis=1)),
         *rarely(
-            (2, queue),
-            (2, second_order),
-            (2, lambda Z: 1 / (sides(Z, (1, 60), (4, 160))[0] * (4 + 156 * Z[:, 1]) ** 2)),
+            (2, of(queue, (0.1, 1), (1.001, 2))),
+            (2, of(second_order, (0, 0.3), (0.2, 1.8))),
+            (2, of(lambda width, height: 1 / (width * height**2), (1, 60), (4, 160))),
             (2, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.1) + 1e-9)),
             (3, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.3) + 1e-9) ** 2),
             (2, lambda Z: np.tan(1.56 * Z[:, 0]) * (1 + Z[:, 1])),
@@ -148,15 +142,11 @@ def second_order(Z):
 )
 def test_beside_a_pole_predictions_are_those_of_a_reciprocal(case):
     d, output = case
-    Z = lp_tau(128, d)
-    y = output(Z)
-    at = np.random.default_rng(0).random((1000, d))
-    errors = {}
+    Z, y = lp_tau(128, d), output(lp_tau(128, d))
+    at, errors = np.random.default_rng(0).random((1000, d)), {}
     for scale in scales(y, y, constraint=False):
-        fit = OutputFit.on_scale(Z, y, scale, 0.0)
-        process = fit.process(Z, scale.to(y))
-        mean = process(at)
-        width = 2 * process.deviation(at)
+        process = OutputFit.on_scale(Z, y, scale, 0.0).process(Z, scale.to(y))
+        mean, width = process(at), 2 * process.deviation(at)
         predicted = scale.back(np.array([mean - width, mean, mean + width]))
         if scale.reciprocal:
             assert np.abs(predicted).max() <= 2 * y.max()
