@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymoo_psi import ProcessRunner, ProgramProblem, compare, investigate
+from pymoo_psi import ProcessRunner, ProgramProblem, compare, investigate, read_table
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import LogScaled, Output
 from tests.helpers.draws import rarely
@@ -399,6 +399,23 @@ def test_a_choice_of_numbers_is_computed_with_in_a_study(tmp_path, study_file):
         )
         table = investigate(problem, 2, study=study_file)
     assert table.status.tolist() == ["ok", "infeasible"]
+
+
+def test_shares_of_two_expressions_are_no_table(tmp_path):
+    for factor, part in ((2, 1), (2, 2), (3, 1)):
+        problem = ProgramProblem(
+            {"n": {"bounds": [1, 2]}},
+            {"command": "echo m = {n}", "keep": "none"},
+            {
+                "m": {"file": "stdout.txt", "pattern": "m = (.+)"},
+                "e": {"expression": f"{factor}*n"},
+            },
+            {"minimize": ["m", "e"]},
+            base=tmp_path,
+        )
+        investigate(problem, 4, study=tmp_path / "shares", share=(part, 2))
+    with pytest.raises(StudyMismatchError, match="has e = 2"):
+        read_table(tmp_path / "shares")
 
 
 NAMES = {"x1": "width", "f1": "m", "f2": "twice"}

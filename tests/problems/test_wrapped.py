@@ -121,6 +121,11 @@ def test_a_study_tells_wrappers_with_other_arguments_apart(study_file):
     refused("price", investigate, Priced(Model(), 4.0), 4, study=study_file)
 
 
+def test_a_study_tells_a_wrapper_and_its_problem_apart(study_file):
+    investigate(get_problem("bnh"), 4, study=study_file)
+    refused("wrappers", investigate, Mirrored(get_problem("bnh")), 4, study=study_file)
+
+
 def test_a_wrapper_that_changes_values_has_no_front():
     problem = get_problem("bnh")
     assert Priced(problem, 2.0).pareto_front() is None

@@ -477,7 +477,8 @@ def problem_identity(problem: Any) -> Values:
 
     The name is not enough, as a model has constants. So numbers and texts that the problem was made
     with are included, or else what its method ``fingerprint()`` returns, such as the chute's; for a
-    wrapper with such a method, that of the wrapped problem, too.
+    wrapper with such a method, that of the wrapped problem, too. Wrappers that have other columns,
+    or other values in them, are named by their classes.
     """
     model = within_same_columns(problem)
     choices = {}
@@ -492,6 +493,9 @@ def problem_identity(problem: Any) -> Values:
     if not getattr(model, "has_named_outputs", False):
         # int, as JSON has no NumPy integers, which OpenMDAO's problems have
         identity["objectives"] = int(model.n_obj)
+    wrappers = [type(layer).__name__ for layer in layers(problem)[:-1] if not layer.same_columns]
+    if wrappers:
+        identity["wrappers"] = wrappers
     expressions = getattr(problem, "known_expressions", {})
     if expressions:
         identity["expressions"] = {name: known.text for name, known in expressions.items()}

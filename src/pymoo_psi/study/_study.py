@@ -433,6 +433,13 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
                 columns = database.tests()
                 points.append(database.test_points(1, 1))
             require_fellow(file, facts, first, f"in {files[0]}")
+            expressions = facts.head.get("expressions", {})
+            for name, expression in first.head.get("expressions", {}).items():
+                if expressions.get(name, expression) != expression:
+                    raise StudyMismatchError(
+                        f"study {file} has {name} = {expressions[name]}, and {files[0]} has "
+                        f"{expression}; run both shares again, which computes {name} anew"
+                    )
             if facts.share is not None:
                 n_shares = facts.share[1]
             if first.head["variables"] and not is_noisy:
