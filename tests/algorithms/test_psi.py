@@ -69,14 +69,14 @@ NAMED = {"names": {"f1": "mass", "f2": "gain"}, "maximize": ("gain",)}
 @pytest.mark.parametrize("block_size", [2, 64])
 def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study_file):
     limits = {"x1": (0.25, None), "heat": 2.0, "gain": (-0.5, None)}
-    whole = investigate(HEATED, 64, **NAMED)
+    whole = investigate(HEATED, 32, **NAMED)
     asked = whole.under(limits=limits)
     ok = whole.status == "ok"
     missing = [0.25 - whole.X[:, 0], whole["heat"] - 2, -0.5 - whole["gain"]]
     expected = np.maximum(missing, 0).sum(axis=0)
     assert asked.feasible().tolist() == (ok & (expected == 0)).tolist()
     for study in (None, study_file, study_file):
-        psi = PSI(64, limits=limits, block_size=block_size, study=study, **NAMED)
+        psi = PSI(32, limits=limits, block_size=block_size, study=study, **NAMED)
         result = minimize(HEATED, psi)
         numbers = result.opt.get("test_point")
         assert numbers.tolist() == whole.numbers[asked.pareto()].tolist()

@@ -90,13 +90,21 @@ def require(table, factor, offset=0.0):
     np.testing.assert_array_equal(table.F[:, 0], factor * table.X[:, 0] + offset)
 
 
-def test_the_next_call_has_the_same_workers(folder):
+def test_the_next_call_has_the_same_workers(folder, monkeypatch):
 
     first = processes(folder.tests())
     second = folder.tests(scale=3.0)
     assert first & processes(second)
     assert len(first | processes(second)) <= 2
     require(second, 3)
+    # in another folder and environment, which are those of the call
+    (folder.path / "other").mkdir()
+    folder.write("other/data.txt", "7")
+    monkeypatch.chdir("other")
+    monkeypatch.setenv("WANTED", "5")
+    table = folder.tests()
+    assert set(table["wanted"]) == {5}
+    require(table, 1, 7)
 
 
 @pytest.mark.slow
@@ -270,17 +278,6 @@ def test_workers_with_two_versions_are_refused(tmp_path, runner):
     """One imports a module before it is edited, another one after; the script never does."""
     done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")
     assert done.stdout.startswith("helper has changed during the run")
-
-
-def test_environment_and_folder_are_those_of_the_call(folder, monkeypatch):
-    folder.tests()
-    (folder.path / "other").mkdir()
-    folder.write("other/data.txt", "7")
-    monkeypatch.chdir("other")
-    monkeypatch.setenv("WANTED", "5")
-    table = folder.tests()
-    assert set(table["wanted"]) == {5}
-    require(table, 1, 7)
 
 
 LIBRARIES = ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")
