@@ -84,8 +84,7 @@ def test_a_seed_repeats_a_run_in_any_process(monkeypatch, capsys):
 @pytest.mark.parametrize("algorithm", [NSGA3, UNSGA3])
 def test_ties_are_drawn_evenly_and_smaller_violations_win(algorithm):
     """Of four designs one is feasible, one violates least, two violate alike."""
-    violations = np.array([[2.0], [1.0], [2.0], [0.0]])
-    population = Population.new(F=np.zeros((4, 2)), G=violations)
+    population = Population.new(F=np.zeros((4, 2)), G=np.array([[2.0], [1.0], [2.0], [0.0]]))
     run = algorithm(np.eye(2))
     seed_ties(run)
     assert run.mating.selection is not algorithm(np.eye(2)).mating.selection  # which all share
@@ -197,5 +196,4 @@ def test_integers_with_other_bounds_are_no_permutations(n, high, budget):
 
 
 def test_integers_that_may_be_equal_can_say_so():
-    X = investigate(Tours(permutation=False), 8).X
-    assert (np.sort(X.astype(int)) != np.arange(8)).any()
+    assert (np.sort(investigate(Tours(permutation=False), 8).X.astype(int)) != np.arange(8)).any()

@@ -78,8 +78,7 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
     for study in (None, study_file, study_file):
         psi = PSI(32, limits=limits, block_size=block_size, study=study, **NAMED)
         result = minimize(HEATED, psi)
-        numbers = result.opt.get("test_point")
-        assert numbers.tolist() == whole.numbers[asked.pareto()].tolist()
+        assert result.opt.get("test_point").tolist() == whole.numbers[asked.pareto()].tolist()
         violation = result.pop.get("CV")[:, 0]
         np.testing.assert_allclose(violation[ok], expected[ok], atol=1e-15)
         assert (violation[~ok] > 0).all()
@@ -148,8 +147,7 @@ def test_a_repeated_design_is_evaluated_once_but_for_workers():
     assert sum(len(X) for (X,) in problem.calls) == 6
     assert table.repeats.sum() == 34
     with ThreadPoolExecutor(2) as threads:
-        runner = ExecutorRunner(threads, workers=2)
-        assert investigate(teeth(), 40, runner=runner).equals(table)
+        assert investigate(teeth(), 40, runner=ExecutorRunner(threads, workers=2)).equals(table)
 
 
 def test_an_algorithm_is_set_up_once():

@@ -90,8 +90,7 @@ def recorded(problem, path, **options):
 def test_an_interrupted_run_goes_on_without_a_difference(study_file, make, algorithm):
     plain, second = make(), make()
     whole = solved(FailureTolerant(plain), algorithm)
-    first = make(stop=len(plain.calls) * 3 // 5)
-    interrupted(solved, recorded(first, study_file), algorithm)
+    interrupted(solved, recorded(make(stop=len(plain.calls) * 3 // 5), study_file), algorithm)
     stored = read_table(study_file)
     problem = recorded(second, study_file)
     result = solved(problem, algorithm)

@@ -110,8 +110,7 @@ def test_a_formulation_directs_the_proposals_and_changes_no_test(asked):
     np.testing.assert_array_equal(tests.F, problem.evaluate(tests.X)[0])
     assert set(result.opt.get("test_point")) == {*table.numbers[table.pareto()].tolist()}
     points = investigate(problem, 40, first=1001)
-    both = tests.extended(dataclasses.replace(points, problem=None)).under(formulation)
-    pareto = both.pareto()
+    pareto = tests.extended(dataclasses.replace(points, problem=None)).under(formulation).pareto()
     assert pareto[20:40].mean() > 2 * pareto[40:].mean()
 
 

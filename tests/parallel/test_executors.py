@@ -74,8 +74,7 @@ def processes():
 def test_a_model_that_kills_its_process(processes, study_file):
     """Bit-identical to a run in this process, but for the design that kills."""
     plain = investigate(Sum(), 48)
-    result = minimize(sum_on(processes), PSI(48, study=study_file))
-    assert result.algorithm.table.equals(plain)
+    assert minimize(sum_on(processes), PSI(48, study=study_file)).algorithm.table.equals(plain)
     table = investigate(sum_on(processes, kill), 48)
     failed = plain.X[:, 0] > 0.95
     assert {*table.reasons} == {*plain.numbers[failed].tolist()} != set()
@@ -144,8 +143,7 @@ class Losing(Scripted):
 
 @pytest.mark.parametrize("n_lost", [0, *rarely(1)])
 def test_a_task_given_up_is_sent_again_once(n_lost):
-    problem = sum_on(Losing(n_lost + 1), wait, workers=1)
-    table = investigate(problem, 8)  # a design is a task
+    table = investigate(sum_on(Losing(n_lost + 1), wait, workers=1), 8)  # a design is a task
     reason = "its worker was lost (RuntimeError: the node is gone)"
     assert [*table.reasons.values()] == [reason] * n_lost
     kept = table.status == "ok"

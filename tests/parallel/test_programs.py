@@ -140,8 +140,7 @@ queue.wait()
 )
 def test_a_program_with_a_stuck_model_ends(ending):
     """Python waits for the threads of an executor: an abandoned run must have ended theirs."""
-    command = [sys.executable, "-c", STUCK + ending]
-    done = subprocess.run(command, capture_output=True, timeout=LONG)
+    done = subprocess.run([sys.executable, "-c", STUCK + ending], capture_output=True, timeout=LONG)
     assert (done.returncode, done.stderr) == (0, b"")
 
 

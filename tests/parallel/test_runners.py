@@ -357,8 +357,7 @@ def test_writing_into_descriptors_changes_no_value(n_closed):
                 os.write(descriptor, os.urandom(5000))
         return {"F": float(x)}
 
-    runner = ProcessRunner(2, timeout=60.0)
-    assert runner(f, range(12)) == [{"F": float(x)} for x in range(12)]
+    assert ProcessRunner(2, timeout=60.0)(f, range(12)) == [{"F": float(x)} for x in range(12)]
 
 
 def test_problems_that_cannot_be_sent_are_errors(workers):

@@ -79,8 +79,7 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     for title in ("runs/one.csv", "runs/other.csv", str(tmp_path), tmp_path):
         investigate(FailureTolerant(Heir(title=title, **given)), 4, study=study)
     assert study.stat().st_size < 100_000
-    other = Heir(**given | changed)
-    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study)
+    refused(ANOTHER, investigate, Heir(**given | changed), 4, error=StudyMismatchError, study=study)
 
 
 @pytest.mark.parametrize(

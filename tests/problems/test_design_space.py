@@ -10,8 +10,7 @@ from pymoo_psi.problems import design_space
 
 @pytest.mark.parametrize("n", [1, 7, 13, 49])
 def test_points_at_the_ends_keep_bounds_of_integers(n):
-    space = design_space(Problem(n_var=1, n_obj=2, xl=3, xu=n + 2, vtype=int))
-    (variable,) = space.variables
+    (variable,) = design_space(Problem(n_var=1, n_obj=2, xl=3, xu=n + 2, vtype=int)).variables
     for first in range(n):
         for last in range(first, n):
             ends = np.array(variable.between(2.5 + first, 3.5 + last))
@@ -30,5 +29,4 @@ def test_places_go_on_outside_the_bounds():
 
 def test_another_value_of_a_fixed_variable_is_not_near():
     space = design_space(Restricted(Problem(n_var=2, n_obj=2, xl=0.0, xu=1.0), {"x1": 0.5}))
-    near = space.are_near(np.array([[0.5, 1.5], [0.6, 0.5]]), reach=1.0)
-    assert near.tolist() == [True, False]
+    assert space.are_near(np.array([[0.5, 1.5], [0.6, 0.5]]), reach=1.0).tolist() == [True, False]

@@ -174,8 +174,7 @@ def test_an_equality_is_as_accurate_as_its_terms():
     """Also where these cancel: half a percent of a + b + 0.1 is 0.995 to 1."""
     problem = Required(Mixture([0, 0, 0], [200, 200, 1], ["a - b = 0.1"]))
     X = np.array([[100, 100, 0.5], [100, 99, 0.5], [100, 98.9, 0.5], [99, 100, 0.5]])
-    missed = problem.evaluate(X, return_values_of=["G"])[:, 0]
-    np.testing.assert_allclose(missed, [0, 0, 1, 1.1])
+    np.testing.assert_allclose(problem.evaluate(X, return_values_of=["G"])[:, 0], [0, 0, 1, 1.1])
 
 
 BOUNDS = {"x": Real(bounds=(1, 9)), "y": Real(bounds=(1, 9)), "n": Integer(bounds=(1, 5))}

@@ -114,8 +114,7 @@ def test_history_callbacks_and_repairs_have_values():
     kept = []
     options = {"callback": lambda algorithm: kept.append(algorithm.pop.get("X").copy())}
     found = nsga3(Wide(), 100, seed=1, repair=AtMost(), save_history=True, **options)
-    history = [algorithm.pop.get("X") for algorithm in found.history]
-    np.testing.assert_array_equal(kept, history)
+    np.testing.assert_array_equal(kept, [algorithm.pop.get("X") for algorithm in found.history])
     np.testing.assert_array_equal(kept[-1], found.pop.get("X"))
     areas = np.array(kept)[..., 0]
     assert areas.min() >= 1e-4

@@ -160,8 +160,7 @@ def shell(tmp_path, script, outputs, template=(), **program):
 def test_results_in_the_template_belong_to_no_design(tmp_path):
     """A program that writes no file fails; the file of an earlier run stays in the template."""
     outputs = {"n": {"file": "in", "pattern": "n=(.+)"}, "m": {"file": "out", "pattern": "(.+)"}}
-    problem = shell(tmp_path, "echo n=2 > in", outputs, {"out": "7", "in": "n=1\n"})
-    run = problem.run({"x": 0.5})
+    run = shell(tmp_path, "echo n=2 > in", outputs, {"out": "7", "in": "n=1\n"}).run({"x": 0.5})
     assert run.outputs == {"n": 2.0}
     assert "left no file out" in run.flaws[0]
 

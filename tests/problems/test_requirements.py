@@ -176,8 +176,7 @@ def test_surrogates_propose_only_designs_that_meet_them():
 
 def test_other_requirements_take_the_place_of_the_problems_own():
     table = investigate(Required(Plain()), 64, requirements=["height <= width"])
-    ran = np.isfinite(table.F).all(axis=1)
-    np.testing.assert_array_equal(ran, table.X[:, 1] <= table.X[:, 0])
+    np.testing.assert_array_equal(np.isfinite(table.F).all(axis=1), table.X[:, 1] <= table.X[:, 0])
     assert table.schema.constraints == ("g1", "height <= width")
 
 

@@ -11,8 +11,7 @@ from tests.helpers.refusals import refused
 
 def typed(*options):
     """A choice whose options differ in their types."""
-    variables = {"a": Choice(options=options)}
-    return Model(lambda x: {"F": len(str(x["a"]))}, vars=variables, n_obj=1)
+    return Model(lambda x: {"F": len(str(x["a"]))}, vars={"a": Choice(options=options)}, n_obj=1)
 
 
 def test_models_of_options_that_look_alike_are_different(study_file):

@@ -39,14 +39,12 @@ def test_the_number_of_a_test_says_run_and_point(model, study_file):
     assert investigate(part, 8, study=study_file).numbers.tolist() == [*range(1_000_001, 1_000_009)]
     longer = investigate(model, 16, study=study_file)
     assert longer.numbers[:8].tolist() == first.numbers.tolist() == list(range(1, 9))
-    is_own = longer.numbers < 1_000_000  # the others are designs that the other run has tested
-    assert (longer.numbers == longer["test_point"])[is_own].all()
+    assert (longer.numbers == longer["test_point"])[longer.numbers < 1_000_000].all()
     by_point = np.argsort(longer["test_point"].astype(int))
     np.testing.assert_array_equal(longer.X[by_point], investigate(model, 16).X)
     # point 1 of the second run has the number of point 1 000 001, which gets the next above all
     for first, number in ((1_000_000, 1_000_000), (1_000_001, 1_000_009)):
-        table = investigate(model, 1, study=study_file, first=first)
-        assert table.numbers.tolist() == [number]
+        assert investigate(model, 1, study=study_file, first=first).numbers.tolist() == [number]
 
 
 def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
