@@ -513,6 +513,14 @@ def written(tmp_path):
     return tmp_path / "report.html", table
 
 
+def test_rows_of_two_files_are_not_the_same_designs():
+    frames = [pd.DataFrame({"a": [1.0, 2, 4], "b": [4.0, 2, 1]}) for _ in range(2)]
+    frames[1].loc[0, "a"] = 3.0
+    html = decision_report(frames[0], prototype=frames[1]).html()
+    statuses = [row.rpartition("| ")[2].strip() for row in Reader(html).sections["All 3 designs"]]
+    assert statuses[1:] == ["proposed", "", "present design"]
+
+
 @undrawn
 def test_the_sheet_has_the_decision_of_the_group(written):
     path, table = written

@@ -97,7 +97,6 @@ class Choice:
 
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
-        self.prototype = prototype
         self.formats = {}
         for name, number_format in number_formats(table).items():
             self.formats[name] = replace(number_format, minus="−")
@@ -114,8 +113,10 @@ class Choice:
         self._beside: list[tuple[str, TestTable]] = []
         if not self.is_optimum:
             self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
+        self._existing: Values = {}
         if prototype is not None:
             self._beside.append(("present design", prototype))
+            self._existing = dict(zip(prototype.names, prototype.F.tolist(), strict=True))
         self.explanation = explain(self.ranking, row=self.row)
         subject = "Attention"
         if not self.is_optimum:  # the cautions are about the optimum
@@ -309,7 +310,8 @@ class Choice:
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
             return self.word
-        if self.prototype is not None and self.table.names[row] in self.prototype.names:
+        # By name and values, as the rows of two files have the same names.
+        if self._existing.get(self.table.names[row]) == self.table.F[row].tolist():
             return "present design"
         if self.ranking.pareto[ranked]:
             return ""
