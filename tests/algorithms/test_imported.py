@@ -160,8 +160,7 @@ def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_pa
 def test_known_tests_with_other_results_are_named(options):
     investigate(BNH, 3, study=options.study)
     table = investigate(BNH, 4)
-    frame = table.to_frame().assign(f1=table["f1"] + [0, 1e-6, 7, 7])
-    tests = import_tests(BNH, frame, options)
+    tests = import_tests(BNH, table.to_frame().assign(f1=table["f1"] + [0, 1e-6, 7, 7]), options)
     assert tests.remarks == (
         "1 of 4 tests taken, 3 known already.",
         "1 known test with other results in the study, which stay, the first test 3.",
@@ -224,8 +223,9 @@ def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
             f"{taken} known already.",
             "Further outputs of known tests are not added: the model is noisy.",
         )
-    heat = read_table(options.study, average_by=False)["heat"]
-    np.testing.assert_array_equal(heat, [np.nan, np.nan, 5.0, 5.0])
+    np.testing.assert_array_equal(
+        read_table(options.study, average_by=False)["heat"], [np.nan, np.nan, 5.0, 5.0]
+    )
 
 
 def test_columns_of_rankings_and_studies_are_no_outputs_unless_the_model_has_them(
@@ -237,8 +237,9 @@ def test_columns_of_rankings_and_studies_are_no_outputs_unless_the_model_has_the
         "mu1, place, repeat left out: rankings and studies have columns of this name.",
     )
     problem = ProgramProblem({"x1": (0, 5)}, None, {"f1": {}, "place": {}}, {"minimize": ["f1"]})
-    frame = HOT[["x1", "f1"]].assign(place=1.0)
-    tests = import_tests(problem, frame, RunOptions(study=tmp_path / "b.db"))
+    tests = import_tests(
+        problem, HOT[["x1", "f1"]].assign(place=1.0), RunOptions(study=tmp_path / "b.db")
+    )
     assert tests.schema.outputs == ("place",)
 
 

@@ -72,8 +72,10 @@ def test_no_direction_of_the_problem_is_lost():
         4,
         maximize=["f1"],
     )
-    both = investigate(problem(**TOLD), 4, maximize=["f1", "gain"])
-    assert both.schema.maximize == ("f1", "gain")
+    assert investigate(problem(**TOLD), 4, maximize=["f1", "gain"]).schema.maximize == (
+        "f1",
+        "gain",
+    )
 
 
 @pytest.mark.parametrize("names", [{"f2": "gain"}, {"f1": "f2", "f2": "f1"}, {}])

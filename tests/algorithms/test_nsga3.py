@@ -91,8 +91,11 @@ def test_ties_are_drawn_evenly_and_smaller_violations_win(algorithm):
     drawn = []
     for _ in range(2):
         np.random.seed(1)  # noqa: NPY002 - pymoo 0.6.1.5 has no other generator
-        state = np.random.default_rng(1)
-        drawn.append(run.mating.selection.do(None, population, 1500, 2, False, random_state=state))
+        drawn.append(
+            run.mating.selection.do(
+                None, population, 1500, 2, False, random_state=np.random.default_rng(1)
+            )
+        )
     winners, again = drawn
     np.testing.assert_array_equal(winners, again)
     # Each meets itself never and every other with the same chance, once in each pair of a

@@ -85,8 +85,9 @@ def test_a_search_leaves_the_small_region_where_the_first_tests_do_not_fail():
         bowl = (x[0] - 0.2) ** 2 + 0.1 * (x[1] - 0.2) ** 2
         return {"F": [-bowl, (x[2:] ** 2).sum() + 0.1 * x[0]]}
 
-    problem = Model(failing(corner, lambda x: x[0] + x[1] > 0.5), n_var=5)
-    table = minimize(problem, SurrogatePSI(60), seed=0).algorithm.table
+    table = minimize(
+        Model(failing(corner, lambda x: x[0] + x[1] > 0.5), n_var=5), SurrogatePSI(60), seed=0
+    ).algorithm.table
     assert table.failed()[:20].mean() >= 0.8
     assert table.X[~table.failed(), 0].max() > 0.45
 
@@ -106,8 +107,9 @@ def test_a_constraint_may_be_the_amount_of_a_violation():
         F, G = osy.evaluate(x)
         return {"F": F, "G": np.maximum(G, 0)}
 
-    problem = Model(amounts, n_var=6, n_ieq_constr=6, xl=osy.xl, xu=osy.xu)
-    table = minimize(problem, SurrogatePSI(52), seed=1).algorithm.table
+    table = minimize(
+        Model(amounts, n_var=6, n_ieq_constr=6, xl=osy.xl, xu=osy.xu), SurrogatePSI(52), seed=1
+    ).algorithm.table
     # none of the first designs is feasible
     assert (table.F[table.feasible()].min(axis=0) < (-150, 20)).all()
 

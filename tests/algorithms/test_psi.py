@@ -76,8 +76,9 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
     expected = np.maximum(missing, 0).sum(axis=0)
     assert asked.feasible().tolist() == (ok & (expected == 0)).tolist()
     for study in (None, study_file, study_file):
-        psi = PSI(32, limits=limits, block_size=block_size, study=study, **NAMED)
-        result = minimize(HEATED, psi)
+        result = minimize(
+            HEATED, PSI(32, limits=limits, block_size=block_size, study=study, **NAMED)
+        )
         assert result.opt.get("test_point").tolist() == whole.numbers[asked.pareto()].tolist()
         violation = result.pop.get("CV")[:, 0]
         np.testing.assert_allclose(violation[ok], expected[ok], atol=1e-15)

@@ -177,8 +177,9 @@ def test_a_failure_ends_the_run_when_everything_is_stored(study_file):
     fragile, first = model(failing_step), batch(12)[batch(12)[:, 2] > 0.7][0]
     message = re.escape(f"ArithmeticError: no convergence at {first[2]}")
     for _ in range(2):
-        problem = Recorded(fragile, study=study_file)
-        refused(message, problem.evaluate, batch(12), error=EvaluationError)
+        refused(
+            message, Recorded(fragile, study=study_file).evaluate, batch(12), error=EvaluationError
+        )
     assert len(fragile.calls) == len(read_table(study_file)) == 12
 
 

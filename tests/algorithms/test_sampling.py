@@ -124,5 +124,10 @@ def test_a_sequence_of_users_is_known_by_its_attributes(tmp_path, share):
 
 
 def test_points_outside_the_cube_are_refused():
-    outside = Kronecker(shift=0.5)
-    refused("unit_points of sampling must be 8 points", investigate, PROBLEM, 8, sampling=outside)
+    refused(
+        "unit_points of sampling must be 8 points",
+        investigate,
+        PROBLEM,
+        8,
+        sampling=Kronecker(shift=0.5),
+    )

@@ -34,11 +34,13 @@ def test_mistakes(options, message, in_folder):
 
 def test_processes_give_the_table_of_one_core(tmp_path):
     whole = investigate(CHUTE, 3000)
-    kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")
-    assert kept.equals(whole.take(whole.pareto()))
+    assert investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db").equals(
+        whole.take(whole.pareto())
+    )
     assert read_table(tmp_path / "s.db").equals(whole)
-    again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
-    assert again.equals(investigate(CHUTE, 3500))
+    assert investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db").equals(
+        investigate(CHUTE, 3500)
+    )
     assert os.listdir(tmp_path) == ["s.db"]
 
 

@@ -78,8 +78,11 @@ def test_no_worker_waits_for_the_slowest_of_a_block(tmp_path):
 
 def test_a_termination_bounds_what_is_evaluated_ahead(study_file):
     """At most 8 designs a worker beyond the block that it has seen; a study keeps them."""
-    problem = Sum(elementwise_runner=ProcessRunner(2))
-    result = minimize(problem, PSI(500, block_size=10, study=study_file), ("n_eval", 10))
+    result = minimize(
+        Sum(elementwise_runner=ProcessRunner(2)),
+        PSI(500, block_size=10, study=study_file),
+        ("n_eval", 10),
+    )
     assert result.algorithm.n_tested == result.algorithm.evaluator.n_eval == 10
     assert 10 <= len(read_table(study_file)) <= 26
 

@@ -336,6 +336,7 @@ def test_an_output_may_have_a_limit_and_be_used_by_expressions():
 
 def test_an_objective_that_expressions_need_is_learned():
     """Though it is none of the decision's."""
-    formulation = Formulation(objectives=["stress"])
-    table = run(Bar({"minimize": ["force"]}), 24, formulation=formulation).table
+    table = run(
+        Bar({"minimize": ["force"]}), 24, formulation=Formulation(objectives=["stress"])
+    ).table
     assert table["stress"][20:].min() < -1.04

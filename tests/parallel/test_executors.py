@@ -92,8 +92,11 @@ def test_surrogates_on_an_executor(processes, study_file):
 @posix
 def test_processes_of_python_end_what_is_given_up_and_stay(processes):
     """Otherwise an interpreter would wait for these designs, of ten minutes, at its end."""
-    problem = sum_on(processes, lambda x: time.sleep(600 * x[0]))
-    minimize(problem, PSI(64, block_size=1), termination=("n_eval", 1))
+    minimize(
+        sum_on(processes, lambda x: time.sleep(600 * x[0])),
+        PSI(64, block_size=1),
+        termination=("n_eval", 1),
+    )
     assert [*processes.map(abs, [-1] * 4)] == [1] * 4
     investigate(sum_on(processes), 8)
 
@@ -144,8 +147,9 @@ class Losing(Scripted):
 @pytest.mark.parametrize("n_lost", [0, *rarely(1)])
 def test_a_task_given_up_is_sent_again_once(n_lost):
     table = investigate(sum_on(Losing(n_lost + 1), wait, workers=1), 8)  # a design is a task
-    reason = "its worker was lost (RuntimeError: the node is gone)"
-    assert [*table.reasons.values()] == [reason] * n_lost
+    assert [*table.reasons.values()] == [
+        "its worker was lost (RuntimeError: the node is gone)"
+    ] * n_lost
     kept = table.status == "ok"
     assert kept.sum() == 8 - n_lost
     np.testing.assert_array_equal(table.F[kept], investigate(Sum(), 8).F[kept])
@@ -204,8 +208,9 @@ def test_workers_join_and_leave():
         most.append(executor.most)
         counts[0], executor.wanted = 2, 4
 
-    problem = sum_on(executor, wait, workers=lambda: counts[0])
-    minimize(problem, PSI(48, block_size=16), callback=callback)
+    minimize(
+        sum_on(executor, wait, workers=lambda: counts[0]), PSI(48, block_size=16), callback=callback
+    )
     assert most == [2, 4, 4]
 
 
@@ -219,8 +224,9 @@ def test_tasks_not_begun_are_given_up():
 def test_copies_have_the_executor_and_pickles_none(processes):
     problem, X = sum_on(processes, wait), np.array([[0.5, 0.25]])
     np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))
-    unpickled = pickle.loads(pickle.dumps(problem))
-    refused("takes no more work", unpickled.evaluate, X, error=WorkerError)
+    refused(
+        "takes no more work", pickle.loads(pickle.dumps(problem)).evaluate, X, error=WorkerError
+    )
 
 
 @pytest.mark.parametrize(

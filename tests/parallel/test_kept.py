@@ -198,8 +198,9 @@ def ran(folder, script, **modules):
     """Run a script beside modules in a process of its own."""
     for name, text in {"script": script, **modules}.items():
         (folder / f"{name}.py").write_text(text)
-    command = [sys.executable, "script.py"]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    return subprocess.run(
+        [sys.executable, "script.py"], cwd=folder, capture_output=True, text=True, check=True
+    )
 
 
 @pytest.mark.slow
@@ -234,8 +235,10 @@ except WorkerError as error:
 @pytest.mark.slow
 def test_a_worker_with_another_version_is_refused(tmp_path):
     """The class of a script is sent; the module that it uses is imported by the worker."""
-    done = ran(tmp_path, MIXED, helper="FACTOR = 1.0")
-    assert "a worker process has another version of helper.py" in done.stdout
+    assert (
+        "a worker process has another version of helper.py"
+        in ran(tmp_path, MIXED, helper="FACTOR = 1.0").stdout
+    )
 
 
 LATE = """

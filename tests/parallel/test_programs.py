@@ -215,6 +215,11 @@ Path("ok").write_text(str((table.status == "ok").sum()))
 def test_a_program_without_standard_streams_loses_no_design(tmp_path, closed):
     """A socket of a worker then has the number of one, to which a model may print."""
     (tmp_path / "service.py").write_text(SERVICE)
-    command = f"exec '{sys.executable}' service.py {closed}"
-    subprocess.run(command, shell=True, cwd=tmp_path, timeout=LONG, check=True)
+    subprocess.run(
+        f"exec '{sys.executable}' service.py {closed}",
+        shell=True,
+        cwd=tmp_path,
+        timeout=LONG,
+        check=True,
+    )
     assert (tmp_path / "ok").read_text() == "32"

@@ -102,8 +102,9 @@ def runner(request):
 class TestContract:
     @pytest.mark.parametrize("X", [designs(n=101), designs()[0]])
     def test_values_and_order_are_those_of_the_plain_loop(self, runner, X):
-        F = model(elementwise_runner=runner).evaluate(X)
-        np.testing.assert_array_equal(F, model().evaluate(X))
+        np.testing.assert_array_equal(
+            model(elementwise_runner=runner).evaluate(X), model().evaluate(X)
+        )
 
     def test_no_designs_and_designs_by_name(self, runner):
         assert runner(lambda x: {}, np.zeros((0, 2))) == []
@@ -194,8 +195,9 @@ def test_joblib_evaluates_by_joblib_runner_and_by_no_other(monkeypatch):
     monkeypatch.setattr(joblib.Parallel, "__call__", refuse)
     X = designs()
     refused("joblib", model(elementwise_runner=JoblibRunner(2)).evaluate, X, error=WorkerError)
-    F = model(elementwise_runner=ProcessRunner(2)).evaluate(X)
-    np.testing.assert_array_equal(F, model().evaluate(X))
+    np.testing.assert_array_equal(
+        model(elementwise_runner=ProcessRunner(2)).evaluate(X), model().evaluate(X)
+    )
 
 
 @pytest.fixture
@@ -339,8 +341,13 @@ def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
         pids.write_text(f"{os.getppid()} {os.getpid()} {solvers[0].pid} {solvers[1].pid}")
         solvers[0].wait()
 
-    runner = ProcessRunner(1, timeout=SHORT)
-    refused("timed out after 1.5 s", runner, with_solver, [1], error=EvaluationError)
+    refused(
+        "timed out after 1.5 s",
+        ProcessRunner(1, timeout=SHORT),
+        with_solver,
+        [1],
+        error=EvaluationError,
+    )
     assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 

@@ -153,8 +153,9 @@ def test_a_fixed_share_leaves_less_for_the_others():
 
 
 def test_proposals_meet_equalities_and_inequalities():
-    requirements = {"mix": "a + b + c + d + e = 1", "order": "a <= b"}
-    algorithm = SurrogatePSI(26, n_points=12, batch=7, requirements=requirements)
+    algorithm = SurrogatePSI(
+        26, n_points=12, batch=7, requirements={"mix": "a + b + c + d + e = 1", "order": "a <= b"}
+    )
     X = minimize(Mixture(*FIVE[:3]), algorithm, seed=1).algorithm.table.X
     np.testing.assert_allclose(X.sum(axis=1), 1, rtol=0, atol=1e-12)
     assert (X[12:, 0] <= X[12:, 1]).all()

@@ -195,8 +195,9 @@ def test_designs_by_name_are_copies_too():
         x["b"] = x.pop("a")
         return {"F": x["b"]}
 
-    variables = {"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}
-    mixed = OfFunction(moving, vars=variables, n_obj=1)
+    mixed = OfFunction(
+        moving, vars={"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}, n_obj=1
+    )
     result = minimize(FailureTolerant(mixed), MixedVariableGA(pop_size=8), ("n_gen", 3), seed=1)
     assert all(set(x) == {"a", "b"} for x in result.pop.get("X"))
     table = minimize(mixed, PSI(8)).algorithm.table

@@ -113,8 +113,9 @@ def test_a_failed_program_keeps_its_folder(beam, tmp_path, mode, reason):
     assert all(text.startswith(reason) for text in table.reasons.values())
     folders = [Path(text.split("see ")[1]) for text in table.reasons.values()]
     assert sorted(folders) == runs(tmp_path)
-    gone = investigate(beam(failing, ("files =", 'keep = "none"\nfiles =')), 1)
-    assert "see" not in gone.reasons[1]
+    assert (
+        "see" not in investigate(beam(failing, ("files =", 'keep = "none"\nfiles =')), 1).reasons[1]
+    )
     assert runs(tmp_path) == sorted(folders)
 
 
@@ -179,8 +180,13 @@ def test_files_that_editors_leave_do_not_count(tmp_path):
 def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
     (tmp_path / "in").write_text("{x}")
     path = path.format(tmp_path)
-    outputs = {"m": {"file": path, "pattern": "(.+)"}}
-    refused("file must be a relative path inside the folder", shell, tmp_path, "", outputs)
+    refused(
+        "file must be a relative path inside the folder",
+        shell,
+        tmp_path,
+        "",
+        {"m": {"file": path, "pattern": "(.+)"}},
+    )
     refused(
         "files must be a relative path inside the folder",
         shell,
@@ -217,18 +223,21 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
 def test_what_a_program_leaves_running_ends(tmp_path):
     """In its group and outside of it; what ends within a moment is waited for."""
     half = "(printf 1; echo $$ > pid; sleep 60; printf 2) > out & setsid sleep 61 &\necho $! > pid2"
-    run = shell(tmp_path, half, WRITTEN).run({"x": 0.5})
-    assert "let the command wait for them" in run.flaws[0]
+    assert (
+        "let the command wait for them" in shell(tmp_path, half, WRITTEN).run({"x": 0.5}).flaws[0]
+    )
     assert all(gone(int(pid.read_text())) for pid in tmp_path.glob("runs/*/pid*"))
-    late = shell(tmp_path, "(sleep 0.1; echo 12 > out) &", WRITTEN)
-    assert late.run({"x": 0.5}).outputs == {"m": 12.0}
+    assert shell(tmp_path, "(sleep 0.1; echo 12 > out) &", WRITTEN).run({"x": 0.5}).outputs == {
+        "m": 12.0
+    }
 
 
 @posix
 @pytest.mark.parametrize("how", [signal.SIGKILL, *rarely(signal.SIGINT)])
 def test_a_program_ends_with_the_process_above_it(tmp_path, how):
-    script = "echo $$ > ../../pid; setsid sleep 62 & echo $! > ../../pid2; sleep 63"
-    shell(tmp_path, script, WRITTEN)
+    shell(
+        tmp_path, "echo $$ > ../../pid; setsid sleep 62 & echo $! > ../../pid2; sleep 63", WRITTEN
+    )
     code = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -360,8 +369,13 @@ TWO_ERRORS = "echo '*** ERROR: mesh'; echo '*** ERROR: more'; echo bye; exit 3"
     ],
 )  # fmt: skip
 def test_a_listing_says_why_a_program_failed(tmp_path, script, listing, flaw):
-    error = {"pattern": "ERROR: (.+)", **listing}
-    problem = shell(tmp_path, script, WRITTEN, {"job.log": "ERROR: x"}, error=error)
+    problem = shell(
+        tmp_path,
+        script,
+        WRITTEN,
+        {"job.log": "ERROR: x"},
+        error={"pattern": "ERROR: (.+)", **listing},
+    )
     assert problem.run({"x": 0.5}).flaws[0].startswith(flaw)
 
 

@@ -162,8 +162,12 @@ def test_a_study_continues_with_them(study_file):
 
 
 def test_rules_compute_with_numbers_alone():
-    steel = Required(mixed(), ["steel <= 4"])
-    refused("only columns of numbers can be .* 'steel' holds", investigate, steel, 4)
+    refused(
+        "only columns of numbers can be .* 'steel' holds",
+        investigate,
+        Required(mixed(), ["steel <= 4"]),
+        4,
+    )
 
 
 def test_surrogates_propose_only_designs_that_meet_them():

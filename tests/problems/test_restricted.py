@@ -106,8 +106,12 @@ MIXED = {
 )
 def test_another_algorithm_stays_in_the_part(whole, bounds, is_inside, options, tolerant):
     part = Restricted(whole, bounds)
-    problem = FailureTolerant(part) if tolerant else part
-    result = minimize(problem, NSGA2(pop_size=10, **options), ("n_gen", 3), seed=1)
+    result = minimize(
+        FailureTolerant(part) if tolerant else part,
+        NSGA2(pop_size=10, **options),
+        ("n_gen", 3),
+        seed=1,
+    )
     designs = part.original(result.X)
     np.testing.assert_array_equal(whole.evaluate(designs, return_as_dictionary=True)["F"], result.F)
     assert all(map(is_inside, designs))

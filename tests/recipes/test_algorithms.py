@@ -166,8 +166,12 @@ def test_an_archive(make):
 
 
 def state(algorithm):
-    best = algorithm.pop.get("F").min()
-    return algorithm.n_gen, algorithm.evaluator.n_eval, len(algorithm.opt), best
+    return (
+        algorithm.n_gen,
+        algorithm.evaluator.n_eval,
+        len(algorithm.opt),
+        algorithm.pop.get("F").min(),
+    )
 
 
 class Seen(Callback):
@@ -280,8 +284,9 @@ def test_mixed_variables(make, n_obj):
     problem = mixed(n_obj)
     result = minimize(problem, make(), seed=1)
     assert {x["x"] for x in result.pop.get("X")} == {"nothing", "multiply"}
-    F = problem.evaluate(np.atleast_1d(result.X))
-    np.testing.assert_array_equal(F, np.atleast_2d(result.F))
+    np.testing.assert_array_equal(
+        problem.evaluate(np.atleast_1d(result.X)), np.atleast_2d(result.F)
+    )
     survival = {} if n_obj == 1 else {"survival": RankAndCrowdingSurvival()}
     genetic = MixedVariableGA(pop_size=N, sampling=result.pop, **survival)
     assert minimize(problem, genetic, ("n_gen", 2), seed=1).algorithm.evaluator.n_eval == N
@@ -306,5 +311,6 @@ def runners():
 @rarely_others
 def test_runners_change_no_result(make, runners, name, wrap):
     problem = plane(elementwise_runner=runners[name])
-    table = minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table
-    assert table.equals(table_of(make, PLANE))
+    assert minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table.equals(
+        table_of(make, PLANE)
+    )

@@ -212,8 +212,9 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tested):
         for status, target, method, body, headers in STRANGE:
             assert answer(view, target, method, body, **headers) == status, target
         assert tested.read_bytes() == before
-        steered = [answer(view, "HOMEsteer", "POST", STOP, Origin="OWN") for _ in range(30)]
-        assert steered == [200] * 20 + [400] * 10
+        assert [answer(view, "HOMEsteer", "POST", STOP, Origin="OWN") for _ in range(30)] == [
+            200
+        ] * 20 + [400] * 10
         address = urlsplit(view.address)
         # Readers that never read: they hold up neither others nor each other.
         with ExitStack() as slow:

@@ -123,8 +123,9 @@ def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
 
 def test_readers_see_whole_blocks_while_others_write(study_file, workers):
     begun(study_file)
-    write = f"for n in range(1, 101, 4): Study({str(study_file)!r}).append(block(n, 4))"
-    pid = workers.start(write)
+    pid = workers.start(
+        f"for n in range(1, 101, 4): Study({str(study_file)!r}).append(block(n, 4))"
+    )
     expected, seen = block(1, 100), 0
     while seen < 100:
         tests = read(study_file)[1]

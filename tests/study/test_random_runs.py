@@ -163,8 +163,9 @@ class Check:
     def surrogates(self):
         box = restricted(self.random, self.model)
         algorithm = SurrogatePSI(6, n_points=4, study=self.study)
-        seed = int(self.random.integers(2))
-        table = minimize(box(self.model), algorithm, seed=seed).algorithm.table
+        table = minimize(
+            box(self.model), algorithm, seed=int(self.random.integers(2))
+        ).algorithm.table
         assert len(table) == 6 or self.model.vars.keys() != REAL.keys()
         self.check_table(table)
 

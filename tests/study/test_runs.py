@@ -76,8 +76,9 @@ def test_analysis_says_which_tests_are_an_even_sample(model, study_file):
     # The lower corner is a test of the first run.
     assert sentences[0] == "By 63 tests of run 2 alone."
     assert sorted(map(tuple, part.X)) == sorted(map(tuple, investigate(model, 64).X))[1:]
-    shares = sensitivities(read_table(study_file), ["heat"])["first_order"]
-    np.testing.assert_allclose(shares, 0.5, atol=0.1)
+    np.testing.assert_allclose(
+        sensitivities(read_table(study_file), ["heat"])["first_order"], 0.5, atol=0.1
+    )
 
 
 def test_several_runs_are_written_without_a_change(model, study_file, tmp_path):
@@ -95,8 +96,13 @@ def test_several_runs_are_written_without_a_change(model, study_file, tmp_path):
 
 def test_a_study_says_when_and_where_runs_began(model, study_file):
     investigate(model, 4, study=study_file)
-    record = Study(study_file).facts().runs[0].record
-    assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
+    assert {*Study(study_file).facts().runs[0].record} >= {
+        "begun",
+        "host",
+        "python",
+        "numpy",
+        "pymoo-psi",
+    }
 
 
 @pytest.mark.parametrize("name", ["run", "origin", "seconds"])

@@ -108,8 +108,16 @@ def test_other_programs_read_a_study_without_us(study):
         frame = pd.read_sql("SELECT * FROM tests ORDER BY test", db)
         facts = {key: json.loads(value) for key, value in db.execute("SELECT key, value FROM meta")}
     names = ["x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"]
-    added = ["test", "design", "repeat", "status", "reason", "origin", "seconds"]
-    assert list(frame) == added + names
+    assert list(frame) == [
+        "test",
+        "design",
+        "repeat",
+        "status",
+        "reason",
+        "origin",
+        "seconds",
+        *names,
+    ]
     for name in names:
         np.testing.assert_array_equal(frame[name], columns[name])
     assert frame["test"].tolist() == list(range(1, 41))
