@@ -94,10 +94,17 @@ class Run:
 
     def _reset(self) -> None:
         """Begin again with the first point."""
-        self._n_awaited = 0  # how many of the points, the first ones, are awaited
         # The points up to this number are submitted to the executor, or have a test.
         self._last_started = 0
         self._ready: list[Block] = []  # tests that are stored and not taken
+        self._await(0)
+
+    def _await(self, count: int) -> None:
+        """Await the tests of the first points, so many of them."""
+        self._n_awaited = count
+        self._last_awaited = int(self._points.numbers[:count][-1:].max(initial=0))
+        n_ready = sum(block.n_up_to(self._last_awaited) for block in self._ready)
+        self._n_missing = count - n_ready  # how many of them have no stored test
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
@@ -126,7 +133,7 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._n_awaited = LAST
+        self._await(LAST)
         try:
             while self._advance():
                 yield from self._take(LAST)
@@ -140,7 +147,7 @@ class Run:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         least = count or 1
-        self._n_awaited = 0
+        self._await(0)
         while len(self._points) < least:
             self._follow_requests()
             if self._steered == "stop":
@@ -160,7 +167,7 @@ class Run:
         Returns:
             All their tests, by number, unless the run was stopped.
         """
-        self._n_awaited = len(self.next_points(count))
+        self._await(len(self.next_points(count)))
         last = self._last_awaited
         with stored_at_termination(self.store):
             try:
@@ -289,18 +296,6 @@ class Run:
             return False
         return True
 
-    @property
-    def _last_awaited(self) -> int:
-        """The number of the last awaited point; 0 if none is awaited."""
-        numbers = self._points.numbers[: self._n_awaited]
-        return int(numbers[-1:].max(initial=0))
-
-    @property
-    def _n_missing(self) -> int:
-        """How many of the awaited points have no stored test yet."""
-        last = self._last_awaited
-        return self._n_awaited - sum(block.n_up_to(last) for block in self._ready)
-
     def _is_commit_due(self) -> bool:
         """Whether to store the evaluated tests now."""
         executor = self.executor
@@ -358,6 +353,7 @@ class Run:
         """Report stored tests to the source; they are ready."""
         self.source.tell(block.tests)
         self._ready.append(block)
+        self._n_missing -= block.n_up_to(self._last_awaited)
 
 
 def run_of_sequence(
