@@ -74,9 +74,9 @@ def test_a_maximised_objective_is_its_negative(limit):
     """Its limits and fixed range, too: maximised under its name, f1 is -F, and no design differs."""
     turned = tuple(None if end is None else -end for end in reversed(limit))
     asked = Formulation(limits={"f1": limit}, ranges={"f1": (0, 136), "f2": (4, 50)})
-    plain = run(BNH, 32, formulation=asked).table
+    plain = run(BNH, 28, formulation=asked).table
     asked = Formulation(limits={"f1": turned}, ranges={"f1": (-136, 0), "f2": (4, 50)})
-    maximised = run(BNH, 32, maximize=["f1"], formulation=asked).table
+    maximised = run(BNH, 28, maximize=["f1"], formulation=asked).table
     np.testing.assert_array_equal(maximised.X, plain.X)
     np.testing.assert_array_equal(maximised.column("f1"), -plain.column("f1"))
     assert plain.feasible()[20:].mean() > 0.7
@@ -125,7 +125,7 @@ def test_fixed_ranges_say_which_objective_counts():
 
 def test_limits_on_variables_and_outputs_direct_proposals():
     limits = {"n": (4, 6), "a": (None, 0.5), "c": ["wood", "3"]}
-    table = run(mixed(), 32, limits=limits | {"weight": (3, None)}).table
+    table = run(mixed(), 28, limits=limits | {"weight": (3, None)}).table
     assert table.under(limits=limits).feasible()[20:].all()
     assert (table["weight"][20:] >= 3).mean() > 0.8
 
@@ -138,7 +138,7 @@ def test_designs_without_a_limited_value_are_not_promising(limit):
         F = [(x[1] - 0.3) ** 2 - x[0], (x[1] - 0.6) ** 2 - x[0]]
         return {"F": F} if x[0] > 0.5 else {"F": F, "heat": 1 + x[0]}
 
-    table = run(Model(silent, n_var=2), 44, limits={"heat": limit}).table
+    table = run(Model(silent, n_var=2), 36, limits={"heat": limit}).table
     known = np.isfinite(table.column("heat"))
     assert known[:20].mean() < 0.6
     assert known[20:].mean() > 0.65
@@ -152,7 +152,7 @@ def test_penalties_do_not_blind_the_surrogates():
         return {"F": F, "G": [0.4 - x[0]]}
 
     infinite, large = (
-        run(Model(partial(penalised, penalty=penalty), n_var=3, n_ieq_constr=1), 36).table
+        run(Model(partial(penalised, penalty=penalty), n_var=3, n_ieq_constr=1), 28).table
         for penalty in (np.inf, 1e9)
     )
     np.testing.assert_array_equal(infinite.X, large.X)
