@@ -17,7 +17,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Text
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._numbers import NumberFormat, number
@@ -49,6 +48,7 @@ from pymoo_psi.plots._style import (
     Style,
     add_key,
     curves,
+    extent,
     head_axes,
     height_of_key,
     literal,
@@ -429,7 +429,7 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
         written = NumberFormat.of(column[ranking.pareto], minus="−").text
         if is_log:
-            heading += ", log"
+            heading += ", log axis"
             written = partial(number, digits=_DIGITS)
             low, high = np.sort(np.log10(ends))
             powers = 10.0 ** np.arange(np.ceil(low), high)
@@ -506,7 +506,7 @@ def _name_lines(
     widths = []
     for name, pole, _ in names:
         name.set_visible(True)  # an invisible one has no size
-        width = Text.get_window_extent(name).width + 3 * _POLE * figure.dpi / 72
+        width = extent(name).width + 3 * _POLE * figure.dpi / 72
         widths.append(width / ax.bbox.width)
         pole.set_data([], [])
     for n_shown in range(len(names), -1, -1):

@@ -49,7 +49,8 @@ _OPEN = (-np.inf, np.inf)  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
 _NARROW = 0.12  # share of a vertical axis that has no room for the name of a limit
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
-_WHOLE = 2.0  # an axis shows all designs if it is at most so many times as long as for the feasible
+_WHOLE = 1.5  # an axis shows all designs if it is at most so many times as long as for the feasible
+_BEYOND = 0.25  # else it shows those that are nearer than this share of the feasible range
 _NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
 # How groups are drawn. Those of a higher zorder are on top.
 _INFEASIBLE: Style = {"marker": "x", "color": "0.5", "markersize": 3.2, "zorder": 2.8}
@@ -353,14 +354,14 @@ def _ends_of_dependent(values: Array, inner: Array, marked: Array) -> Ends:
     """Return the ends of an axis of an output.
 
     An axis that shows every infeasible design would show nothing else: designs farther from the
-    feasible ones than their range are outside, but the marked ones are inside.
+    feasible ones than a share of their range are outside, but the marked ones are inside.
     """
     if len(np.unique(inner)) <= 1:
         inner = values
     low, high = view(inner, *marked)
-    reach = high - low
     every = values[np.isfinite(values)]
-    if len(every) and np.ptp(every) <= _WHOLE * reach:
+    if len(every) and np.ptp(every) <= _WHOLE * (high - low):
         return view(inner, *marked, every.min(), every.max())
+    reach = _BEYOND * (high - low)
     near = values[(values >= low - reach) & (values <= high + reach)]
     return view(near, *marked)

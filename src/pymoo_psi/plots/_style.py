@@ -24,6 +24,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 from matplotlib.lines import Line2D
@@ -52,15 +53,15 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = tuple(_BESIDE + k * _LINE for k in range(5))
-_FARTHEST = 40.0  # points from a point to its name
+_REACHES = tuple(_BESIDE + k * _LINE for k in range(7))
+_FARTHEST = 60.0  # points from a point to its name
 _LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
     + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
 )
-_APART = 2.0  # a name without such a line is that many times as far from other points
+_APART = 3.0  # a name without such a line is that many times as far from other points
 _GAP = 5.0  # points between names on a line
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
@@ -361,7 +362,16 @@ def name_axis(
 def _width(text: Text) -> float:
     """Return the width of a text in points."""
     figure: Any = text.figure
-    return float(text.get_window_extent().width * 72 / figure.dpi)
+    return float(extent(text).width * 72 / figure.dpi)
+
+
+def extent(text: Text) -> Bbox:
+    """Return the box of a text in pixels of its figure, without that to which an arrow points.
+
+    Where a figure was drawn before, texts would be measured in the pixels of that picture.
+    """
+    figure: Any = text.figure
+    return Text.get_window_extent(text, RendererAgg(1, 1, figure.dpi))
 
 
 def head_axes(axes: Axes) -> None:
@@ -482,10 +492,10 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
     sizes = []
     for name, leader, _ in names:
         name.set_visible(True)  # an invisible one has no size
-        sizes.append(Text.get_window_extent(name).padded(point).size)
+        sizes.append(extent(name).padded(point).size)
         name.set_visible(False)
         leader.set_data([], [])
-    taken = [Text.get_window_extent(text) for text in axes.texts if text.get_visible()]
+    taken = [extent(text) for text in axes.texts if text.get_visible()]
     rows = np.array([row for *_, row in names], dtype=int)
     best: dict[int, Bbox] = {}
     for keys in (np.arange(len(rows)), dots[rows, 0], -dots[rows, 0]):
