@@ -129,17 +129,17 @@ const axes = (() => {
     }
   }
 
-  // The ends of the per cent, below an axis, and how many designs lie beyond the ends of the axis. The best
-  // value has a column of its own where there is room.
+  // The ends of the per cent, below an axis that has no columns for them, and how many designs lie beyond the
+  // ends of the axis.
   function drawEnds(g, {column, values, x, y}) {
     const {low, high} = scaleOf(column)
     const ends = rangeOf(column) ?? (isTurned(column) ? [high, low] : [low, high])
     const [worst, best] = ends.map((end) => valueText(column, end))
-    const hasBoth = worst !== best && !(hasBest && isObjective(column))
     const [first, second] = [worst, best].map((text) => g.measureText(text).width + 8)
-    const from = max(0, min(x(ends[0]), size.width - first - (hasBoth ? second : 0)))
-    drawText(g, worst, from, y + 18, "left")
-    if (hasBoth) drawText(g, best, min(size.width, max(from + first + second, x(ends[1]))), y + 18, "right")
+    const from = max(0, min(x(ends[0]), size.width - first - second))
+    const isWritten = !(hasBest && isObjective(column))
+    if (isWritten) drawText(g, worst, from, y + 18, "left")
+    if (isWritten && worst !== best) drawText(g, best, min(size.width, max(from + first + second, x(ends[1]))), y + 18, "right")
     // Counted only where there are some: the least of all rows takes a tenth of the time.
     const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
       ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)

@@ -199,12 +199,14 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   // Where both ends meet, the lower one is the one that can still move.
   thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
   renew(log, scale.log ? "log" : "linear", make("span.unseen", ` axis of ${column.name}`))
-  const one = verdict?.objectives[data.objectives.indexOf(column)]
+  const j = data.objectives.indexOf(column)
+  const one = verdict?.objectives[j]
   const error = errorOf(column)
   let value = verdict && cellText(column, verdict.row)
   if (verdict && error) value += ` ± ${valueText(column, error.values[verdict.row])}`
   renew(cells[0], value)
   renew(cells[1], one && valueText(column, one.best))
-  renew(cells[2], one && (one.share < 0 ? "–" : shareText(one.share)))
+  renew(cells[2], one && valueText(column, ranking.nadir[j]))
+  renew(cells[3], one && (one.share < 0 ? "–" : shareText(one.share)))
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }

@@ -159,7 +159,7 @@ const scatter = (() => {
     for (const {row, look} of marks) if (isKnown(row)) drawShape(g, LOOKS[look], u(row), v(row))
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "higher" : "lower"} ${name}`)
     const undrawn = data.n - left.count - rejected.length
-    renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}. `, lines.length && "The line is the front of these two. ",
+    renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}. `, lines.length && "The line: the best trade-offs of the two. ",
       rejected.length && `Filled grey dots: beyond a limit${undrawn ? `; ${exact(undrawn)} more lie outside of the axes` : ""}. `, left.count > shownRows.length && "Dominated designs are not drawn.")
   }
 
@@ -192,7 +192,7 @@ const scatter = (() => {
       const words = wrapped(g, [called(row), ...people].join(" · "), frame()[0] * 0.6)
       const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
       const taken = [...points, ...boxes, ...ties]
-      const fitting = places.filter((one) => isFree(one, taken) && isNearest(one, points) && one.tie.every((spot) => isFree(spot, taken)))
+      const fitting = places.filter((one) => isFree(one, taken) && isNearest(one, points, one.tie.length || wanted.includes(row) ? 1 : 3) && one.tie.every((spot) => isFree(spot, taken)))
       let name = fitting.find((one) => isFree(one, lines))
       if (wanted.includes(row)) name ??= fitting[0] ?? places.find((one) => one.tie.length && isFree(one, [...boxes, ...ties]))
       if (!name) continue
@@ -211,7 +211,7 @@ const scatter = (() => {
     const [across, down] = [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
     return [across, down, hypot(across - u(row), down - v(row))]
   }
-  const isNearest = (box, points) => points.every(({row}) => nearestIn(box, row)[2] >= nearestIn(box, box.row)[2])
+  const isNearest = (box, points, times) => points.every(({row}) => row === box.row || nearestIn(box, row)[2] >= times * nearestIn(box, box.row)[2])
 
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
   function placesOf(row, words, width) {
