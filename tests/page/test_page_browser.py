@@ -918,7 +918,8 @@ def test_exported_texts_are_no_formulas(show, tmp_path):
     exported = list(csv.DictReader(io.StringIO(text, newline="")))
     assert {float(row["'-a"]) for row in exported} == set(a)
     for name in ("note", "id"):
-        assert {row[name] for row in exported} == {INERT[cell] for cell in frame[name]}
+        inert = INERT | {"=1": "'=1"}  # blanks around a text do not count
+        assert {row[name] for row in exported} == {inert[cell.strip()] for cell in frame[name]}
 
 
 def test_columns_named_as_those_of_an_export_come_back(show, tmp_path):

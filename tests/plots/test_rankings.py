@@ -103,7 +103,7 @@ def test_lines_go_from_worst_to_best_values(ranking, page):
 def test_more_than_three_decades_have_a_logarithmic_axis():
     frame = pd.DataFrame({"life": [1e2, 1e4, 1e6], "cost": [1.0, 2.0, 3.0]})
     figure = plot_ranking(rank_of_efficiency(frame, maximize=["life"]))
-    assert [row[0] for row in rows_of(figure)[1:]] == ["life, log", "cost"]
+    assert [row[0] for row in rows_of(figure)[1:]] == ["life, log axis", "cost"]
     lines, _ = lines_of(figure)
     assert sorted(line[0, 0] for line in lines) == pytest.approx([0, 0.5, 1])
     decades = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "|"]

@@ -137,9 +137,10 @@ const axes = (() => {
     const [worst, best] = ends.map((end) => valueText(column, end))
     const [first, second] = [worst, best].map((text) => g.measureText(text).width + 8)
     const from = max(0, min(x(ends[0]), size.width - first - second))
-    const isWritten = !(hasBest && isObjective(column))
-    if (isWritten) drawText(g, worst, from, y + 18, "left")
-    if (isWritten && worst !== best) drawText(g, best, min(size.width, max(from + first + second, x(ends[1]))), y + 18, "right")
+    if (!hasBest || !isObjective(column)) {
+      drawText(g, worst, from, y + 18, "left")
+      if (worst !== best) drawText(g, best, min(size.width, max(from + first + second, x(ends[1]))), y + 18, "right")
+    }
     // Counted only where there are some: the least of all rows takes a tenth of the time.
     const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
       ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)

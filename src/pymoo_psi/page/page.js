@@ -43,7 +43,7 @@ function grow(more) {
 
 saved = JSON.stringify(state)
 past[++at] = saved
-say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
+say(initial.remarks)
 document.documentElement.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
 addressed()
 inPieces(prepare())

@@ -191,13 +191,12 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
     const isSet = value !== null
     showNumber(input, value)
     input.parentElement.classList.toggle("on", isSet)
-    const at = isSet ? min(STEPS, max(0, round(share(value) * STEPS))) : k * STEPS
-    if (Number(thumb.value) !== at) thumb.value = at
+    thumb.value = isSet ? round(share(value) * STEPS) : k * STEPS // which it keeps on the axis
     thumb.classList.toggle("on", isSet)
     thumb.ariaValueText = isSet ? valueText(column, value) : "no limit"
   })
   // Where both ends meet, the lower one is the one that can still move.
-  thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
+  thumbs[0].classList.toggle("above", thumbs[0].value > STEPS / 2)
   renew(log, scale.log ? "log" : "linear", make("span.unseen", ` axis of ${column.name}`))
   const j = data.objectives.indexOf(column)
   const one = verdict?.objectives[j]
