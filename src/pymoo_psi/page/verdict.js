@@ -58,7 +58,7 @@ function showCounts() {
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   const measure = state.fixed ? "the fixed range" : "the thick part of an axis, from their worst to their best value"
-  renew("foot", shownRows.length > 1 && [`Lines and dark ticks: the ${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}; places 1 to 3 are darker. `,
+  renew("foot", shownRows.length > 1 && [`Lines and dark ticks: the ${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}; places 1 to 3 are stronger. `,
     make("span.screen", "Point at one for its name. "), `Per cent: of ${measure}.`])
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))

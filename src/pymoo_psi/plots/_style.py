@@ -371,7 +371,8 @@ def extent(text: Text) -> Bbox:
     Where a figure was drawn before, texts would be measured in the pixels of that picture.
     """
     figure: Any = text.figure
-    return Text.get_window_extent(text, RendererAgg(1, 1, figure.dpi))
+    renderer: Any = RendererAgg
+    return Text.get_window_extent(text, renderer(1, 1, figure.dpi))
 
 
 def head_axes(axes: Axes) -> None:
