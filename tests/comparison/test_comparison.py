@@ -21,7 +21,7 @@ from pymoo_psi.errors import PsiError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.processes import until
 from tests.helpers.refusals import interrupted, refused
-from tests.recipes.test_algorithms import Mixed
+from tests.recipes.test_algorithms import mixed
 
 compare = partial(pymoo_psi.compare, progress=False)
 
@@ -152,7 +152,7 @@ def test_a_known_front_joins_the_reference():
 def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
     algorithms = ["psi", "psi-scrambled", "surrogate"]
     arguments = {"n_evaluations": [24], "seeds": 2, "folder": tmp_path, "algorithms": algorithms}
-    result, again = compare(Mixed(), **arguments), compare(Mixed(), **arguments)
+    result, again = compare(mixed(), **arguments), compare(mixed(), **arguments)
     for run, stored in zip(result.runs, again.runs, strict=True):
         assert stored.X.tolist() == run.X.tolist()
         assert [*map(type, stored.X[0])] == [bool, str, int, float]
