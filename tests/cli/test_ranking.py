@@ -161,13 +161,6 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     assert text.count("equally near") + text.count("is as near") == 1
 
 
-def test_small_distances_are_no_zeros(said):
-    Path("set.csv").write_text("name,cost,mass\nA,1e-6,3e-6\nB,2e-6,2e-6\nC,4e-6,1e-6\n")
-    printed = said("rank", "set.csv", "--long", "--no-normalize")
-    distances = re.findall(r"^\w +\d +\S+e-6 +\S+e-6 +(\S+)", printed, re.MULTILINE)
-    assert distances == ["1.4142e-6", "2e-6", "3e-6"]
-
-
 def test_a_file_may_be_called_as_an_option(capsys):
     assert main(["rank", "study_key.csv"]) == 2
     assert "error: study_key.csv: No such file" in capsys.readouterr().err

@@ -21,7 +21,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._numbers import number
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
-from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, TestTable
+from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, Limit, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,15 +90,20 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
 
 def limit_words(table: TestTable) -> list[str]:
     """Return the constraints and then the limits of a table in words: "price at most 1400 €"."""
-    units = table.schema.units
+    schema = table.schema
+    units = schema.units
     texts = []
-    for name in table.schema.constraints:
+    for name in schema.constraints:
         parts = _CONSTRAINT.fullmatch(name)
-        if parts is None:
-            texts.append(name)
-        else:
+        if parts is not None:
             side = "at most" if parts[2] == "<=" else "at least"
             texts.append(f"{parts[1]} {side} {parts[3]} {units.get(parts[1], '')}".strip())
+        elif re.search("[<=>]", name):  # the name says it
+            texts.append(name)
+        elif schema[name].role == INEQUALITY:
+            texts.append(Limit(upper=0.0).in_words(name, units.get(name, "")))
+        else:
+            texts.append(f"{name} = 0 within {number(schema.eq_tolerance)}")
     for name, limit in table.limits.items():
         texts.append(limit.in_words(name, units.get(name, "")))
     return texts

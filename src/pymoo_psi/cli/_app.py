@@ -159,8 +159,8 @@ def app() -> None:
       pymoo-psi page front.csv
 
     Exit codes: 0 success; 1 no feasible design (solve, report), or a failed trial of a program; 2 a
-    usage or input error, reported in one line; 130 interrupted. In a pipe or a file, each row of a
-    table is one line, unless COLUMNS sets a width. A result replaces an older result of the same
+    usage or input error, reported in one line; 130 interrupted. Tables fit the terminal, or the
+    width in COLUMNS; in a pipe or a file 80 columns. A result replaces an older result of the same
     name, but never an input file or a study.
     """
 

@@ -9,6 +9,7 @@ no room are counted.
 from __future__ import annotations
 
 import csv
+import math
 import os
 import re
 import shlex
@@ -17,7 +18,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from unicodedata import combining, east_asian_width
 
 from pymoo_psi._numbers import NumberFormat, number
@@ -33,7 +34,7 @@ from pymoo_psi.table import ROW, TEST, TestTable, metadata_path
 if TYPE_CHECKING:
     import pandas as pd
 
-WIDTH_OF_PIPE = 80
+_WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
 _LEAST_ROWS = 3
 _LINES = 24
@@ -44,6 +45,7 @@ _LEAST_LABEL = 16
 _GAP = "  "
 _BESIDE_PLACES = " " * len("place") + _GAP
 _MOST_NAMED = 6  # values of the proposed test
+_NUMBER = re.compile(r"[-−+]?\.?\d")
 _PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
 
 
@@ -52,6 +54,11 @@ def width() -> int | None:
     if sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit():
         return shutil.get_terminal_size().columns
     return None
+
+
+def text_width() -> int:
+    """Return the width for tables and paragraphs."""
+    return width() or _WIDTH_OF_PIPE
 
 
 def say(*lines: object) -> None:
@@ -74,27 +81,42 @@ def print_text(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def print_frame(frame: pd.DataFrame, title: str) -> None:
+def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
     """Print a frame with numbers in 6 digits and blanks for missing values.
 
-    The columns of a table that is wider than the terminal continue below, with the first column
-    repeated.
+    The columns of a table that is too wide continue below.
+
+    Args:
+        frame: The rows.
+        title: What is above them.
+        n_keys: How many columns name a row; they are repeated where the table continues.
     """
     if frame.empty:
         say(f"{title.rstrip(':')}: none")
         return
-    from pandas import option_context
-
     say(title)
-    first = frame.columns[0]
-    indexed = frame.set_index(first).rename_axis(index=None, columns=first)
-    with option_context("display.unicode.east_asian_width", True):
-        text = indexed.to_string(
-            float_format=lambda value: number(value, 6),
-            na_rep="",
-            line_width=width(),
-        )
-    print_text(text)
+    columns = []
+    for name, values in frame.items():
+        texts = [*map(_cell, values)]
+        is_text = not any(map(_NUMBER.match, texts))
+        columns.append(_aligned([str(name), *texts], left=is_text))
+    keys = [_GAP.join(row) for row in zip(*columns[:n_keys], strict=True)]
+    rest = columns[n_keys:]
+    while rest:
+        lines = keys
+        while rest and (lines is keys or _columns(lines[0] + _GAP + rest[0][0]) <= text_width()):
+            lines = [line + _GAP + text for line, text in zip(lines, rest.pop(0), strict=True)]
+        print_text("\n".join(line.rstrip() for line in lines))
+        if rest:
+            print_text("")
+
+
+def _cell(value: Any) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return ""
+    return number(value, 6)
 
 
 # The ranking
@@ -124,7 +146,7 @@ def say_ranking(
         more: Where designs are that are not shown.
     """
     ranking = table.feasible_ranking()
-    columns = width() or WIDTH_OF_PIPE
+    columns = text_width()
     above = wrapped(head, columns).splitlines()
     sentences = [*proposal(table, found), *reasons]
     if found:
@@ -328,23 +350,27 @@ def command(*words: str) -> list[str]:
 
 def say_next(following: Names) -> None:
     """Print the next command: its first words, and its options."""
-    print_text("\n".join(_next(following, width() or WIDTH_OF_PIPE)))
+    print_text("\n".join(_next(following, text_width())))
 
 
 def _next(following: Names, columns: int) -> list[str]:
-    return _continued(f"Next: {following[0]}", following[1:], columns)
+    return continued([f"Next: {following[0]}", *following[1:]], columns)
 
 
-def _continued(first: str, options: Names, columns: int) -> list[str]:
+def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:
     """Return a command in lines that fit into a width and that a shell joins.
 
     Where it takes several lines, short options come first, as they share one.
+
+    Args:
+        parts: The command with its argument, and each option with its value.
+        columns: The width.
     """
-    whole = " ".join([first, *options])
+    whole = " ".join(parts)
     if _columns(whole) <= columns:
         return [whole]
-    lines = [first]
-    for option in sorted(options, key=_columns):
+    lines = [parts[0]]
+    for option in sorted(parts[1:], key=_columns):
         if _columns(f"{lines[-1]} {option}") + 2 <= columns:
             lines[-1] += f" {option}"
         else:

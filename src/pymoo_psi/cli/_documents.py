@@ -30,8 +30,8 @@ from pymoo_psi.analysis import (
 )
 from pymoo_psi.cli._app import OF_FORMULATION, OF_SOURCE, Options, path_in
 from pymoo_psi.cli._console import (
-    WIDTH_OF_PIPE,
     command,
+    continued,
     print_frame,
     print_text,
     proposal,
@@ -40,7 +40,7 @@ from pymoo_psi.cli._console import (
     say,
     say_next,
     say_ranking,
-    width,
+    text_width,
     write_frame,
 )
 from pymoo_psi.cli._source import (
@@ -57,6 +57,7 @@ from pymoo_psi.files import STUDY, suffixes_for, write_table
 from pymoo_psi.pareto import (
     RANKING_COLUMNS,
     Caution,
+    EfficiencyRanking,
     cautions_of_distances,
     explain,
     measured_in,
@@ -64,7 +65,7 @@ from pymoo_psi.pareto import (
     weights_sentence,
     wrapped,
 )
-from pymoo_psi.table import POINT, ROW, RUN, TEST, Column, Schema, TestTable, free_name
+from pymoo_psi.table import POINT, ROW, RUN, TEST, Schema, TestTable, free_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -151,24 +152,14 @@ def run_rank(options: Options) -> int:
     return 0
 
 
-def _heading(column: Column) -> str:
-    """Return the name of a column with its unit; that of an objective with its direction."""
-    heading = with_unit(column.name, column.unit)
-    if column.role != "objective":
-        return heading
-    arrow = "↑" if column.maximize else "↓"
-    return f"{heading} {arrow}"
-
-
 def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Names) -> None:
     """Print the best designs with all columns, and on what the proposal depends."""
-    columns = width() or WIDTH_OF_PIPE
+    columns = text_width()
     print_text(wrapped(head, columns))
-    frame = ranked_frame(table, None)
-    print_frame(_for_readers(frame.head(_N_IN_DETAIL), table), "")
-    if len(frame) > _N_IN_DETAIL:
-        say(f"({len(frame) - _N_IN_DETAIL} more: --out FILE.csv)")
     ranking = table.feasible_ranking()
+    print_frame(_in_detail(table, ranking), "")
+    if len(ranking.rows) > _N_IN_DETAIL:
+        say(f"… {len(ranking.rows) - _N_IN_DETAIL} more: --out FILE.csv")
     why = explain(ranking)
     sentences = [
         *proposal(table, found),
@@ -176,38 +167,38 @@ def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Nam
         *(f"One step from it, {step}" for step in why.sentences[2:]),
         weights_sentence(ranking, why.row),
         *switching_sentences(table),
-        f"mu1 is the distance to the best values, which decides the place. {measured_in(ranking)}. "
-        "efficiency_rank, from 0 to 6, is the rank of efficiency of the PSI method, which does not "
-        "decide the place; see 'pymoo-psi guide method'.",
+        f"Places are by the distance from the best values. {measured_in(ranking)}.",
         *notes,
     ]
     print_text("\n" + wrapped([*filter(None, sentences)], columns))
 
 
-def _for_readers(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
-    """Return a ranked frame with rounded numbers, units and directions, the names in front."""
+def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
+    """Return the first designs by place with all columns: names, places, objectives, the rest."""
+    from pandas import Series, concat
+
     from pymoo_psi.page import number_formats
 
-    frame = frame.drop(columns=["mu2", "mu3", "pareto"])
-    frame["mu1"] = [number(distance, 5) for distance in frame["mu1"]]
-    for name, number_format in number_formats(table).items():
-        column = _beside_ranking(name, table.schema)
-        if column in frame:
-            frame[column] = list(map(number_format.text, frame[column]))
-    if TEST in frame:
-        names = dict(zip(table.numbers.tolist(), table.names, strict=True))
-        frame[TEST] = [names[number].removeprefix(f"{TEST} ") for number in frame[TEST]]
-        frame = frame.drop(columns=[RUN, POINT], errors="ignore")
-    # The name or number leads each part of a wide table, as dominated designs have no place.
-    places = frame.pop("place").astype("string").fillna("dominated")
-    label = table.schema.label
-    if label not in (None, ROW):
-        labels = frame.pop(label)
-        if ROW not in table.schema.values:
-            frame = frame.drop(columns=ROW)
-        frame.insert(0, label, labels)
-    frame.insert(1, "place", places)
-    return frame.rename(columns={column.name: _heading(column) for column in table.schema.columns})
+    rows = ranking.by_place[:_N_IN_DETAIL]
+    places = ranking.place[rows].astype(str)
+    places[~ranking.pareto[rows]] = "dominated"
+    designs = table.take(ranking.rows[rows])
+    schema = table.schema
+    word = schema.label or TEST
+    names = [name.removeprefix(f"{TEST} ") for name in designs.names]
+    columns = [Series(names, name=word), Series(places, name="place")]
+    formats = number_formats(table)
+    for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
+        if name in {schema.label, RUN, POINT}:
+            continue
+        cells = designs.column(name).tolist()
+        if name in formats:
+            cells = list(map(formats[name].text, cells))
+        heading = with_unit(_beside_ranking(name, schema), schema[name].unit)
+        if name in schema.objectives:
+            heading += " ↑" if schema[name].maximize else " ↓"
+        columns.append(Series(cells, name=heading))
+    return concat(columns, axis=1)
 
 
 def run_page(options: Options) -> int:
@@ -219,7 +210,7 @@ def run_page(options: Options) -> int:
     table = opened_by_options(options, _HTML)
     title = _title(options, table, path.stem)
     page = decision_page(table, prototype=_existing(options, table), title=title)
-    further = _command_for_more(path, table)
+    further = shlex.join(_command_for_more(path, table))
     replace(page, origin=path.name, further=further).save(out)
     say_source(path, table.under(limits={}))
     objectives = ", ".join(table.schema.objectives)
@@ -289,8 +280,9 @@ def run_report(options: Options) -> int:
         prototype=_existing(options, table),
     )
     words = ["pymoo-psi", "report", str(path), *typed_options([*vars(options)])]
-    further = _command_for_more(path, table, typed_options(OF_FORMULATION))
-    replace(report, command=shlex.join(words), further=further).save(out)
+    more = _command_for_more(path, table, typed_options(OF_FORMULATION))
+    made, further = ["\n".join(continued(command(*line))) for line in (words, more)]
+    replace(report, command=made, further=further).save(out)
     say_source(path, table)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
@@ -374,8 +366,8 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     return frame
 
 
-def _command_for_more(path: Path, table: TestTable, purpose: Names = ()) -> str:
-    """Return the command for 16 more tests of a study; empty if no command has begun it.
+def _command_for_more(path: Path, table: TestTable, purpose: Names = ()) -> list[str]:
+    """Return the words of the command for 16 more tests of a study, if a command has begun it.
 
     Args:
         path: The source of the table; only a study can be continued.
@@ -385,17 +377,17 @@ def _command_for_more(path: Path, table: TestTable, purpose: Names = ()) -> str:
     from pymoo_psi.study import Study
 
     if path.suffix != STUDY.suffix or not table.schema.variables:
-        return ""
+        return []
     words: list[str] = []
     for run in Study(path).facts().runs:
         words = shlex.split(run.record.get("command", "")) or words
     if not words:
-        return ""
+        return []
     points = ["--points", "+16"]
     if words[0] == "ask":
         points = ["--points", "16", "--out", "next.csv"]
     words += ["--algorithm", "surrogate", "--study", str(path), *purpose, *points]
-    return shlex.join(["pymoo-psi", *words])
+    return ["pymoo-psi", *words]
 
 
 def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:

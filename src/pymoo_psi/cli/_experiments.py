@@ -61,11 +61,15 @@ def run_compare(options: Options) -> int:
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
     medians = result.summary()[columns].round(4)
     medians["seconds"] = medians["seconds"].map("{:.4f}".format)
-    headings = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
-    print_frame(medians.rename(columns=headings), f"{name}: medians over the runs")
+    headings = {"evaluations": "tests", "n_nondominated": "designs", "igd_plus": "IGD+"}
+    headings["optimum_distance"] = "to optimum"
+    print_frame(medians.rename(columns=headings), f"{name}: medians over the runs", n_keys=2)
     tests = result.tests().drop(columns="p").round({"effect": 3})
     tests["p_holm"] = tests["p_holm"].map("{:.2g}".format)
-    print_frame(tests, "Hypervolume by pairs; a difference is significant where p_holm < 0.05")
+    print_frame(
+        tests.rename(columns=headings),
+        "Hypervolume by pairs; a difference is significant where p_holm < 0.05",
+    )
     say(*_OF_COMPARISONS.splitlines())
     say(f"Tables, figures and the runs written to {out}")
     return 0
@@ -115,7 +119,7 @@ def run_reproduce(options: Options) -> int:
     for number, table in tables.items():
         numbers = table.columns[3:]  # in four decimals, as printed
         texts = table[numbers].map("{:.4f}".format, na_action="ignore")
-        print_frame(table.assign(**texts), _TITLES[number])
+        print_frame(table.assign(**texts), _TITLES[number], n_keys=2)
     say(*_HEADINGS.splitlines())
     places = [str(_folder_of(out, model)) for model in models]
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
