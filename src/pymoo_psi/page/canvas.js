@@ -60,7 +60,7 @@ function drawHatch(g, x, y, width, height) {
 // A text in lines that are at most so wide; a longer word is a line.
 function wrapped(g, text, width) {
   const lines = []
-  for (const word of text.split(" ")) {
+  for (const word of text.split(" ").filter(Boolean)) {
     const longer = lines.length ? `${lines.at(-1)} ${word}` : word
     if (lines.length && g.measureText(longer).width <= width) lines[lines.length - 1] = longer
     else lines.push(word)
@@ -135,7 +135,7 @@ function picture(section) {
     part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
   }
   const draw = (element, text, {left, top, bottom}) => {
-    if (!element.checkVisibility() || element.closest("button, option, details, .unseen, .other:not(.on)")) return
+    if (!element.checkVisibility() || element.closest("button, option, details, .key, .unseen, .other:not(.on)")) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
     Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle"})
     g.fillText(text, left, (top + bottom) / 2)

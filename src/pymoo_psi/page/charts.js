@@ -21,9 +21,11 @@ function showCharts(everything) {
   const ends = JSON.stringify(data.columns.map(scaleOf))
   for (const chart of [axes, scatter]) chart.draw(everything || ends !== formerEnds)
   formerEnds = ends
-  const looks = new Set(marks.map(({look}) => look))
-  renew("key", ["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).flatMap((look) => [icon(LOOKS[look]), `${look} `]))
 }
+
+// A legend: pairs of pictures, swatches of page.css or icons, and a text.
+const swatch = (kind) => make(`i.${kind}`)
+const legend = (id, entries) => renew(id, entries.filter(Boolean).map(([pictures, text]) => make("li", pictures, text)))
 
 // A design under the pointer is marked in all charts and in the table.
 function mark(row) {

@@ -3,6 +3,7 @@
 const LOOKS = {
   other: {shape: "ring", size: 3.4},
   dominated: {shape: "cross", size: 2},
+  rejected: {shape: "dot", size: 2.5},
   best: {shape: "dot", size: 6.5},
   prototype: {shape: "plus", size: 5, dashes: [3, 3]},
   chosen: {shape: "diamond", size: 8},
@@ -14,7 +15,7 @@ function dye() {
   const style = getComputedStyle(document.documentElement)
   const colour = (name) => style.getPropertyValue(`--${name}`).trim()
   for (const [key, look] of entriesOf(LOOKS)) look.colour = colour(`look-${key}`)
-  for (const name of ["context", "text", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
+  for (const name of ["context", "text", "muted", "accent", "panel", "grid"]) INK[name] = colour(name)
 }
 dye()
 // The outlines of the shapes, in units of their size, stand in the document.

@@ -9,11 +9,12 @@ function showPositions() {
   const {positions, decided, chosen} = state
   const held = latest(positions)
   renew("position-list", held.map((one) => make("li", make("span.avatar", {ariaHidden: true}, one.name.slice(0, 1).toUpperCase()),
-    make("div", words(one)),
+    make("div", make("b", one.name), " ", choiceOf(one, rowOf(one.chosen))),
     make("div.buttons",
-      make("label", make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
+      make("label", {hidden: chosen === null}, make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
       button("Show", () => showPosition(one), {ariaLabel: `Show: ${one.name}`}),
-      button("×", () => change({positions: toggled(positions, one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})))))
+      button("×", () => change({positions: toggled(positions, one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})),
+    make("div.rest", factsOf(one)))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
@@ -31,14 +32,13 @@ function showPosition({limits, chosen, reason, weights, aspiration, answers}) {
   change({limits, reason, weights, aspiration, answers, chosen: data.rowOf.has(chosen) ? chosen : null})
 }
 
-// What somebody wants, which limits it breaks, and what the verdict gives up against it.
-function words(one) {
+// Which limits a choice breaks, why somebody wants it, and what the verdict gives up against it.
+function factsOf(one) {
   const row = rowOf(one.chosen)
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
   const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`]
-  return [make("div", make("b", one.name), " ", choiceOf(one, row)),
-    broken.length && make("span.beyond", `beyond ${broken.join(", ")}`), make("div.hint", facts.filter(Boolean).join(" · "))]
+  return [broken.length && make("span.beyond", `beyond ${broken.join(", ")}`), make("span.hint", facts.filter(Boolean).join(" · "))]
 }
 
 function choiceOf({chosen}, row) {

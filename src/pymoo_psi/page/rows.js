@@ -204,8 +204,8 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   let value = verdict && cellText(column, verdict.row)
   if (verdict && error) value += ` ± ${valueText(column, error.values[verdict.row])}`
   renew(cells[0], value)
-  renew(cells[1], one && valueText(column, one.best))
-  renew(cells[2], one && valueText(column, ranking.nadir[j]))
+  renew(cells[1], one && valueText(column, ranking.nadir[j]))
+  renew(cells[2], one && valueText(column, one.best))
   renew(cells[3], one && (one.share < 0 ? "–" : shareText(one.share)))
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }

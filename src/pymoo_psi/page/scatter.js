@@ -5,6 +5,8 @@ const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
 const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
+const MOST_FAULTS = 7 // of a place: it covers a point, is nearer to another one, covers a line
+const CLEARLY = 1.25 // so many times as far from any other point is a name, so that one sees whose it is
 const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
 const plottable = data.columns.filter(({texts}) => !texts)
 // The columns across and up.
@@ -151,16 +153,29 @@ const scatter = (() => {
 
   function drawPoints(g) {
     const rejected = data.n > MOST_SHAPES ? [] : picked(data.designs, (row) => !left.mask[row] && isInside(row))
-    for (const row of rejected) drawShape(g, {shape: "dot", size: 2.5, colour: INK.field}, u(row), v(row))
+    for (const row of rejected) drawShape(g, LOOKS.rejected, u(row), v(row))
     if (shownRows.length <= MOST_SHAPES) for (const row of picked(shownRows, isKnown)) {
       const look = LOOKS[ranking.pareto[row] ? "other" : "dominated"]
       drawShape(g, {...look, size: shownRows.length > 100 ? 2 : look.size}, u(row), v(row))
     }
     for (const {row, look} of marks) if (isKnown(row)) drawShape(g, LOOKS[look], u(row), v(row))
+    return rejected.length
+  }
+
+  function explainMarks(front, n_rejected) {
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "higher" : "lower"} ${name}`)
-    const undrawn = data.n - left.count - rejected.length
-    renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}. `, lines.length && "The line: the best trade-offs of the two. ",
-      rejected.length && `Filled grey dots: beyond a limit${undrawn ? `; ${exact(undrawn)} more lie outside of the axes` : ""}. `, left.count > shownRows.length && "Dominated designs are not drawn.")
+    renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}.`)
+    const hidden = left.count - shownRows.length
+    const outside = data.n - left.count - n_rejected
+    const isHatched = columns.some(limitOf)
+    const looks = new Set(marks.map(({look}) => look))
+    legend("key", [
+      ...["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).map((look) => [icon(LOOKS[look]), look]),
+      front.length > 1 && [swatch("step"), "best trade-offs of the two"],
+      hidden && [[], `${exact(hidden)} dominated: not drawn`],
+      (isHatched || n_rejected) && [[isHatched && swatch("hatch"), n_rejected && icon(LOOKS.rejected)],
+        `beyond a limit${n_rejected && outside ? `, ${exact(outside)} more outside the plot` : ""}`],
+    ])
   }
 
   // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
@@ -186,26 +201,39 @@ const scatter = (() => {
     const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12}))
     boxes = []
     const ties = []
+    // Names are never covered, points and lines only by names that must be there.
+    const faultOf = (place, isWanted) => {
+      const covers = (obstacles) => [place, ...place.tie].some((spot) => !isFree(spot, obstacles))
+      if (covers([...boxes, ...ties])) return Infinity
+      const isNear = isNearest(place, points, place.tie.length || isWanted ? 1 : CLEARLY)
+      if (!isNear && !place.tie.length) return Infinity
+      return 4 * covers(points) + 2 * !isNear + !isFree(place, lines)
+    }
     for (const row of rows) {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
-      const people = (holders.get(row) ?? []).map(({name}) => name)
-      const words = wrapped(g, [called(row), ...people].join(" · "), frame()[0] * 0.6)
-      const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
-      const taken = [...points, ...boxes, ...ties]
-      const fitting = places.filter((one) => isFree(one, taken) && isNearest(one, points, one.tie.length || wanted.includes(row) ? 1 : 3) && one.tie.every((spot) => isFree(spot, taken)))
-      let name = fitting.find((one) => isFree(one, lines))
-      if (wanted.includes(row)) name ??= fitting[0] ?? places.find((one) => one.tie.length && isFree(one, [...boxes, ...ties]))
-      if (!name) continue
+      const people = listed((holders.get(row) ?? []).map(({name}) => name))
+      const isWanted = wanted.includes(row)
+      const places = [[[called(row), people].filter(Boolean).join(" · ")], [called(row), people]].flatMap((texts) => {
+        const words = texts.flatMap((text) => wrapped(g, text, frame()[0] * 0.6))
+        return placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
+      })
+      const faults = places.map((place) => faultOf(place, isWanted))
+      const least = min(...faults)
+      if (least > (isWanted ? MOST_FAULTS : 0)) continue
+      const name = places[faults.indexOf(least)]
       boxes.push(name)
       ties.push(...name.tie)
       if (name.tie.length) drawLine(g, INK.muted, name.tie[0].x, name.tie[0].y, name.tie.at(-1).x, name.tie.at(-1).y)
       const colour = row === verdict?.row ? INK.accent : wanted.includes(row) ? INK.text : INK.muted
-      words.forEach((line, k) => drawText(g, line, name.x, name.y + 14 * k + 7, "left", colour))
+      name.words.forEach((line, k) => drawText(g, line, name.x, name.y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
   }
 
-  const isFree = (a, others) => !others.some((b) => a.row !== b.row && a.x < b.x + b.width + 6 && b.x < a.x + a.width + 6 && a.y < b.y + b.height && b.y < a.y + a.height)
+  function isFree(a, others) {
+    const gap = a.width ? 6 : 2 // names side by side are not to be read as one
+    return !others.some((b) => a.row !== b.row && a.x < b.x + b.width + gap && b.x < a.x + a.width + gap && a.y < b.y + b.height && b.y < a.y + a.height)
+  }
   // The place in a box that is nearest to a point, and how far it is.
   function nearestIn({x, y, width, height}, row) {
     const [across, down] = [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
@@ -219,7 +247,7 @@ const scatter = (() => {
     const places = []
     for (const reach of AWAY) for (const [across, down] of SIDES) {
       const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
-      const box = {row, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
+      const box = {row, words, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= size.height - BOTTOM) continue
       const tie = []
       const [x, y, length] = nearestIn(box, row)
@@ -250,7 +278,7 @@ const scatter = (() => {
     const front = frontOfTwo()
     drawFront(g, front)
     columns.forEach((column, k) => drawLimits(g, column, k))
-    drawPoints(g)
+    explainMarks(front, drawPoints(g))
     drawEdges(g)
     drawNames(g, front)
   }

@@ -57,9 +57,12 @@ function showCounts() {
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
-  const measure = state.fixed ? "the fixed range" : "the thick part of an axis, from their worst to their best value"
-  renew("foot", shownRows.length > 1 && [`Lines and dark ticks: the ${exact(shownRows.length)} designs${within}${state.dominated ? "" : " that no other dominates"}; places 1 to 3 are stronger. `,
-    make("span.screen", "Point at one for its name. "), `Per cent: of ${measure}.`])
+  legend("foot", shownRows.length < 2 ? [] : [
+    [swatch("line"), `the ${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
+    shownRows.length <= MOST_LINES && [swatch("strong"), "places 1 to 3"],
+    shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick"), "other designs"],
+    data.columns.some((column) => !column.texts && limitOf(column)) && [swatch("hatch"), "beyond a limit"],
+    [swatch("thick"), `100 %: ${state.fixed ? "the fixed range" : "from their worst to their best"}`]])
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
@@ -70,8 +73,8 @@ const changeTo = (row) => changes.find(([, one]) => one.row === row && !one.loos
 const tried = ({exact}) => exact ? "" : " (of values tried)"
 function setButton({name, end, next}) {
   const column = data.by.get(name)
-  return button("Set this limit", () => setLimit(column, numericLimit(column).with(end, next)),
-    {ariaLabel: `Set this limit: ${name}, ${end ? "at most" : "at least"} ${valueText(column, next)}`})
+  return button(`Set ${name} ${end ? "at most" : "at least"} ${withUnit(column, valueText(column, next))}`,
+    () => setLimit(column, numericLimit(column).with(end, next)))
 }
 
 function showSteps() {
