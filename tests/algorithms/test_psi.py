@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.problem import Problem
+from pymoo.core.variable import Choice
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -113,6 +114,15 @@ def test_limits_on_outputs_of_no_test_are_refused(keep, study_file):
     options = {"limits": {"heat": 0.5}, "keep": keep, "study": study_file}
     refused("a name in limits must be one of .*'heat'", investigate, Sum(), 32, **options)
     assert read_table(study_file).equals(investigate(Sum(), 32))
+
+
+def test_a_limit_on_a_choice_may_be_met_by_later_tests():
+    """The problem knows the options; of four tests, the second has another one."""
+    metal = {"metal": Choice(options=["oak", "tin"])}
+    problem = Model(lambda x: {"F": [len(x["metal"])]}, vars=metal, n_obj=1)
+    options = {"limits": "metal=tin", "block_size": 1}
+    assert investigate(problem, 4, **options).feasible().tolist() == [False, True, False, True]
+    refused("'oak', 'tin', got 'tni'", investigate, problem, 4, limits="metal in oak, tni")
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])

@@ -68,6 +68,9 @@ def test_rules_on_failures_take_variables_of_every_kind():
     [sentence] = rule(X, offset >= 4)
     assert requirement(sentence) == "`offset of wall` <= 3.5"
     assert rule(X[:1], np.array([True])) == []
+    X["width"] = np.repeat([0.3, 0.1 + 0.2], 30)  # equal but for rounding
+    X["offset of wall"] = random.permutation(60)
+    assert rule(X, np.arange(60) >= 30) == []
 
 
 def test_designs_that_did_not_run_do_not_count():

@@ -159,6 +159,11 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     assert "Dora wants D: beyond cost at most 4 (4.000001)." in text
     assert "Emil wants E, which is not among these designs." in text
     assert text.count("equally near") + text.count("is as near") == 1
+    Path("set.csv").write_text("name,kind,cost,mass\nA,oak,1,9\nB,tin,3,3\nC,alu,9,1\n")
+    text = " ".join(said("rank", "set.csv", "--limits", "kind in oak, tni, alu").split())
+    assert (
+        "2 of 3 designs are within the limit (kind = oak, tni or alu (no design has tni))" in text
+    )
 
 
 def test_a_file_may_be_called_as_an_option(capsys):

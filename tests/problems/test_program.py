@@ -412,6 +412,21 @@ def test_a_choice_of_numbers_is_computed_with_in_a_study(tmp_path, study_file):
     assert table.status.tolist() == ["ok", "infeasible"]
 
 
+@pytest.mark.parametrize("asked", [{"names": {"f1": "M"}}, {"maximize": ["m"]}])
+def test_limits_hold_whatever_objectives_are_called(tmp_path, asked):
+    printed = {"file": "stdout.txt", "pattern": "m = (.+)"}
+    problem = ProgramProblem(
+        {"n": {"choices": [1, 2]}},
+        {"command": "echo m = {n}", "keep": "none"},
+        {"m": printed},
+        {"minimize": ["m"]},
+        {"m": "<= 1"},
+        base=tmp_path,
+    )
+    table = investigate(problem, 2, **asked)
+    assert table.status.tolist() == ["ok", "infeasible"]
+
+
 def test_shares_of_two_expressions_are_no_table(tmp_path):
     for factor, part in ((2, 1), (2, 2), (3, 1)):
         problem = ProgramProblem(

@@ -401,6 +401,11 @@ def test_units_of_a_decision_are_those_of_its_limits():
     refused("unit of 'x1' must be that of the formulation, mm, got 'm'", metres.under, asked)
 
 
+def test_a_column_of_texts_is_no_constant():
+    table = TestTable.of([1], [[0.1]], [[2.0]]).with_notes({"pi": ["Ann"]})
+    refused("'pi' holds 'Ann'", lambda: table.under(computed={"area": "pi * f1**2"}).F)
+
+
 TWO = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
 
 

@@ -33,6 +33,7 @@ from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RESERVED,
     Formulation,
+    Limit,
     Schema,
     TestTable,
     choice_values,
@@ -65,7 +66,6 @@ class Model:
         self.noisy: bool = getattr(problem, "noisy", False)
         self.problem: Any = with_requirements(untolerant(problem), options.requirements)
         self.inner: Any = without_requirements(self.problem)
-        self._limits = known_limits(self.problem)  # the first constraints, but not of a table
         names = mapping("names", options.names or {}, "names such as f1 to your own")
         log = options.log
         if log is not None:
@@ -74,13 +74,24 @@ class Model:
         self.space: DesignSpace = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
         schema = problem_schema(self.problem, self.space, *columns)
+        self._limits = known_limits(self.problem, schema)  # constraints that a table lacks
         self.schema: Schema = schema.without(schema.of_role("inequality")[: len(self._limits)])
         self.default_limits: Values = _pairs(self._limits)
         formulation = options.formulation or Formulation(limits=options.limits)
         self.formulation: Formulation = self.with_default_limits(formulation)
 
     def with_default_limits(self, formulation: Formulation) -> Formulation:
-        """Return a formulation with the limits of the problem where it says no others."""
+        """Return a formulation with the limits of the problem where it says no others.
+
+        Raises:
+            ArgumentValueError: A limit allows a choice of an option that the problem does not have.
+        """
+        variables = design_space(within_same_columns(self.inner)).variables
+        for name, variable in zip(self.schema.variables, variables, strict=True):
+            limit = formulation.allowed.get(name, Limit())
+            if limit.texts and variable.options:
+                for text in limit.texts:
+                    known_name(f"{name!r} in limits", text, [*map(str, variable.options)])
         return formulation.combine_first(Formulation(limits=self.default_limits))
 
     # Tests under the formulation
@@ -168,13 +179,10 @@ class Model:
         # The class is asked, as a wrapper of other columns has the attributes of its problem.
         if not hasattr(type(problem), "computed"):
             return None
-        schema = self.schema
-        is_same = (
-            schema.variables == tuple(problem.variables)
-            and schema.objectives == tuple(problem.objectives)
-            and {*schema.maximize} == {*problem.maximize}
-        )
-        return problem if is_same else None
+        has_variables = self.schema.variables == tuple(problem.variables)
+        if has_variables and problem.has_objectives_of(self.schema):
+            return problem
+        return None
 
     # Tests of values, and the reverse
 

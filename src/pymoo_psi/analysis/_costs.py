@@ -18,9 +18,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi._names import operand
 from pymoo_psi._numbers import number
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
+from pymoo_psi.pareto import listed
 from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, Limit, TestTable
 
 if TYPE_CHECKING:
@@ -37,6 +39,7 @@ _LEAST_RIGHT = 0.9
 # The probability that one of the rules that are tried separates as many failures by chance is at
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
+_ROUNDING = 1e-12  # the relative difference of ratios that are equal but for rounding
 _MOST_TESTS = 1024
 
 
@@ -89,7 +92,10 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
 
 
 def limit_words(table: TestTable) -> list[str]:
-    """Return the constraints and then the limits of a table in words: "price at most 1400 €"."""
+    """Return the constraints and then the limits of a table in words: "price at most 1400 €".
+
+    Texts that a limit allows and no design has are named, as they may be misspelt.
+    """
     schema = table.schema
     units = schema.units
     texts = []
@@ -105,7 +111,11 @@ def limit_words(table: TestTable) -> list[str]:
         else:
             texts.append(f"{name} = 0 within {number(schema.eq_tolerance)}")
     for name, limit in table.limits.items():
-        texts.append(limit.in_words(name, units.get(name, "")))
+        text = limit.in_words(name, units.get(name, ""))
+        missing = limit.missing(table.column(name))
+        if missing:
+            text += f" (no {schema.words['row']} has {listed(missing, 'or')})"
+        texts.append(text)
     return texts
 
 
@@ -260,7 +270,8 @@ def _rules(terms: Mapping[str, Array], has_failed: Mask) -> Iterator[tuple[float
             order = np.argsort(sign * values, kind="stable")
             v = values[order]
             n_right = np.cumsum(has_failed[order])[:-1]
-            for k in np.flatnonzero((n_right >= least_right) & (np.diff(v) != 0)):
+            are_apart = np.abs(np.diff(v)) > _ROUNDING * np.abs(v[1:])
+            for k in np.flatnonzero((n_right >= least_right) & are_apart):
                 chance = hypergeom.logsf(n_right[k] - 1, n, n_failed, n_beyond[k])
                 yield chance, f"{term} {relation} {_short(v[k], v[k + 1])}", n_right[k], n_beyond[k]
 
@@ -270,8 +281,7 @@ def _terms(table: TestTable) -> dict[str, Array]:
     terms = {}
     for column in table.schema.with_role(VARIABLE):
         if column.kind is not Kind.CHOICE:
-            name = column.name if column.name.isidentifier() else f"`{column.name}`"
-            terms[name] = table.column(column.name).astype(float)
+            terms[operand(column.name)] = table.column(column.name).astype(float)
     positive = [name for name, values in terms.items() if (values > 0).all()]
     for a, b in permutations(positive, 2):
         terms[f"{a} / {b}"] = terms[a] / terms[b]

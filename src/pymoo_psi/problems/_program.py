@@ -54,7 +54,7 @@ from pymoo_psi.problems._settings import (
     settings_of,
 )
 from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
-from pymoo_psi.table import Expression
+from pymoo_psi.table import Expression, Schema
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -469,6 +469,11 @@ class ProgramProblem(ElementwiseProblem):
 
     # Outputs of stored tests
 
+    def has_objectives_of(self, schema: Schema) -> bool:
+        """Whether the objectives of tests have the names and directions of the problem."""
+        names = tuple(self.objectives)
+        return schema.objectives == names and {*schema.maximize} == {*self.maximize}
+
     def computed(self, columns: Entries) -> Values:
         """Return the outputs that are expressions, by name.
 
@@ -534,14 +539,17 @@ class ProgramProblem(ElementwiseProblem):
         return values
 
 
-def known_limits(problem: Any) -> Sequence[OutputLimit]:
+def known_limits(problem: Any, schema: Schema) -> Sequence[OutputLimit]:
     """Return the limits on outputs that are the first constraints of a problem.
 
-    A table shows them as limits, which can be changed without a test.
+    A table shows them as limits, which can be changed without a test. If the columns of its tests
+    have other names or directions than the outputs, they stay constraints.
     """
     while changes_designs_only(problem) or within_same_columns(problem) is not problem:
         problem = problem.wrapped
-    return problem.limits if isinstance(problem, ProgramProblem) else []
+    if isinstance(problem, ProgramProblem) and problem.has_objectives_of(schema):
+        return problem.limits
+    return []
 
 
 def text_of(path: Path) -> str:

@@ -165,6 +165,18 @@ class Limit(NamedTuple):
         # Infinity is what a division by zero leaves: nothing that is known to be large enough.
         return np.asarray(np.where(np.isfinite(values), excess, np.inf))
 
+    def missing(self, cells: AnyArray) -> list[str]:
+        """Return the texts allowed that no cell has: they may be misspelt.
+
+        Example:
+            >>> Limit(texts=("oak", "tni")).missing(np.array(["oak", "tin"], dtype=object))
+            ['tni']
+        """
+        if not self.texts:
+            return []
+        present = {*texts_of(cells).tolist()}
+        return [text for text in self.texts if text not in present]
+
     @property
     def plain(self) -> Any:
         """The limit as JSON can hold it: a number, a pair with None for an open end, or texts."""

@@ -54,6 +54,7 @@ from pymoo_psi.pareto import (
 from pymoo_psi.table._cells import blank, cells_of_kind, designs_of
 from pymoo_psi.table._decision import Decision, decision_of
 from pymoo_psi.table._formulation import Formulation, FormulationFields
+from pymoo_psi.table._limits import texts_of
 from pymoo_psi.table._schema import (
     EQUALITY,
     INEQUALITY,
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
+_N_SHOWN = 50  # the most rows whose texts a message names
 _ROUNDING = 1e-9  # the relative difference of results that two machines have computed
 
 
@@ -401,9 +403,16 @@ class TestTable(View, Shown):
     def _require_fit(self) -> None:
         """Refuse limits on texts that no test has, and fixed ranges that do not fit the objectives.
 
-        A range that is 0 fits only where designs do not differ.
+        Rows that are taken from a table keep its limits, even if they meet none. Nor must tests of
+        a variable meet one: other tests may follow, and its problem knows the options. A range that
+        is 0 fits only where designs do not differ.
         """
-        self._require_met_texts()
+        for name, limit in self.limits.items():
+            if limit.texts and len(self) and name not in self.schema.variables:
+                missing = limit.missing(self.column(name))
+                if len(missing) == len(limit.texts):
+                    texts = {*texts_of(self.column(name)[:_N_SHOWN]).tolist()}
+                    known_name(f"{name!r} in limits", missing[0], texts)
         candidates = self.feasible()
         ranges = self.fixed_ranges
         objectives = self.schema.objectives

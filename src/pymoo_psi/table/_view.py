@@ -21,14 +21,13 @@ from pymoo_psi._validation import (
     Integers,
     Mask,
     Rows,
-    known_name,
 )
 from pymoo_psi.pareto import nondominated, violated_constraints
 from pymoo_psi.table._cells import first_of, real_column
 from pymoo_psi.table._decision import Decision
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._limits import Limit, texts_of
+from pymoo_psi.table._limits import Limit
 from pymoo_psi.table._schema import (
     EQUALITY,
     INEQUALITY,
@@ -40,7 +39,6 @@ from pymoo_psi.table._schema import (
 
 STATUSES = ("ok", "infeasible", "failed")
 _OK, _INFEASIBLE, _FAILED = range(3)
-_N_SHOWN = 50  # the most rows whose texts a message names
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -103,7 +101,7 @@ class View:
         """The columns of the formulation, with computed ones, in the original directions."""
         if self.schema is self.evaluated:
             return self.data
-        columns = {name: self.data[name] for name in self.evaluated.values}
+        columns = dict(self.data)
         for name, text in self.formulation.computed.items():
             columns[name] = Expression.of(text).values(columns)
         for name in self.schema.objectives:
@@ -112,7 +110,7 @@ class View:
                 columns[name] = np.abs(columns[name])
         for cells in columns.values():
             cells.setflags(write=False)
-        return {**self.data, **columns}
+        return columns
 
     def _matrix(self, role: str) -> AnyArray:
         """Return the columns of a role as a matrix, of objects if their types differ."""
@@ -206,18 +204,6 @@ class View:
         # The order of the columns, not of the mapping: columns of violations stand in it.
         ordered = {name: on_numbers[name] for name in schema.values if name in on_numbers}
         return ordered | on_texts
-
-    def _require_met_texts(self) -> None:
-        """Refuse a limit on texts that no test meets: it is more likely misspelt.
-
-        Rows that are taken from a table keep its limits, even if they meet none.
-        """
-        for name, limit in self.limits.items():
-            if not limit.texts:
-                continue
-            cells = texts_of(self._columns[name])
-            if len(cells) and not np.isin(cells, limit.texts).any():
-                known_name(f"{name!r} in limits", limit.texts[0], {*cells[:_N_SHOWN].tolist()})
 
     @property
     def _have_failed(self) -> Mask:
