@@ -72,6 +72,19 @@ def name_of(subject: str) -> str:
     return f"{place}{blank}{_NAMES.get().get(argument, argument)}"
 
 
+def operand(name: str) -> str:
+    """Return the name of a column as expressions have it: in backquotes if it is no plain word.
+
+    Example:
+        >>> operand("mass"), operand("mass of all")
+        ('mass', '`mass of all`')
+    """
+    if name.isidentifier():
+        return name
+    doubled = name.replace("`", "``")
+    return f"`{doubled}`"
+
+
 def require_no_other_name(owner: str, name: str) -> None:
     """Refuse a name that the owner, a class or module, has not but other packages have.
 

@@ -211,12 +211,14 @@ Path("ok").write_text(str((table.status == "ok").sum()))
 
 @posix
 @pytest.mark.slow
-@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", "<&- >&-"])
-def test_a_program_without_standard_streams_loses_no_design(tmp_path, closed):
-    """A socket of a worker then has the number of one, to which a model may print."""
+@pytest.mark.parametrize(
+    "program", ["exec {} <&- >&- 2>&-", "exec {} <&- >&-", "ulimit -n 64; exec {}"]
+)
+def test_a_program_without_streams_or_with_few_files_loses_no_design(tmp_path, program):
+    """A socket of a worker then has the number of a stream, to which a model may print."""
     (tmp_path / "service.py").write_text(SERVICE)
     subprocess.run(
-        f"exec '{sys.executable}' service.py {closed}",
+        program.format(f"'{sys.executable}' service.py"),
         shell=True,
         cwd=tmp_path,
         timeout=LONG,

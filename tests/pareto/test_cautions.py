@@ -143,12 +143,11 @@ def test_outliers_are_noticed_however_many(n):
 def test_an_objective_over_decades_gets_its_logarithm():
     """The column to compute is written out; with it the named design is the optimum."""
     shares = lp_tau(60, 2, first=2)
-    frame = pd.DataFrame(
-        {"cost of life": 10 ** (2 + 6 * shares[:, 0]), "f2": (1 - shares[:, 0]) ** 0.8}
-    )
+    cost = 10 ** (2 + 6 * shares[:, 0])
+    frame = pd.DataFrame({"cost = `life`": cost, "f2": (1 - shares[:, 0]) ** 0.8})
     text = said(frame, "decades")
-    assert "compute 'log_cost of life=log10(`cost of life`)'" in text
-    by_logarithm = frame.assign(**{"cost of life": np.log10(frame["cost of life"])})
+    assert "compute 'log_cost _ `life`=log10(`cost = ``life```)'" in text
+    by_logarithm = frame.assign(**{"cost = `life`": np.log10(cost)})
     optimum = rank_of_efficiency(by_logarithm).salukvadze[0]
     assert f"design {optimum} is proposed" in text
     assert "decades" not in kinds(by_logarithm)

@@ -214,9 +214,9 @@ def test_rows_are_those_of_the_source():
 
 
 def test_a_name_of_the_users_is_not_respelt():
-    frame = labelled(["pA-7", "mTorr", "row 3", "B"])
+    frame = labelled(["test rig", "mTorr", "row 3", "B"])
     starts = [re.split("[,.]", explain(frame, row=i).standing)[0] for i in range(3)]
-    assert starts == ["pA-7", "Proposed: mTorr", "Row 3"]
+    assert starts == ["test rig", "Proposed: mTorr", "Row 3"]
 
 
 @pytest.mark.parametrize(

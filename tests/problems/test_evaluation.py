@@ -220,10 +220,13 @@ def test_problems_that_transform_designs_are_not_bypassed():
 
 
 def test_further_values_stay_with_their_designs():
+    stress = np.ones(2)  # the model uses this array for every design
+
     def talkative(x):
         if x[0] in (0, 2):
             raise ValueError
-        return {"F": x[0], "H": 0.5, "stress": [x[0], 1.0], "note": {"x": x[0]}}
+        stress[0] = x[0]
+        return {"F": x[0], "H": 0.5, "stress": stress, "note": {"x": x[0]}}
 
     problem = OfFunction(talkative, n_var=1, n_obj=1, n_eq_constr=1, xu=9)
     out = FailureTolerant(problem).evaluate(np.arange(4.0)[:, None], return_as_dictionary=True)

@@ -65,7 +65,7 @@ from pymoo_psi.pareto import (
     weights_sentence,
     wrapped,
 )
-from pymoo_psi.table import POINT, ROW, RUN, TEST, Schema, TestTable, free_name
+from pymoo_psi.table import POINT, ROW, RUN, TEST, Expression, Schema, TestTable, free_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -138,8 +138,9 @@ def run_rank(options: Options) -> int:
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
     if found and found[0].remedy:
-        column, _, _ = found[0].remedy.partition("=")
-        same = f"the same command with {column} in place of {column.removeprefix('log_')} and"
+        column, _, logarithm = found[0].remedy.partition("=")
+        (objective,) = Expression.of(logarithm).columns
+        same = f"the same command with {column} in place of {objective} and"
         following = [same, *command("--compute", found[0].remedy)]
     if table.decision.positions:
         notes += position_sentences(table)

@@ -12,7 +12,7 @@ function sentence(name, parts = {}) {
 }
 
 // A name that the user gave stays as it is.
-const capital = (text) => text.replace(/^(design|row|test) /, (ours) => ours[0].toUpperCase() + ours.slice(1))
+const capital = (text) => text.replace(/^(design|row|test) \d/, (ours) => ours[0].toUpperCase() + ours.slice(1))
 const listed = (names, word = "and") =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} ${word} ${names.at(-1)}` : names.join("")
 const counted = (n, one) => `${exact(n)} ${one}${n === 1 ? "" : "s"}`

@@ -48,6 +48,7 @@ _FIRST_DESCRIPTOR = 200  # of the channel: the first free one from there on; mac
 def main() -> None:
     """Serve the other end of the socket that is the standard input until the pool is gone."""
     import fcntl
+    import resource
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     _guard()
@@ -55,7 +56,9 @@ def main() -> None:
 
     # A model that writes into descriptors, or closes those that it does not know, as daemons do,
     # begins with the first.
-    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, _FIRST_DESCRIPTOR))
+    most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    first = min(_FIRST_DESCRIPTOR, most - 1)
+    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, first))
     # Nor does a solver that the model starts hold it open, or a fork of the model.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.register_at_fork(after_in_child=channel.close)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pymoo_psi._names import operand
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
@@ -293,12 +294,10 @@ class _Checks:
             end = "best"
             if objectives.sign[j] < 0:
                 end = "worst"
-            column = name
-            if not name.isidentifier():
-                column = f"`{name}`"
+            column = f"log_{name}".replace("=", "_")  # the first "=" ends it
             yield _caution(
                 "decades",
-                f"log_{name}=log10({column})",
+                f"{column}=log10({operand(name)})",
                 objective=name,
                 decades=f"{np.log10(values.max() / values.min()):.0f}",
                 share=percent(crowd),

@@ -7,6 +7,7 @@ report and Python use the same wording.
 from __future__ import annotations
 
 import json
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,7 +28,7 @@ def sentence(name: str, /, **values: object) -> str:
 
 def capital(text: str) -> str:
     """Return the name of a design at the start of a sentence; a name of the user's is kept."""
-    if text.startswith(("design ", "row ", "test ")):
+    if re.match(r"(?:design|row|test) \d", text):
         return text[0].upper() + text[1:]
     return text
 
