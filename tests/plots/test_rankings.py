@@ -183,8 +183,13 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
     save_figures({"pairs": figure}, tmp_path, width=width, dpi=20)
     ranking = rank_of_efficiency(table)
     assert f"proposed: {ranking.name_of(ranking.salukvadze[0])}" in texts(figure)
-    if n <= 8:
-        assert any(name.get_visible() for ax in figure.axes for name in ax.texts)
+    if n <= 8:  # each has its place beside it in all panels, and its name below
+        front = ranking.by_place[: ranking.pareto.sum()]
+        assert {f"{ranking.place[k]}. {ranking.name_of(k)}" for k in front} <= {*texts(figure)}
+        for ax in figure.axes:
+            shown_texts = [name.get_text() for name in ax.texts if name.get_visible()]
+            places = sorted(text.partition(".")[0] for text in shown_texts)
+            assert places == [str(k + 1) for k in range(len(front))]
 
 
 def test_names_are_not_on_the_front_or_a_limit():

@@ -6,10 +6,9 @@ objective.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import chain, combinations, product
+from itertools import combinations, permutations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,6 +46,7 @@ from pymoo_psi.plots._style import (
     Drawing,
     Style,
     add_key,
+    add_list,
     curves,
     extent,
     head_axes,
@@ -240,10 +240,10 @@ def plot_objectives(
     """Return objectives against each other, in pairs.
 
     By default these are the pairs that conflict most, four at most; of objectives that are named
-    they are all pairs. The key names the proposed or marked design; names stand beside it and
-    beside all of eight Pareto-optimal designs and fewer, where there is room. The line is a
-    staircase: it joins what designs reach in the two objectives, and there is no design between two
-    of them.
+    they are all pairs. The key names the proposed or marked design. Of eight Pareto-optimal designs
+    and fewer each has its place in the ranking beside it, and its name below the panels. The line
+    is a staircase: it joins what designs reach in the two objectives, and there is no design
+    between two of them; it is a single point where one design is the best in both.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
@@ -284,6 +284,8 @@ def plot_objectives(
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
         add_key(figure, *(ax for ax, *_ in planes))
+        if points.places:
+            add_list(figure, list(points.full_names.values()))
         figure.describe(title, points.counts(table))
     figure.resize(width)
     return figure
@@ -292,14 +294,22 @@ def plot_objectives(
 def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
     """Return the pairs of objectives that conflict most in the Pareto set.
 
-    The objective of more pairs is the first of a pair, so that panels share its axis.
+    They are arranged in two columns, each with a common first objective if there is one.
     """
     names = table.schema.objectives
-    pairs = sorted(conflicting_pairs(table.F[table.pareto()])[:_PAIRS])
-    counts = Counter(chain(*pairs))
-    oriented = [sorted(pair, key=lambda j: -counts[j]) for pair in pairs]
-    oriented.sort(key=lambda pair: (-counts[pair[0]], pair))
-    return [(names[j], names[k]) for j, k in oriented]
+    most = conflicting_pairs(table.F[table.pareto()])[:_PAIRS]
+    n_first = -(-len(most) // 2)  # rounded up
+    for order in permutations(sorted(most)):
+        columns = [order[:n_first], order[n_first:]]
+        common = [set(range(len(names))).intersection(*column) for column in columns]
+        if all(common):
+            break
+    pairs = []
+    for column, shared in zip(columns, common, strict=True):
+        for pair in column:
+            first, second = sorted(pair, key=lambda j: j not in sorted(shared)[:1])
+            pairs.append((names[first], names[second]))
+    return pairs
 
 
 # Parallel coordinates

@@ -43,7 +43,8 @@ _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 NAMED = 8  # designs that all have names; of more only the marked one has
 _LETTERS = 26  # of their names
-_MANY = 200  # from here on the markers of a group shrink
+_MANY = 50  # from here on the markers of a group shrink and fade, so that their density shows
+_FAINTEST = 0.45  # opacity of a marker
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
@@ -62,7 +63,7 @@ _OUTSIDE: Style = {
     "in_layout": False,
 }
 _HOLLOW: Style = {"marker": "o", "markerfacecolor": "white", "zorder": 3.0}
-_DOMINATED = _HOLLOW | {"color": "0.6", "markersize": 2.8}
+_DOMINATED = _HOLLOW | {"color": "0.5", "markersize": 2.8}
 _PARETO: Style = _HOLLOW | {
     "color": "0.25",
     "markerfacecolor": "0.25",
@@ -70,6 +71,16 @@ _PARETO: Style = _HOLLOW | {
     "markersize": 4.2,
     "zorder": 3.5,
 }
+# The best trade-offs: below the points, but above many of them.
+_FRONT: Style = {
+    "color": "0.5",
+    "linewidth": 0.9,
+    "marker": "o",
+    "markersize": 2.4,
+    "markeredgewidth": 0.0,
+    "zorder": 3.2,
+}
+_FRONT_OF_MANY = _FRONT | {"color": "0.15", "linewidth": 0.7, "zorder": 3.6}
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "o",
@@ -153,12 +164,14 @@ class Points:
         columns: Columns by name.
         groups: Groups of designs.
         named: Names of designs by their row, that which is marked first.
+        places: Their places, if all Pareto-optimal designs have names.
         word: "proposed" or "marked".
     """
 
     columns: Mapping[str, Column]
     groups: Groups
     named: Mapping[int, str] = field(default_factory=dict)
+    places: Mapping[int, int] = field(default_factory=dict)
     word: str = ""
 
     def draw(self, axes: Axes, first: str, second: str, *, is_marked_apart: bool = False) -> None:
@@ -181,11 +194,12 @@ class Points:
             n = mask.sum()
             if n:
                 rows = mask & visible
-                shrink = np.clip((_MANY / n) ** 0.3, 0.3, 1.0)
+                shrink = np.clip((_MANY / n) ** 0.3, 0.4, 1.0)
                 looks: Style = {
                     **style,
                     "markersize": style["markersize"] * shrink,
-                    "markeredgewidth": 0.6 * shrink,
+                    "markeredgewidth": 0.6 * shrink**0.5,
+                    "alpha": np.clip(_MANY / n, _FAINTEST, 1.0),
                     "linestyle": "none",
                     "rasterized": n > _RASTERIZED,
                 }
@@ -213,13 +227,35 @@ class Points:
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
                 up = np.clip(y.places[rows], *y.ends)
-                axes.plot(across, up, marker, label="outside the axes", **_OUTSIDE)
+                label = f"{self.n_outside} outside the axes"
+                axes.plot(across, up, marker, label=label, **_OUTSIDE)
+
+    @property
+    def n_outside(self) -> int:
+        """How many designs are outside the ends of a column."""
+        is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
+        is_visible = np.all([column.visible for column in self.columns.values()], axis=0)
+        return int(np.sum(is_drawn & ~is_visible))
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
-        """Write the names of designs beside them, the first one in the accent."""
+        """Write the place of each design beside it, and the name of the first one in the accent."""
         places = np.column_stack([self.columns[first].places, self.columns[second].places])
-        names = {row: literal(name, _LETTERS) for row, name in self.named.items()}
+        names: dict[int, list[str]] = {}
+        for row in self.named:
+            names[row] = [str(self.places.get(row, ""))]
+        for row in list(names)[:1]:
+            names[row].insert(0, self.full_names[row])
         name_points(figure, axes, places, names, {"color": ACCENT, "fontweight": "bold"})
+
+    @property
+    def full_names(self) -> dict[int, str]:
+        """Names behind places, by row."""
+        names = {}
+        for row, name in self.named.items():
+            names[row] = literal(name, _LETTERS)
+            if row in self.places:
+                names[row] = f"{self.places[row]}. {names[row]}"
+        return names
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -232,10 +268,8 @@ class Points:
         groups = groups_in_words(self.groups)
         if groups:
             text += f": {groups}"
-        is_visible = [column.visible for column in self.columns.values()]
-        n_far = np.sum(~has_failed & ~np.all(is_visible, axis=0))
-        if n_far:
-            text += f". {counted(n_far, 'design')} outside the axes"
+        if self.n_outside:
+            text += f". {counted(self.n_outside, 'design')} outside the axes"
         for name in list(self.named.values())[:1]:
             text += f". The blue dot is {name}"
         limits = written_limits(table)
@@ -245,13 +279,18 @@ class Points:
 
 
 def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
-    """Draw the staircase of two objectives: there is no design between two of them."""
+    """Draw the staircase of two objectives: there is no design between two of them.
+
+    Its designs are points of the line; a single one is the best in both objectives.
+    """
     u, v = x.places[rows], y.places[rows]
     front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
     front = front[np.argsort(x.sign * u[front], kind="stable")]
     across, up = u[front].repeat(2)[1:], v[front].repeat(2)[:-1]
-    style: Style = {"color": "0.6", "linewidth": 0.8, "zorder": 3.2}
-    axes.plot(across, up, label="best trade-offs of the two", **style)
+    style = _FRONT
+    if len(u) > _MANY:
+        style = _FRONT_OF_MANY
+    axes.plot(across, up, label="best trade-offs of the two", markevery=2, **style)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
@@ -282,6 +321,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
     rows = list(marked)
+    places: dict[int, int] = {}
     word = "marked"
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
@@ -291,6 +331,8 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
             word = "proposed"
         if len(best) <= NAMED:
             rows += best
+            front = ranking.by_place[: len(best)]
+            places = dict(zip(best, ranking.place[front].tolist(), strict=True))
     columns = {name: _column(table, name, rows[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
@@ -306,7 +348,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
     named = {row: table.names[row] for row in rows}
-    return Points(columns, groups, named, word)
+    return Points(columns, groups, named, places, word)
 
 
 def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:

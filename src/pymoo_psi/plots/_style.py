@@ -32,7 +32,7 @@ from matplotlib.path import Path as Line
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import Formatter, LogLocator, MaxNLocator, NullLocator
-from matplotlib.transforms import Bbox, IdentityTransform, ScaledTranslation
+from matplotlib.transforms import Bbox, ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._numbers import NumberFormat, number, spans_decades
@@ -53,23 +53,21 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = tuple(_BESIDE + k * _LINE for k in range(7))
-_FARTHEST = 60.0  # points from a point to its name
-_LED = _BESIDE + _LINE / 2  # a name that far from its point, or farther, has a line to it
+_REACHES = (3.5, 5.5, 8.0)  # points from a point to its name
+_FIRST_REACHES = (5.0, 8.0, 12.0, 16.0)  # and from the first one, which is larger
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
     + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
 )
-_APART = 3.0  # a name without such a line is that many times as far from other points
 _GAP = 5.0  # points between names on a line
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
-_CLEAR = 1.0  # points from a line to a name, and to the line to a name
+_CLEAR = 1.0  # points from a line to a name
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
-# Names beside points. From the second reach on they have a line to their point.
+# Names beside points.
 _NAME: Style = BESIDE | {
     "fontsize": 7,
     "va": "bottom",
@@ -77,7 +75,6 @@ _NAME: Style = BESIDE | {
     "zorder": 8,
     "in_layout": False,
 }
-_LEADER: Style = {"color": "0.4", "linewidth": 0.5, "transform": IdentityTransform()}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _LETTER_WIDTH = 4.0  # points, about
 _TICKS_WIDTH = 34.0  # left of axes
@@ -93,7 +90,7 @@ ABOVE = ("data", "axes fraction")  # coordinates of names above axes
 _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
-_FEW_PAIRS = 4  # pairs that stand in two columns
+_PAIRS_IN_TWO_COLUMNS = 4
 # Heights in mm, for pairs of columns.
 _PANEL = 35.0
 _LOW_PANEL = 30.0  # where the figure is narrow
@@ -265,50 +262,49 @@ def pair_panels(
 ) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
     """Yield a figure and a panel for each pair of columns, with their names across and upwards.
 
-    Panels are filled column by column, as pairs that follow each other often share the first of
-    their columns. Its axis is the same in all of them.
+    Panels are filled column by column. Where all panels of each column have the same axis across,
+    it is named below the last of them only.
     """
     n = len(pairs)
-    n_columns = min(n, 2)
-    if n > _FEW_PAIRS:
-        n_columns = 3
+    n_columns = min(n, 3)
+    if n == _PAIRS_IN_TWO_COLUMNS:
+        n_columns = 2
     n_rows = -(-n // n_columns)  # rounded up
     with new_figure(_PANEL * n_rows) as figure:
         figure.is_divisible = True
         grid = figure.add_gridspec(n_rows, n_columns)
         planes = []
-        firsts: dict[str, Axes] = {}
         for k, (first, second) in enumerate(pairs):
-            ax = figure.add_subplot(grid[k % n_rows, k // n_rows], sharex=firsts.get(first))
-            firsts.setdefault(first, ax)
-            planes.append((ax, first, second))
+            planes.append((figure.add_subplot(grid[k % n_rows, k // n_rows]), first, second))
         yield figure, planes
         figure.fitted += ((_stack, figure, planes),)
 
 
 def _stack(figure: Drawing, planes: Sequence[tuple[Any, str, str]]) -> None:
-    """Name an axis that panels above each other share only once, and set the height of a figure."""
-    grid = planes[0][0].get_gridspec()
+    """Name axes that panels above each other share only once, and set the height of a figure."""
+    n_rows = planes[0][0].get_gridspec().nrows
     names = [first for _, first, _ in planes]
-    is_new = [a != b for a, b in zip(["", *names], [*names, ""], strict=True)]
-    below = set()  # rows with an axis below them
+    tops = names[::n_rows]  # columns are full if their names are shared
+    is_shared = names == np.repeat(tops, n_rows).tolist()
+    n_axes = n_rows
+    if is_shared:
+        n_axes = 1
     for k, (ax, _, _) in enumerate(planes):
-        row = k % grid.nrows
-        is_last = is_new[k + 1] or row == grid.nrows - 1
+        row = k % n_rows
+        is_last = not is_shared or row == n_rows - 1
         ax.tick_params(labelbottom=is_last)
         ax.xaxis.label.set_visible(is_last)
-        if is_last:
-            below.add(row)
         for text in ax.texts:
             if getattr(text, "xycoords", "") == ABOVE:
-                text.set_visible(is_new[k] or row == 0)
+                text.set_visible(not is_shared or row == 0)
+    for ax, _, _ in planes:
         head_axes(ax)
     height = _PANEL
     if len(planes) == 1:
         height = _ONE_PANEL
     elif figure.get_figwidth() * 25.4 < NARROW:
         height = _LOW_PANEL
-    total = _PADS + grid.nrows * (height + _HEADING) + _AXIS * len(below)
+    total = _PADS + n_rows * (height + _HEADING) + _AXIS * n_axes
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
@@ -371,16 +367,20 @@ def extent(text: Text) -> Bbox:
     Where a figure was drawn before, texts would be measured in the pixels of that picture.
     """
     figure: Any = text.figure
-    renderer: Any = RendererAgg
+    renderer: Any = RendererAgg  # matplotlib declares no types for it
     return Text.get_window_extent(text, renderer(1, 1, figure.dpi))
 
 
 def head_axes(axes: Axes) -> None:
-    """Move the name of the vertical axis above it, and above what is named there."""
+    """Move the name of the vertical axis above it, and above what is named in its row."""
     above = _BESIDE
-    for text in axes.texts:
-        if getattr(text, "xycoords", "") == ABOVE and text.get_visible():
-            above = _BESIDE + _LINE
+    place: Any = axes.get_subplotspec()
+    for ax in axes.figure.axes:
+        beside: Any = ax.get_subplotspec()
+        for text in ax.texts:
+            is_above = getattr(text, "xycoords", "") == ABOVE and text.get_visible()
+            if is_above and beside.rowspan == place.rowspan:
+                above = _BESIDE + _LINE
     shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
     axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
     axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
@@ -428,8 +428,22 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
     figure.legend(handles, list(marks), loc="outside upper left", ncols=n_columns)
 
 
+def add_list(figure: Drawing, names: Sequence[str]) -> None:
+    """Write names in columns below all axes, after the key above them."""
+    if not names:
+        return
+    figure.fitted += ((add_list, figure, names),)  # again in another width
+    longest = max(map(len, names)) + 2
+    n_columns = max(int(figure.get_figwidth() * 72 / (longest * _LETTER_WIDTH)), 1)
+    n_columns = -(-len(names) // -(-len(names) // n_columns))  # as few as hold them in as many rows
+    handles = [Line2D([], [], linestyle="none") for _ in names]
+    figure.legend(
+        handles, names, loc="outside lower left", ncols=n_columns, handlelength=0, handletextpad=0
+    )
+
+
 def height_of_key(figure: Drawing) -> float:
-    """Return the height in mm of the key above all axes; 0 if there is none."""
+    """Return the height in mm of the key and the list of names; 0 if there are none."""
     height = 0.0
     for legend in figure.legends:
         height += legend.get_window_extent().height / figure.dpi * 25.4
@@ -458,7 +472,7 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
 
 
 def name_points(
-    figure: Drawing, axes: Axes, places: Array, names: Mapping[int, str], style: Style
+    figure: Drawing, axes: Axes, places: Array, names: Mapping[int, Sequence[str]], style: Style
 ) -> None:
     """Write names beside points, each where there is room when the figure is drawn.
 
@@ -466,23 +480,24 @@ def name_points(
         figure: The figure.
         axes: Its axes.
         places: ``(n, 2)`` all points, which names avoid.
-        names: Names by the row of their point, the most important first.
+        names: Names by the row of their point, the most important first; each a text, and shorter
+            ones for want of room.
         style: How the first name is written.
     """
     placed = []
-    for row, text in names.items():
-        name = axes.annotate(text, places[row], (0, 0), **_NAME | style)
-        leader = figure.add_artist(Line2D([], [], **_LEADER))
-        placed.append((name, leader, row))
+    for row, texts in names.items():
+        name = axes.annotate(texts[0], places[row], (0, 0), **_NAME | style)
+        placed.append((name, texts, row))
         style = {}
     figure.placed += ((_place, axes, places, placed),)
 
 
-def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, int]]) -> None:
-    """Move each name to the best place; without one it is not shown.
+def _place(
+    axes: Axes, places: Array, names: Sequence[tuple[Annotation, Sequence[str], int]]
+) -> None:
+    """Write each name at its best place, the first of its texts that has room there.
 
-    No name is over another, a point or a line, or behind a line. As names take room from those
-    placed after them, several orders are tried; the first name is always placed first.
+    No name is over another one. A text is over a point or a line only if there is none shorter.
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
@@ -490,70 +505,35 @@ def _place(axes: Axes, places: Array, names: Sequence[tuple[Annotation, Line2D, 
     for line in axes.lines:
         if line.get_linestyle() != "None":
             paths.append(line.get_transform().transform_path(line.get_path()))
-    sizes = []
-    for name, leader, _ in names:
+    own = [name for name, *_ in names]
+    taken = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
+    reaches: tuple[float, ...] = _FIRST_REACHES
+    for name, texts, row in names:
         name.set_visible(True)  # an invisible one has no size
-        sizes.append(extent(name).padded(point).size)
-        name.set_visible(False)
-        leader.set_data([], [])
-    taken = [extent(text) for text in axes.texts if text.get_visible()]
-    rows = np.array([row for *_, row in names], dtype=int)
-    best: dict[int, Bbox] = {}
-    for keys in (np.arange(len(rows)), dots[rows, 0], -dots[rows, 0]):
-        order = [0, *np.argsort(keys[1:]) + 1]
-        boxes = _boxes(axes, dots, rows[order], [sizes[k] for k in order], paths, taken)
-        if len(boxes) > len(best):
-            best = boxes
-    for name, leader, row in names:
-        if row in best:
-            name.set_visible(True)
-            name.xyann = tuple((best[row].p0 - dots[row]) / point + 1)
-            if _distance(dots[row], best[row]) >= _LED * point:
-                leader.set_data(*np.transpose(_way(dots[row], best[row], point).vertices))
-
-
-def _boxes(
-    axes: Axes,
-    dots: Array,
-    rows: Array,
-    sizes: Sequence[Any],
-    paths: Sequence[Line],
-    taken: Sequence[Bbox],
-) -> dict[int, Bbox]:
-    """Return boxes of names by the row of their point, placed in the order of the rows."""
-    point = axes.figure.dpi / 72
-    paths = list(paths)
-    taken = list(taken)
-    boxes: dict[int, Bbox] = {}
-    for row, size in zip(rows.tolist(), sizes, strict=True):
         others = np.delete(dots, row, axis=0)
-        reach = size.max() + 2 * _REACHES[-1] * point
-        others = others[np.abs(others - dots[row]).max(axis=1) < reach]
-        most = _FARTHEST
-        for box in _boxes_around(dots[row], size, point):
-            cost = _cost(axes, dots[row], box, others, paths, taken, most)
-            if cost < most:
-                most = cost
-                boxes[row] = box
-        if row in boxes:
-            paths.append(_way(dots[row], boxes[row], point))
-            near = Bbox([dots[row], dots[row]]).padded(_MARK * point)
-            taken += [boxes[row].padded(_GAP * point, 0), near]
-    return boxes
+        for text in texts:
+            name.set_text(text)
+            size = np.asarray(extent(name).padded(point).size)
+            boxes = _boxes_around(dots[row], size, reaches, point)
+            costs = [_cost(axes, dots[row], box, others, paths, taken) for box in boxes]
+            best = int(np.argmin(costs))
+            if costs[best] < _BAD:
+                break
+        name.set_visible(costs[best] < np.inf)
+        name.xyann = tuple((boxes[best].p0 - dots[row]) / point + 1)
+        if name.get_visible():
+            taken.append(boxes[best].padded(_GAP * point, 0))
+        reaches = _REACHES
 
 
-def _boxes_around(dot: Array, size: Array, point: float) -> Iterator[Bbox]:
-    """Yield the boxes of a text around a point, the nearest first."""
-    for reach in _REACHES:
+def _boxes_around(dot: Array, size: Array, reaches: Sequence[float], point: float) -> list[Bbox]:
+    """Return the boxes of a text around a point, the nearest first."""
+    boxes = []
+    for reach in reaches:
         for side in _SIDES:
             low = dot + reach * point * side[:2] - side[2:] * size
-            yield Bbox([low, low + size])
-
-
-def _way(dot: Array, box: Bbox, point: float) -> Line:
-    """Return the line from the edge of a marker to a box."""
-    end = np.clip(dot, box.p0, box.p1)
-    return Line([dot + (end - dot) * _MARK * point / np.hypot(*(end - dot)), end])
+            boxes.append(Bbox([low, low + size]))
+    return boxes
 
 
 def _distance(dots: Array, box: Bbox) -> Any:
@@ -568,31 +548,24 @@ def _cost(
     others: Array,
     paths: Sequence[Line],
     taken: Sequence[Bbox],
-    most: float,
 ) -> float:
     """Return the cost of a box as the place of a name, in points of distance from its point.
 
-    It is infinite if there is no room. If it is not below ``most``, it need not be exact.
+    It is infinite if there is no room.
     """
     point = axes.figure.dpi / 72
-    distance = _distance(dot, box)
     area = axes.bbox
-    if distance / point >= most or not np.all([box.min > area.min, box.max < area.max]):
+    if not np.all([box.min > area.min, box.max < area.max]):
         return np.inf
-    way = _way(dot, box, point)
-    for other in taken:
-        if other.overlaps(box) or way.intersects_bbox(other):
-            return np.inf
+    if any(other.overlaps(box) for other in taken):
+        return np.inf
+    distance = _distance(dot, box)
     away = _distance(others, box)
     n_bad = np.sum(away < _MARK * point)
-    if _BAD * n_bad >= most:
-        return np.inf
-    for path in paths:  # ways are upright or level, so that one along a line overlaps it
-        for part, weight in ((box, 2), (way.get_extents(), 1)):
-            n_bad += weight * path.intersects_bbox(part.padded(_CLEAR * point), filled=False)
-    if distance < _LED * point:  # without a leader it would name the nearest point
-        n_bad += (away < _APART * distance).any()
-    n_bad += np.sum(_distance(others, way.get_extents()) < 2 * point)
+    if distance <= _REACHES[-1] * point:  # one farther off is told by its colour
+        n_bad += (away < distance).any()  # it would name the nearest point
+    for path in paths:
+        n_bad += path.intersects_bbox(box.padded(_CLEAR * point), filled=False)
     return float(distance / point + _BAD * n_bad)
 
 
