@@ -4,11 +4,12 @@ import math
 from decimal import Decimal
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi._numbers import NumberFormat, decimal_mark
+from pymoo_psi._numbers import NumberFormat, decimal_mark, percents
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
 USUAL = st.floats(-1e8, 1e8) | st.integers(-(10**7), 10**7).map(float) | FINITE
@@ -97,3 +98,14 @@ def test_mark_and_minus_are_those_of_the_output():
     column = NumberFormat.of([-1.5, 2.25], minus="−")
     with decimal_mark(","):
         assert [column.text(value) for value in (-1.5, 2.25)] == ["−1,50", "2,25"]
+
+
+@given(st.lists(st.floats(0.011, 1), min_size=1, max_size=9))
+def test_per_cents_of_one_whole_add_up(sizes):
+    shares = np.array(sizes) / sum(sizes)
+    texts = percents(shares)
+    whole = [int(text.removesuffix(" %")) for text in texts if "less" not in text]
+    small = sum(share for share, text in zip(shares, texts, strict=True) if "less" in text)
+    assert abs(sum(whole) - 100 * (1 - small)) <= 0.5 + 1e-9
+    for text, share in zip(texts, shares, strict=True):
+        assert text == "less than 1 %" or abs(int(text[:-2]) - 100 * share) < 1

@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymoo_psi._validation import Array
+
 _MARK = ContextVar("_MARK", default=".")  # the decimal mark
 _APART = "\N{NO-BREAK SPACE}"
 _STEPS = 500  # a written number tells so many values within the range of its column apart
@@ -122,6 +124,12 @@ class NumberFormat:
         else:
             text = _grouped(f"{round(value, self.decimals) + 0.0:.{self.decimals}f}")  # no -0
         return localized(text).replace("-", self.minus)
+
+    def rounded(self, values: Array) -> Array:
+        """Return ``(n,)`` finite numbers as they are written."""
+        if not self.has_powers:
+            return np.round(values, self.decimals)
+        return np.array([float(f"{value:.{self.decimals}e}") for value in values])
 
     @property
     def pattern(self) -> dict[str, Any]:
@@ -236,3 +244,28 @@ def percent(share: float) -> str:
     if hundreds >= 9.95:
         return f"{hundreds:.0f} %"
     return localized(f"{hundreds:.2g} %")
+
+
+def percents(shares: Array) -> list[str]:
+    """Return ``(n,)`` shares of one whole as whole per cents that add up to 100.
+
+    Those with the largest remainders are rounded up. Shares below 1 % are only said to be so.
+
+    Example:
+        >>> percents(np.array([0.83, 0.089, 0.044, 0.0365, 0.0005]))
+        ['83 %', '9 %', '4 %', '4 %', 'less than 1 %']
+    """
+    hundreds = 100 * shares
+    whole = np.floor(hundreds)
+    remainders = np.where(hundreds >= 1, hundreds - whole, 0)
+    n_up = round(remainders.sum())
+    whole[np.argsort(-np.round(remainders, 9), kind="stable")[:n_up]] += 1
+    texts = []
+    for share, rounded in zip(hundreds, whole, strict=True):
+        text = f"{rounded:.0f} %"
+        if 0 < share < 1:
+            text = "less than 1 %"
+        elif rounded == 100 and share < _ALL:
+            text = "more than 99 %"
+        texts.append(text)
+    return texts

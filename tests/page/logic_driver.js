@@ -25,8 +25,8 @@ function asked({payload, state, answers}) {
   const model = new Logic.Preferences(ranking)
   return {
     said: [...Array(counted.length + 1).keys()].map((k) => {
-      const {shares, ...said} = model.after(counted.slice(0, k))
-      return {...said, shares: [...shares]}
+      const {shares, texts, ...said} = model.after(counted.slice(0, k))
+      return {...said, shares: [...shares], texts: [...texts]}
     }),
   }
 }

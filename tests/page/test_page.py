@@ -198,3 +198,13 @@ def test_short_numbers_are_written_as_in_the_file():
 def test_a_path_is_no_formulation_of_a_page():
     frame = pd.DataFrame({"a": [1.0, 2.0], "b": [2.0, 1.0]})
     refused("formulation .* got 'r.html'; .*save", decision_page, frame, "r.html")
+
+
+def test_no_design_looks_dominated_as_its_objectives_are_written(said, in_folder):
+    """One digit more where two designs would seem to have the same value; elsewhere none."""
+    a, b = [37.0649, 37.1351, 1 / 3, 99.777], [16.4512, 16.2349, 55.512, 1 / 3]
+    pd.DataFrame({"a": a, "b": b}).to_csv("t.csv", index=False)
+    sent = payload_of(decision_page("t.csv", ["a", "b"]))
+    assert [one["notation"]["decimals"] for one in sent["columns"]] == [2, 1]
+    printed = said("rank", "t.csv", "--objectives", "a,b")
+    assert all(text in printed for text in ("37.06", "37.14", "16.5", "16.2"))

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Preferences, compare_designs, explain, rank_of_efficiency
-from pymoo_psi._numbers import NumberFormat
+from pymoo_psi._numbers import NumberFormat, percents
 from pymoo_psi.analysis import separation_sentences, switching_sentences, switching_values
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
@@ -283,6 +283,10 @@ def test_questions_and_what_answers_say_are_those_of_python(persons):
             kept = {names[row]: share for row, share in one["shares"] if share > 1e-12}
             positive = np.flatnonzero(shares > 1e-12)
             assert kept == pytest.approx({person.ranking.name_of(i): shares[i] for i in positive})
+            texts = dict(
+                zip(map(person.ranking.name_of, range(len(shares))), percents(shares), strict=True)
+            )
+            assert {names[row]: text for row, text in one["texts"]}.items() <= texts.items()
             asked = one["question"]
             assert (asked and tuple(names[row] for row in asked)) == pair
             n_asked += pair is not None

@@ -28,7 +28,14 @@ from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.files import FORMATS, designs_head, format_of
 from pymoo_psi.guide import guides, site_page
-from pymoo_psi.pareto import Caution, EfficiencyRanking, Explanation, explain, wrapped
+from pymoo_psi.pareto import (
+    Caution,
+    EfficiencyRanking,
+    Explanation,
+    enough_digits,
+    explain,
+    wrapped,
+)
 from pymoo_psi.table import ROW, TEST, TestTable, metadata_path
 
 if TYPE_CHECKING:
@@ -220,9 +227,9 @@ def _numbers_of_objectives(
     """
     objectives = ranking.objectives
     numbers = []
-    for j, name in enumerate(objectives.names):
+    for j, (name, number_format) in enumerate(_formats(ranking).items()):
         values = objectives.values[optimal, j]
-        text = NumberFormat.of(values).text
+        text = number_format.text
         ends = [values.min(), values.max()]
         arrow = "↓"
         if objectives.sign[j] < 0:
@@ -232,6 +239,13 @@ def _numbers_of_objectives(
         texts = [unit, *map(text, [*values[:n_rows], *ends])]
         numbers.append((_one_line(name), arrow, texts))
     return numbers
+
+
+def _formats(ranking: EfficiencyRanking) -> dict[Any, NumberFormat]:
+    """Return by name how the objectives are written."""
+    front = ranking.objectives.minimized[ranking.pareto]
+    formats = enough_digits(front, [NumberFormat.of(column) for column in front.T])
+    return dict(zip(ranking.objectives.names, formats, strict=True))
 
 
 def _fitting(
@@ -312,6 +326,7 @@ def _with_values(why: Explanation, table: TestTable) -> str:
     ranking = why.ranking
     optimal = ranking.rows[ranking.pareto]
     row = ranking.rows[why.row]
+    formats = _formats(ranking)
     groups = []
     for names in (schema.objectives, schema.variables):
         texts = []
@@ -319,7 +334,8 @@ def _with_values(why: Explanation, table: TestTable) -> str:
             cells = table.column(name)
             text = str(cells[row])
             if cells.dtype.kind in "fi":
-                text = NumberFormat.of(cells[optimal]).text(cells[row])
+                number_format = formats.get(name) or NumberFormat.of(cells[optimal])
+                text = number_format.text(cells[row])
             texts.append(f"{name} {text} {schema.units.get(name, '')}".strip())
         if len(names) > _MOST_NAMED:
             texts.append("…")

@@ -16,7 +16,7 @@ import pandas as pd
 
 from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
-from pymoo_psi.pareto import SENTENCES, nondominated
+from pymoo_psi.pareto import SENTENCES, enough_digits, nondominated
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import (
     POINT,
@@ -206,6 +206,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
         optimal: ``(n,)`` which of the designs are Pareto optimal without limits.
     """
     schema = tables[0].schema
+    formats = _formats(tables, optimal)
     columns = []
     for j, (role, name) in enumerate(roles(tables[0])):
         unit = schema.units.get(name, "")
@@ -224,7 +225,8 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
         if values.dtype == object:
             column |= _packed_texts(values)
         else:
-            column |= _packed_numbers(values, optimal, log=(schema[name].kind is Kind.LOG))
+            is_log = schema[name].kind is Kind.LOG
+            column |= _packed_numbers(values, optimal, formats[name], log=is_log)
         columns.append(column)
     return columns
 
@@ -242,14 +244,21 @@ def number_formats(table: TestTable) -> dict[str, NumberFormat]:
         table: Tests, one or more of them feasible.
     """
     designs = table.take(table.feasible())
-    optimal = nondominated(designs.F)
+    return _formats([designs], nondominated(designs.F))
+
+
+def _formats(tables: Sequence[TestTable], optimal: Mask) -> dict[str, NumberFormat]:
+    """Return the formats of columns of numbers, see :func:`_columns` for the arguments."""
+    designs = tables[0]
     formats = {}
     for _, name in roles(designs):
-        values = values_of(name, designs)
+        values = values_of(name, *tables)
         if values.dtype != object:
             is_log = designs.schema[name].kind is Kind.LOG
-            formats[name] = _format_and_scale(values, optimal, log=is_log)[0]
-    return formats
+            formats[name] = _format(values, optimal, log=is_log)
+    objectives = [name for name in designs.schema.objectives if name in formats]
+    longer = enough_digits(designs.F[optimal], [formats[name] for name in objectives])
+    return formats | dict(zip(objectives, longer, strict=True))
 
 
 def values_of(name: str, *tables: TestTable) -> AnyArray:
@@ -277,15 +286,18 @@ def _packed_texts(cells: AnyArray) -> Values:
     return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
 
 
-def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Values:
+def _packed_numbers(
+    values: Array, optimal: Mask, number_format: NumberFormat, *, log: bool
+) -> Values:
     """Return the numbers of a column as the payload has them, with their scale and format.
 
     Args:
         values: ``(n + k,)`` numbers of the designs, then those of existing designs.
         optimal: ``(n,)`` which designs are Pareto optimal.
+        number_format: How the numbers are written.
         log: Whether the column is a logarithmic variable.
     """
-    number_format, (low, high, crowded) = _format_and_scale(values, optimal, log=log)
+    low, high, crowded = scale_of(_finite_and_optimal(values, optimal))
     least, most = _ends(without_outliers(values[np.isfinite(values)]))
     return {
         "texts": None,
@@ -297,18 +309,20 @@ def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Values:
     }
 
 
-def _format_and_scale(
-    values: Array, optimal: Mask, *, log: bool
-) -> tuple[NumberFormat, tuple[float, float, bool]]:
-    """Return how the numbers of a column are written, and the scale of its axis."""
-    optimal_values = values[: len(optimal)][optimal]
-    optimal_values = optimal_values[np.isfinite(optimal_values)]
-    low, high, crowded = scale_of(optimal_values)
-    near = optimal_values[(optimal_values >= low) & (optimal_values <= high)]
-    number_format = NumberFormat.of(values, near)
+def _format(values: Array, optimal: Mask, *, log: bool) -> NumberFormat:
+    """Return how the numbers of a column are written."""
+    optimal_values = _finite_and_optimal(values, optimal)
+    low, high, _ = scale_of(optimal_values)
     if log and high > 10**_DECADES * low:  # digits in each decade
-        number_format = NumberFormat(2, has_powers=True)
-    return number_format, (low, high, crowded)
+        return NumberFormat(2, has_powers=True)
+    near = optimal_values[(optimal_values >= low) & (optimal_values <= high)]
+    return NumberFormat.of(values, near)
+
+
+def _finite_and_optimal(values: Array, optimal: Mask) -> Array:
+    """Return the finite values of the Pareto-optimal designs."""
+    optimal_values = values[: len(optimal)][optimal]
+    return np.asarray(optimal_values[np.isfinite(optimal_values)])
 
 
 def _ends(values: Array) -> tuple[float, float]:

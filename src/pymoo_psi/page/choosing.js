@@ -49,7 +49,7 @@ function showQuestions() {
     const answers = counted(counting.filter(([, relation]) => relation !== "?").length, "answer")
     question = told.question
     renew("answer-words",
-      make("p", sentence("preferred", {answers, design: called(row), share: percent(told.shares.get(row)), regret: percent(told.regret)})),
+      make("p", sentence("preferred", {answers, design: called(row), share: told.texts.get(row), regret: percent(told.regret)})),
       make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
       !question && make("p", sentence(told.regret < ENOUGH ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`))
@@ -67,17 +67,18 @@ function showShares() {
   const isShown = held.length > 1 && ranking.count > 0
   show("shares", isShown)
   if (!isShown) return
-  const all = held.map(({answers}) => said(answers).shares)
-  const rows = [...all[0].keys()]
-  const ends = (sign) => rows.map((row) => endOf(all.map((shares) => shares.get(row)), sign))
+  const all = held.map(({answers}) => said(answers))
+  const rows = [...all[0].shares.keys()]
+  const ends = (sign) => rows.map((row) => endOf(all.map(({shares}) => shares.get(row)), sign))
   const [least, most] = [ends(1), ends(-1)]
   const [common] = bySize(least)
   const shown = [...new Set([common, ...bySize(most).slice(0, 5)])].map((k) => rows[k])
   renew("shares-table",
     make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
     make("tbody", shown.map((row) => make("tr", head("row", inspectButton(row)),
-      all.map((shares) => make("td.number", percent(shares.get(row))))))))
-  renew("shares-words", sentence("common", {design: called(shown[0]), share: percent(least[common])}))
+      all.map(({texts}) => make("td.number", texts.get(row)))))))
+  const last = all.find(({shares}) => shares.get(shown[0]) === least[common])
+  renew("shares-words", sentence("common", {design: called(shown[0]), share: last.texts.get(shown[0])}))
 }
 
 onClicks({"equally-good": ANSWERS.e, "skip-question": ANSWERS.s, back: ANSWERS.u, "close-questions": ANSWERS.escape})

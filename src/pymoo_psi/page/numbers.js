@@ -63,6 +63,19 @@ function percent(share) {
   return `${rounded(hundreds, {...decimals(0), useGrouping: false})} %`
 }
 
+// Shares of one whole as whole per cents that add up to 100: those with the largest remainders are
+// rounded up, and shares below 1 % are only said to be so.
+function percents(shares) {
+  const hundreds = shares.map((share) => 100 * share)
+  const whole = hundreds.map(floor)
+  const remainders = hundreds.map((value, k) => (value >= 1 ? value - whole[k] : 0))
+  for (const k of bySize(remainders).slice(0, round(sum(remainders)))) whole[k]++
+  return hundreds.map((value, k) => {
+    if (value > 0 && value < 1) return "less than 1 %"
+    return whole[k] === 100 && value < 100 - 1e-7 ? "more than 99 %" : `${whole[k]} %`
+  })
+}
+
 // A number with the digits that tell designs of its column apart; a text is itself.
 function written({texts, notation}, value) {
   if (texts) return texts[value] || "–"

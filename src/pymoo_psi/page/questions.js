@@ -76,6 +76,7 @@ class Preferences {
   // What answers say: lists of a row, a relation and another row, all of the front.
   //   row, regret    the proposal and its expected regret
   //   shares         the probability that a row is the best, a Map
+  //   texts          these in per cent
   //   question       two rows, or null where another answer is not worth it
   after(answers) {
     let chances = this.weights.map(() => 1 / N_WEIGHTS)
@@ -95,10 +96,11 @@ class Preferences {
     const likely = this.candidates.map(() => 0)
     this.winners.forEach((k, w) => { likely[k] += chances[w] })
     const rows = this.candidates.map((place) => this.front[place])
-    const shares = new Map(rows.map((row, k) => [row, likely[k]]))
+    const byRow = (list) => new Map(rows.map((row, k) => [row, list[k]]))
+    const [shares, texts] = [byRow(likely), byRow(percents(likely))]
     likely[best] += 1
     const question = regret < ENOUGH ? null : this.question(chances, bySize(likely).slice(0, LIKELIEST), answers)
-    return {row: rows[best], regret, shares, question}
+    return {row: rows[best], regret, shares, texts, question}
   }
 
   // The rows of two of the likeliest candidates after whose comparison the proposal is expected to be

@@ -29,6 +29,7 @@ from ._dominance import LAST_PLACES as LAST_PLACES
 from ._dominance import competes as competes
 from ._dominance import conflicting_pairs as conflicting_pairs
 from ._dominance import constraint_violation as constraint_violation
+from ._dominance import enough_digits as enough_digits
 from ._dominance import levels as levels
 from ._dominance import meets_constraints as meets_constraints
 from ._dominance import unit_lengths as unit_lengths

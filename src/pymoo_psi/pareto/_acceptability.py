@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._numbers import percent
+from pymoo_psi._numbers import percents
 from pymoo_psi._validation import Array, Integers, Rows, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import sentence
@@ -123,12 +123,13 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
     other = int(others.argmax())
     if others[other] == 0:
         return sentence("all weights", design=design)
+    texts = percents(shares)
     return sentence(
         "weights",
         design=design,
-        share=percent(shares[row]),
+        share=texts[row],
         other=ranking.name_of(other),
-        rest=percent(others[other]),
+        rest=texts[other],
     )
 
 

@@ -10,11 +10,13 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._validation import AnyArray, Array, Mask, Received, Rows, invalid
 
 Levels = Rows
@@ -24,6 +26,7 @@ Levels = Rows
 # take 1.3 to 1.7; 32 gain 4 % on the chute and lose 4 to 16 % on a simplex and a sphere.
 _WORTH_SLABS = 100_000
 _SLABS = 20
+_READ = 1000  # designs; of more, nobody compares all
 _PAIRS = 1_000_000  # that are compared at once: a few megabytes
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
 _LARGE = 5_000  # rows from which on threads, and a sort in two steps, are worth it
@@ -120,6 +123,23 @@ def dominated_by(F: Array, others: Array) -> Mask:
             is_better |= other < column
         masks.append((is_nowhere_worse & is_better).any(axis=0))
     return np.concatenate(masks)
+
+
+def enough_digits(F: Array, formats: Sequence[NumberFormat]) -> list[NumberFormat]:
+    """Return formats with one more digit if a design looks dominated as its objectives are written.
+
+    Args:
+        F: ``(n, m)`` objectives of designs none of which dominates another, minimised.
+        formats: ``(m,)`` how the objectives are written.
+    """
+    columns = [one.rounded(column) for one, column in zip(formats, F.T, strict=True)]
+    if len(F) > _READ or nondominated(np.column_stack(columns)).all():
+        return list(formats)
+    longer = []
+    for one, column, written in zip(formats, F.T, columns, strict=True):
+        n_more = len(np.unique(written)) < len(np.unique(column))
+        longer.append(replace(one, decimals=one.decimals + n_more))
+    return longer
 
 
 def _filtered(F: Array, keep_weakly: bool = True) -> Mask:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, percent
+from pymoo_psi._numbers import decimal_mark, percent, percents
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid, source_type
 from pymoo_psi.pareto._acceptability import (
@@ -262,7 +262,7 @@ class Preferences(Shown):
                 "preferred",
                 design=self.ranking.name_of(self.row),
                 answers=counted(n_answers, "answer"),
-                share=percent(self.shares[self.row]),
+                share=percents(self.shares)[self.row],
                 regret=percent(self.regret),
             )
         texts = [proposed, *self.trades()]

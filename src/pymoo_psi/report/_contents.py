@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi import plots
-from pymoo_psi._numbers import number, percent
+from pymoo_psi._numbers import number, percent, percents
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Values, counted
 from pymoo_psi.analysis import (
@@ -251,11 +251,13 @@ class Choice:
 
     # The appendix
 
-    def weighted(self) -> list[tuple[str, float]]:
+    def weighted(self) -> list[tuple[str, float, str]]:
         """Return the designs that are the best for most weights, and for which share of them."""
         shares = weight_shares(self.ranking)
+        texts = percents(shares)
         rows = np.argsort(-shares, kind="stable")[:_WEIGHTED]
-        return [(self.ranking.name_of(row), shares[row]) for row in rows if shares[row] > 0]
+        rows = rows[shares[rows] > 0]
+        return [(self.ranking.name_of(row), shares[row], texts[row]) for row in rows]
 
     def new_limits(self) -> pd.DataFrame:
         """Return at which limits another design is proposed, and which one."""
@@ -340,11 +342,11 @@ class Choice:
         few = representatives(self.ranking, _REPRESENTATIVES)
         objectives = self.ranking.objectives
         columns = {"design": ["place", "stands for", *objectives.headings()]}
-        for row, share in zip(few.rows.tolist(), few.shares, strict=True):
+        for row, share in zip(few.rows.tolist(), percents(few.shares), strict=True):
             values = zip(objectives.names, objectives.values[row], strict=True)
             texts = [self.formats[name].text(value) for name, value in values]
             place = str(self.ranking.place[row])
-            columns[self.ranking.name_of(row)] = [place, percent(share), *texts]
+            columns[self.ranking.name_of(row)] = [place, share, *texts]
         n = counted(self.ranking.pareto.sum(), "design")
         up = Context(prec=3, rounding=ROUND_CEILING)
         radius = float(up.create_decimal(f"{few.radius:.12g}"))  # but for rounding errors
