@@ -55,7 +55,8 @@ from pymoo_psi.table import Limit, TestTable, error_column, has_errors
 
 _REASONS = 12  # the table has the most frequent reasons of failures
 _REPRESENTATIVES = 5  # side by side on paper
-_DESIGNS = 30  # a sheet has room for so many
+_DESIGNS = 30  # more of them are not all listed
+_LISTED = 20  # of them
 _CHANGES = 4  # a sentence has the largest ones
 _WEIGHTED = 5  # bars
 # How a table names limits on a column.
@@ -120,7 +121,7 @@ class Choice:
         self.explanation = explain(self.ranking, row=self.row)
         subject = "Attention"
         if not self.is_optimum:  # the cautions are about the optimum
-            subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
+            subject = f"Attention to {self.ranking.name_of(self.optimum)}, the proposal"
         self._cautions = cautions(self.ranking)
         self.cautions = tuple(f"{subject}: {caution}" for caution in self._cautions)
 
@@ -259,8 +260,8 @@ class Choice:
         rows = rows[shares[rows] > 0]
         return [(self.ranking.name_of(row), shares[row], texts[row]) for row in rows]
 
-    def new_limits(self) -> pd.DataFrame:
-        """Return at which limits another design is proposed, and which one."""
+    def new_limits(self) -> tuple[pd.DataFrame, str]:
+        """Return at which limits another design is proposed, and where none would be left."""
         rows = []
         best = []  # objectives in which no design is better
         changes: list[Any] = []
@@ -274,18 +275,21 @@ class Choice:
             word = _LIMIT_WORDS[change["end"], change["direction"]]
             limit = changed_limit(self.table, change)
             rows.append((f"{name} {word}", limit, change["design"] or "no design is left"))
+        note = ""
         if best:
-            rows.append((f"better {listed(best, 'or')}", "", "no design is left"))
-        return pd.DataFrame(rows, columns=["limit", "value", "new proposal"])
+            note = f"If {listed(best, 'or')} must be better, no design is left."
+        return pd.DataFrame(rows, columns=["limit", "value", "new proposal"]), note
 
     def designs(self) -> tuple[pd.DataFrame, str]:
         """Return the designs by place, then those beyond limits, and a title."""
         schema = self.table.schema
         order = self.ranking.by_place
         rejected = np.flatnonzero(~self.table.feasible() & (self.table.status != "failed"))
-        rows = np.append(self.ranking.rows[order], rejected)[:_DESIGNS]
+        n = len(order) + len(rejected)
+        n_listed = n if n <= _DESIGNS else _LISTED
+        rows = np.append(self.ranking.rows[order], rejected)[:n_listed]
         designs = self.table.take(rows)
-        places = np.append(self.ranking.place[order], np.zeros_like(rejected))[:_DESIGNS]
+        places = np.append(self.ranking.place[order], np.zeros_like(rejected))[:n_listed]
         columns = {
             "place": np.where(places > 0, places.astype(str), "–"),
             schema.label or schema.words["row"]: designs.names,
@@ -295,12 +299,11 @@ class Choice:
             heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
             columns[heading] = list(map(self.formats[name].text, designs.column(name)))
         columns["status"] = list(map(self._status, rows.tolist()))
-        n = len(order) + len(rejected)
         title = f"All {n} designs"
         if n == 1:
             title = "The design"
-        elif n > _DESIGNS:
-            title = f"The first {_DESIGNS} of {counted(n, 'design')}"
+        elif n > n_listed:
+            title = f"The first {n_listed} of {counted(n, 'design')}"
         return pd.DataFrame(columns), title
 
     def _status(self, row: int) -> str:
@@ -360,7 +363,7 @@ class Choice:
 def _few(texts: list[str]) -> str:
     """Return texts as a sentence lists them: the first ones, and how many more there are."""
     n = len(texts) - _CHANGES
-    if n > 0:
+    if n > 1:  # a single one takes no more room than its count
         return listed([*texts[:_CHANGES], f"{n} more"])
     return listed(texts)
 
