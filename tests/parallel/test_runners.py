@@ -59,10 +59,6 @@ def designs(*first, n=40):
     return X
 
 
-def pids(problem, X):
-    return set(problem.evaluate(X, return_as_dictionary=True)["pid"].astype(int).tolist())
-
-
 # The contract, for every way of running
 
 
@@ -150,12 +146,10 @@ def workers(request):
 @pytest.mark.parametrize("make", [ProcessRunner, *rarely(JoblibRunner)])
 def test_a_runner_is_shared_by_nested_calls(make):
     workers = make(2)
-    given = {}
     with contextlib.closing(Queue(lambda x: {"F": 2 * x}, workers)) as queue:
         queue.add(enumerate(range(5)))
         for index, values, _ in queue:
-            given[index] = workers(lambda x: {"F": -x}, [values["F"]])
-    assert given == {x: [{"F": -2 * x}] for x in range(5)}
+            assert workers(lambda x: {"F": -x}, [values["F"]]) == [{"F": -2 * index}]
     assert len(pickle.dumps(workers)) < 300
 
 
@@ -193,11 +187,8 @@ def test_joblib_evaluates_by_joblib_runner_and_by_no_other(monkeypatch):
         raise RuntimeError("joblib")
 
     monkeypatch.setattr(joblib.Parallel, "__call__", refuse)
-    X = designs()
-    refused("joblib", model(elementwise_runner=JoblibRunner(2)).evaluate, X, error=WorkerError)
-    np.testing.assert_array_equal(
-        model(elementwise_runner=ProcessRunner(2)).evaluate(X), model().evaluate(X)
-    )
+    refused("joblib", JoblibRunner(2), abs, range(40), error=WorkerError)
+    assert ProcessRunner(2)(abs, range(40)) == [*range(40)]
 
 
 @pytest.fixture
@@ -212,14 +203,30 @@ def met(tmp_path):
     return model, lambda: [tuple(map(int, name.split())) for name in os.listdir(tmp_path)]
 
 
-@pytest.mark.parametrize("backend", ["threading", *rarely("loky", "multiprocessing")])
-def test_joblib_evaluates_on_the_backend_of_its_configuration(backend, met):
+@pytest.mark.parametrize(
+    ("config", "workers_here"),
+    [
+        ({"backend": "threading", "n_jobs": 2}, "other threads"),
+        ({"n_jobs": 1}, "this thread"),
+        *(
+            pytest.param(config, "none", marks=pytest.mark.slow)
+            for config in (
+                {"backend": "loky", "n_jobs": 2},
+                {"backend": "multiprocessing", "n_jobs": 2},
+                {"n_jobs": 3},
+            )
+        ),
+    ],
+)
+def test_backend_and_number_of_jobs_are_those_of_joblibs_configuration(config, workers_here, met):
     model, workers = met
-    with joblib.parallel_config(backend):
-        values = JoblibRunner(2)(partial(model, n=2), range(40))
-    assert values == [{"F": x} for x in range(40)]
-    assert (os.getpid(), threading.get_ident()) not in workers()
-    assert ({pid for pid, _ in workers()} == {os.getpid()}) == (backend == "threading")
+    n_jobs = config["n_jobs"]
+    with joblib.parallel_config(**config):
+        values = JoblibRunner()(partial(model, n=n_jobs), range(60))
+    assert values == [{"F": x} for x in range(60)]
+    assert len(workers()) == n_jobs
+    assert ((os.getpid(), threading.get_ident()) in workers()) == (workers_here == "this thread")
+    assert ({pid for pid, _ in workers()} == {os.getpid()}) == (workers_here != "none")
 
 
 @pytest.mark.slow
@@ -234,14 +241,6 @@ def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
     monkeypatch.setattr(joblib.parallel.BatchCompletionCallBack, "__call__", complete_slowly)
     with pytest.raises(EvaluationError):
         model(elementwise_runner=JoblibRunner(2)).evaluate(designs(3))
-
-
-@pytest.mark.parametrize("n_jobs", [1, *rarely(3)])
-def test_the_number_of_jobs_is_that_of_parallel_config(n_jobs, met):
-    model, workers = met
-    with joblib.parallel_config(n_jobs=n_jobs):
-        JoblibRunner()(partial(model, n=n_jobs), range(60))
-    assert len(workers()) == n_jobs
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons
@@ -324,7 +323,7 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path, workers):
 @posix
 def test_a_worker_killed_while_it_waits_blames_no_design():
     problem = model(elementwise_runner=ProcessRunner(1, timeout=1e4))
-    for pid in pids(problem, designs()):
+    for pid in {*problem.evaluate(designs(), return_as_dictionary=True)["pid"].astype(int)}:
         os.kill(pid, signal.SIGKILL)
         assert gone(pid)
     np.testing.assert_array_equal(problem.evaluate(designs()), model().evaluate(designs()))

@@ -36,6 +36,18 @@ def in_groups(table, limits):
     return groups
 
 
+def plane(table, **options):
+    """The only axes of a figure of two objectives."""
+    (ax,) = shown(plot_objectives(table, **options))
+    return ax
+
+
+def line_of(ax, label):
+    """The points of the line with such a label."""
+    (line,) = (line for line in ax.lines if line.get_label().startswith(label))
+    return line.get_xydata()
+
+
 @pytest.mark.parametrize("limits", [None, LIMITS])
 def test_every_test_is_in_its_group_in_every_plane(chute, limits):
     figure = plot_objectives(chute.under(limits=limits), objectives=["f1", "f2", "f3", "f4"])
@@ -45,57 +57,49 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
             if name in names:
                 np.testing.assert_array_equal(xy, chute.F[names == name][:, pair])
     for name in {*names.tolist()}:
-        assert f" {(names == name).sum()} {name}" in figure.caption
-        counted = f"{(names == name).sum()} {name}"
-        if name == "not dominated":  # the proposed one has its own mark
-            counted = f"{(names == name).sum() - 1} others {name}"
+        n = (names == name).sum()
+        assert f" {n} {name}" in figure.caption
+        # The proposed one has its own mark.
+        counted = f"{n - 1} others {name}" if name == "not dominated" else f"{n} {name}"
         assert not name or counted in texts(figure)  # in the key
     assert_whole(figure)
 
 
 def test_a_chosen_design_is_marked(chute):
-    figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
-    (ax,) = shown(figure)
-    (marked,) = (line for line in ax.lines if line.get_label() == "marked: test 7")
-    np.testing.assert_array_equal(marked.get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert {"marked: test 7", "test 7"} <= {*texts(figure)}
+    ax = plane(chute, objectives=["f1", "f4"], design=7)
+    np.testing.assert_array_equal(line_of(ax, "marked: test 7"), chute.F[[6]][:, [0, 3]])
+    assert {"marked: test 7", "test 7"} <= {*texts(ax.figure)}
     beyond = chute.under(limits={"f1": chute.F[6, 0] - 0.1})  # it cannot be proposed
     assert "marked: test 7" in texts(plot_objectives(beyond, objectives=["f1", "f4"], design=7))
 
 
 def test_what_is_far_is_left_out_and_reported(osy):
-    figure = plot_objectives(osy)
-    (ax,) = shown(figure)
+    ax = plane(osy)
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
     inside = ((low <= osy.F) & (high >= osy.F)).all(axis=1)
     assert inside[osy.feasible()].all()
     assert (high - low < 3.5 * np.ptp(osy.F[osy.feasible()], axis=0)).all()
     assert sum(map(len, points(ax).values())) == inside.sum() < len(osy)
-    far = f" {len(osy) - inside.sum()} designs outside the axes."
-    assert far in figure.caption
+    assert f" {len(osy) - inside.sum()} designs outside the axes." in ax.figure.caption
 
 
 def test_limits_are_shaded_or_named(chute):
-    figure = plot_objectives(
-        chute.under(limits={"f1": 2.2, "f4": (None, 60)}), objectives=["f1", "f4"]
-    )
-    (ax,) = shown(figure)
+    limited = chute.under(limits={"f1": 2.2, "f4": (None, 60)})
+    ax = plane(limited, objectives=["f1", "f4"])
     shade = ax.patches[0]
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
     assert ax.get_ylim()[1] < 60
-    assert "Limits are dashed: f1<=2.2, f4<=60." in figure.caption
-    assert "limit 2.2" in texts(figure)
-    assert "limit 60" not in texts(figure)
+    assert "Limits are dashed: f1<=2.2, f4<=60." in ax.figure.caption
+    assert "limit 2.2" in texts(ax.figure)
+    assert "limit 60" not in texts(ax.figure)
 
 
 @pytest.mark.parametrize("limits", [(0.02, None), (0.15, None), (None, 0.85), (None, 1.05)])
 def test_the_name_of_a_limit_hides_no_design_and_no_axis(limits):
     x = np.append(np.linspace(0, 1, 40), 0.5)
-    y = np.append(1 - x[:-1], 1.1)
-    table = read_table(pd.DataFrame({"f1": x, "f2": y})).under(limits={"f2": limits})
-    figure = plot_objectives(table, width=90)
-    assert_readable(figure)
-    (ax,) = shown(figure)
+    table = read_table(pd.DataFrame({"f1": x, "f2": np.append(1 - x[:-1], 1.1)}))
+    ax = plane(table.under(limits={"f2": limits}), width=90)
+    assert_readable(ax.figure)
     (name,) = (text for text in ax.texts if text.get_text().startswith("limit "))
     assert name.get_bbox_patch() is None
     box = Text.get_window_extent(name)
@@ -105,16 +109,11 @@ def test_the_name_of_a_limit_hides_no_design_and_no_axis(limits):
 
 def test_the_proposed_design_is_in_all_axes():
     x = np.linspace(0, 1, 30)
-    y = 1 - x
-    y[0] = -50
-    table = TestTable.of(range(1, 31), x[:, None], np.column_stack([x, y]))
-    figure = plot_objectives(table)
-    assert_readable(figure)
-    (ax,) = shown(figure)
-    (proposed,) = (line for line in ax.lines if line.get_label() == "proposed: test 1")
-    assert proposed.get_ydata() == [-50]
+    ax = plane(read_table(pd.DataFrame({"f1": x, "f2": np.append(-50, 1 - x[1:])})))
+    assert_readable(ax.figure)
+    assert line_of(ax, "proposed: row 1").tolist() == [[0, -50]]
     assert ax.get_ylim()[0] < -50
-    assert "1. test 1" in [text.get_text() for text in ax.texts if text.get_visible()]
+    assert "1. row 1" in [text.get_text() for text in ax.texts if text.get_visible()]
 
 
 def test_the_key_has_the_marks_of_all_panels():
@@ -128,60 +127,54 @@ def test_the_key_has_the_marks_of_all_panels():
 def test_designs_outside_the_axes_are_arrows_at_their_edge():
     """No design vanishes, and none is hidden by the line of a limit."""
     frame = pd.DataFrame({"cost": [1.0, 2, 3, 3.3, 90], "mass": [5.0, 4, 2, 1, 3.5]})
-    (ax,) = shown(plot_objectives(read_table(frame).under(limits={"cost": 3})))
+    ax = plane(read_table(frame).under(limits={"cost": 3}))
     assert ax.get_xlim()[1] < 90
     (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
     np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
     assert sum(map(len, points(ax).values())) == 4
-    _, key = ax.get_legend_handles_labels()
-    assert {"2 beyond the limit", "1 outside the axes"} < {*key}
+    assert {"2 beyond the limit", "1 outside the axes"} < {*ax.get_legend_handles_labels()[1]}
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
     groups = [line for line in ax.lines if line.get_linestyle() == "None"]
     assert max(line.zorder for line in lines) < min(line.zorder for line in groups)
 
 
-def test_axes_and_limits_are_named_once_for_all_panels_of_each_column_or_in_each_panel():
+@pytest.mark.parametrize(
+    ("width", "objectives", "n_axes", "n_limits"),
+    [(180, None, 2, 2), (90, None, 1, 1), (90, ["cost", "mass", "heat"], 3, 2)],
+)
+def test_axes_and_limits_are_named_once_for_all_panels_of_each_column_or_in_each_panel(
+    width, objectives, n_axes, n_limits
+):
     x = np.linspace(0, 1, 9)
     frame = pd.DataFrame({"cost": x, "mass": 1 - x, "heat": (1 - x) ** 2, "co2": (1 - x) ** 3})
     frame["noise"] = 1 - x**2  # against cost, all other objectives are in the same order
     table = read_table(frame).under(limits={"cost": 0.8})
-    for width, objectives, n_axes, n_limits in [
-        (180, None, 2, 2), (90, None, 1, 1), (90, ["cost", "mass", "heat"], 3, 2),
-    ]:  # fmt: skip
-        figure = plot_objectives(table, objectives=objectives, width=width)
-        axes = shown(figure)
-        assert {ax.get_xlabel() for ax in axes[:2]} == {"← cost, less is better"}
-        assert sum(ax.xaxis.label.get_visible() for ax in axes) == n_axes
-        assert sum(ax.xaxis.get_tick_params()["labelbottom"] for ax in axes) == n_axes
-        limits = [t for ax in axes for t in ax.texts if t.get_text().startswith("limit 0.8")]
-        assert sum(text.get_visible() for text in limits) == n_limits
-        assert_readable(figure)
+    axes = shown(plot_objectives(table, objectives=objectives, width=width))
+    assert {ax.get_xlabel() for ax in axes[:2]} == {"← cost, less is better"}
+    assert sum(ax.xaxis.label.get_visible() for ax in axes) == n_axes
+    assert sum(ax.xaxis.get_tick_params()["labelbottom"] for ax in axes) == n_axes
+    limits = [t for ax in axes for t in ax.texts if t.get_text().startswith("limit 0.8")]
+    assert sum(text.get_visible() for text in limits) == n_limits
+    assert_readable(axes[0].figure)
 
 
 def test_the_front_of_two_objectives_is_a_staircase():
     """Every point of it is reached by a design that is as good in both objectives."""
-    random = np.random.default_rng(3)
-    F = random.random((30, 2))
-    table = TestTable.of(range(1, 31), random.random((30, 1)), F,
-                         schema=Schema.of(1, ["cost", "gain"], maximize=["gain"]))  # fmt: skip
-    (ax,) = shown(plot_objectives(table))
-    (stairs,) = (line for line in ax.lines if line.get_label().startswith("best trade-offs"))
-    corners = stairs.get_xydata() * [1, -1]
+    F = np.random.default_rng(3).random((30, 2))
+    table = read_table(pd.DataFrame(F * [1, -1], columns=["cost", "gain"]))
+    corners = line_of(plane(table.under(maximize=["gain"])), "best trade-offs") * [1, -1]
     assert (np.diff(corners, axis=0) == 0).any(axis=1).all()
     for point in corners:
         assert (point >= F).all(axis=1).any()
 
 
 def test_the_pairs_that_conflict_most_are_drawn():
-    x = np.linspace(0, 1, 20)
-    random = np.random.default_rng(1)
-    names = ["a", "b", "c", "d", "e"]
-    F = np.column_stack([x, x**2, 1 - x, (1 - x) ** 3, random.random(20)])
-    table = TestTable.of(range(1, 21), x[:, None], F, schema=Schema.of(1, names))
-    axes = shown(plot_objectives(table))
+    x, noise = np.linspace(0, 1, 20), np.random.default_rng(1).random(20)
+    frame = pd.DataFrame({"a": x, "b": x**2, "c": 1 - x, "d": (1 - x) ** 3, "e": noise})
+    axes = shown(plot_objectives(read_table(frame)))
     pairs = [(ax.get_xlabel()[2], ax.get_ylabel()[2]) for ax in axes]  # behind arrows
     assert pairs == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]
-    assert len(shown(plot_objectives(table, objectives=names))) == 10
+    assert len(shown(plot_objectives(read_table(frame), objectives=[*frame]))) == 10
 
 
 @pytest.mark.parametrize(
@@ -213,19 +206,19 @@ def test_values_are_in_the_original_direction_and_units():
         [1, 2, 3], [[0.1], [0.5], [0.9]], [[1, -3], [2, -4], [3, -1]],
         outputs={"heat": [5, 6, 7]}, schema=schema,
     )  # fmt: skip
-    (ax,) = shown(plot_objectives(table))
+    ax = plane(table)
     drawn = np.concatenate([*points(ax).values()])
     assert sorted(map(tuple, drawn)) == [(1, 3), (2, 4), (3, 1)]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (
         "← mass [kg], less is better",
         "↑ gain, more is better",
     )
-    (ax,) = shown(plot_objectives(table, objectives=["mass", "heat"]))
-    assert ax.get_ylabel() == "heat"
+    assert plane(table, objectives=["mass", "heat"]).get_ylabel() == "heat"
 
 
 def test_the_figure_of_a_table_is_a_matrix(osy):
-    figure = plot_table(osy.under(limits={"f1": -50}), title="OSY")
+    table = osy.under(limits={"f1": -50})
+    figure = plot_table(table, title="OSY")
     assert len(figure.axes) == 3 * 6
     assert [ax.get_xlabel() for ax in figure.axes[-6:]] == [f"x{j}" for j in range(1, 7)]
     assert [ax.get_ylabel() for ax in figure.axes[::6]] == [
@@ -234,14 +227,13 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
         "↓ f2, less is better",
     ]
     assert figure.caption.startswith("OSY. ")
-    n_optimal = osy.under(limits={"f1": -50}).pareto().sum()
     key = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"1024 in all", f"{n_optimal} not dominated"} <= {*key}
+    assert {"1024 in all", f"{table.pareto().sum()} not dominated"} <= {*key}
     assert sum(text.startswith("proposed: test ") for text in key) == 1
     assert len({*key}) == len(key)
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1
-    found = histogram(osy.under(limits={"f1": -50}), "x1")
+    found = histogram(table, "x1")
     stairs = [patch.get_data() for patch in figure.axes[0].patches]
     for drawn, counts in zip(stairs, (found.tested, found.feasible, found.pareto), strict=True):
         np.testing.assert_allclose(drawn.values, 100 * counts / counts.sum())
@@ -253,9 +245,8 @@ def test_one_outlier_flattens_no_histogram():
     random = np.random.default_rng(0)
     heat = random.random(200)
     heat[7] = 1e6
-    schema = Schema.of(1, 2, outputs=["heat"])
     X, F = random.random((200, 1)), random.random((200, 2))
-    table = TestTable.of(range(1, 201), X, F, outputs={"heat": heat}, schema=schema)
+    table = TestTable.of(range(1, 201), X, F, outputs={"heat": heat})
     figure = plot_table(table, variables=["x1", "heat"], objectives=())
     assert [ax.get_xlabel() for ax in shown(figure)] == ["x1", "heat"]
     heights = figure.axes[1].patches[0].get_data().values
@@ -271,12 +262,10 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
     names = [[t.get_text() for t in ax.get_xticklabels()] for ax in (hollow, metal)]
     assert names == [["False", "True"], ["brass", "steel", "tin"]]
     assert count.get_xlim() == (2.5, 7.5)
-    for ax, exact in ((count, mixed.column("count")), (length, mixed.column("length"))):
-        drawn = np.concatenate([*points(ax).values()])
-        off = np.sort(drawn[:, 0]) - np.sort(exact.astype(float))
-        assert (off == 0).all()
-    drawn = np.concatenate([*points(metal).values()])
-    assert len({*drawn[:, 0]}) == len(drawn)  # tests of one option stand side by side
+    x = {ax: np.concatenate([*points(ax).values()])[:, 0] for ax in (length, count, metal)}
+    for ax, name in ((count, "count"), (length, "length")):
+        np.testing.assert_array_equal(np.sort(x[ax]), np.sort(mixed[name].astype(float)))
+    assert len({*x[metal]}) == len(x[metal])  # tests of one option stand side by side
     assert_whole(figure)
 
 
@@ -291,9 +280,10 @@ def test_little_is_drawn_as_well(n, feasible):
 
 def test_any_name_can_be_drawn():
     names = ["$x_1$", "_under", "a very long name of a variable that goes on and on and on"]
-    schema = Schema.of(names, ["$f$", "_g"])
-    random = np.random.default_rng(1)
-    table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), schema=schema)
+    values = np.random.default_rng(1).random((5, 5))
+    table = TestTable.of(
+        range(1, 6), values[:, :3], values[:, 3:], schema=Schema.of(names, ["$f$", "_g"])
+    )
     figure = plot_table(table.under(limits={"_g": 0.5}))
     assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
     assert_whole(figure, draw=True)

@@ -4,6 +4,7 @@ import re
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -55,16 +56,14 @@ stress = "<= 60"
 """
 
 
-DECK = "width={width:.17g}\nheight={height}\nmode={mode}\n"
-
-
 @pytest.fixture
 def beam(tmp_path):
     """Return a function that writes the example, some texts of it replaced, and loads it."""
     (tmp_path / "model").mkdir()
     (tmp_path / "model" / "solver.py").write_text(SOLVER)
-
-    (tmp_path / "model" / "beam.inp").write_text(DECK)
+    (tmp_path / "model" / "beam.inp").write_text(
+        "width={width:.17g}\nheight={height}\nmode={mode}\n"
+    )
 
     def load(*replaced, **kwargs):
         text = FILE.replace("PYTHON", sys.executable)
@@ -108,10 +107,9 @@ def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
 )
 def test_a_failed_program_keeps_its_folder(beam, tmp_path, mode, reason):
     failing = ('"good"', f'"{mode}"')
-    table = investigate(beam(failing), 2)
-    assert table.status.tolist() == ["failed", "failed"]
-    assert all(text.startswith(reason) for text in table.reasons.values())
-    folders = [Path(text.split("see ")[1]) for text in table.reasons.values()]
+    reasons = investigate(beam(failing), 2).reasons
+    assert [text.startswith(reason) for text in reasons.values()] == [True, True]
+    folders = [Path(text.split("see ")[1]) for text in reasons.values()]
     assert sorted(folders) == runs(tmp_path)
     assert (
         "see" not in investigate(beam(failing, ("files =", 'keep = "none"\nfiles =')), 1).reasons[1]
@@ -158,6 +156,18 @@ def shell(tmp_path, script, outputs, template=(), **program):
     )
 
 
+def echo(n, limits=None, **expressions):
+    """A program that prints its variable as m; other outputs are computed from it."""
+    outputs = {name: {"expression": text} for name, text in expressions.items()}
+    return ProgramProblem(
+        {"n": n},
+        {"command": "echo {n}", "keep": "none"},
+        {"m": {"file": "stdout.txt", "pattern": "(.+)"}, **outputs},
+        {"minimize": ["m", *outputs]},
+        limits or {},
+    )
+
+
 def test_results_in_the_template_belong_to_no_design(tmp_path):
     """A program that writes no file fails; the file of an earlier run stays in the template."""
     outputs = {"n": {"file": "in", "pattern": "n=(.+)"}, "m": {"file": "out", "pattern": "(.+)"}}
@@ -199,12 +209,11 @@ def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
 
 def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
     """Linked folders and hidden files, too; what has changed is said by its name."""
-    linked = tmp_path / "elsewhere"
-    linked.mkdir()
-    (linked / "data").write_text("1")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "data").write_text("1")
     problem = shell(tmp_path, "cat .hidden link/data", PRINTED, {".hidden": ""})
     template = tmp_path / "template"
-    (template / "link").symlink_to(linked)
+    (template / "link").symlink_to(tmp_path / "elsewhere")
     for name in ("link/data", ".hidden", "added.inp"):
         study = tmp_path / f"{Path(name).stem}.db"
         investigate(problem, 2, study=study)
@@ -270,9 +279,7 @@ def test_all_wrong_outputs_of_a_run_are_reported(tmp_path):
 
 
 def read_output(folder, content, settings):
-    if isinstance(content, str):
-        content = content.encode()
-    (folder / "out").write_bytes(content)
+    (folder / "out").write_bytes(content.encode() if isinstance(content, str) else content)
     return Output(file="out", **settings).read(folder)
 
 
@@ -398,17 +405,9 @@ def test_another_exit_code_may_mean_success(tmp_path, study_file):
     assert investigate(allowed, 1, study=study_file, retry="failed").F.tolist() == [[5]]
 
 
-def test_a_choice_of_numbers_is_computed_with_in_a_study(tmp_path, study_file):
+def test_a_choice_of_numbers_is_computed_with_in_a_study(study_file):
     for limits in ({}, {"twice": "<= 2"}):  # other limits complete the stored tests anew
-        problem = ProgramProblem(
-            {"n": {"choices": [1, 2]}},
-            {"command": "echo m = {n}", "keep": "none"},
-            {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}, "twice": {"expression": "2*n"}},
-            {"minimize": ["m"]},
-            limits,
-            base=tmp_path,
-        )
-        table = investigate(problem, 2, study=study_file)
+        table = investigate(echo({"choices": [1, 2]}, limits, twice="2*n"), 2, study=study_file)
     assert table.status.tolist() == ["ok", "infeasible"]
 
 
@@ -429,46 +428,27 @@ def test_limits_hold_whatever_objectives_are_called(tmp_path, asked):
 
 def test_shares_of_two_expressions_are_no_table(tmp_path):
     for factor, part in ((2, 1), (2, 2), (3, 1)):
-        problem = ProgramProblem(
-            {"n": {"bounds": [1, 2]}},
-            {"command": "echo m = {n}", "keep": "none"},
-            {
-                "m": {"file": "stdout.txt", "pattern": "m = (.+)"},
-                "e": {"expression": f"{factor}*n"},
-            },
-            {"minimize": ["m", "e"]},
-            base=tmp_path,
-        )
+        problem = echo((1, 2), e=f"{factor}*n")
         investigate(problem, 4, study=tmp_path / "shares", share=(part, 2))
-    with pytest.raises(StudyMismatchError, match="has e = 2"):
-        read_table(tmp_path / "shares")
+    refused("has e = 2", read_table, tmp_path / "shares", error=StudyMismatchError)
 
 
-NAMES = {"x1": "width", "f1": "m", "f2": "twice"}
-FOLDERS = {
-    "other names": lambda problem, path: investigate(problem, 2, study=path, names=NAMES),
-    "logarithms": lambda problem, path: investigate(LogScaled(problem), 2, study=path),
-    "comparison": lambda problem, path: compare(
-        problem, n_evaluations=4, seeds=1, algorithms=["psi"], folder=path, progress=False
-    ),
-}
-
-
-@pytest.mark.parametrize("use", FOLDERS.values(), ids=FOLDERS)
+@pytest.mark.parametrize(
+    "use",
+    [
+        partial(investigate, n_points=2, names={"x1": "width", "f1": "m", "f2": "twice"}),
+        lambda problem, study: investigate(LogScaled(problem), 2, study=study),
+        lambda problem, study: compare(
+            problem, n_evaluations=4, seeds=1, algorithms=["psi"], folder=study, progress=False
+        ),
+    ],
+    ids=["other names", "logarithms", "comparison"],
+)
 def test_another_expression_is_another_model_where_no_test_is_completed(tmp_path, use):
-    def problem(expression):
-        return ProgramProblem(
-            {"n": {"bounds": [1, 2], "scale": "log"}},
-            {"command": "echo m = {n}", "keep": "none"},
-            {"m": {"file": "stdout.txt", "pattern": "m = (.+)"}, "e": {"expression": expression}},
-            {"minimize": ["m", "e"]},
-            base=tmp_path,
-        )
-
-    use(problem("2*n"), tmp_path / "kept")
-    use(problem("2*n"), tmp_path / "kept")
-    with pytest.raises(StudyMismatchError):
-        use(problem("3*n"), tmp_path / "kept")
+    path, n = tmp_path / "kept", {"bounds": [1, 2], "scale": "log"}
+    for _ in range(2):
+        use(echo(n, e="2*n"), study=path)
+    refused("", use, echo(n, e="3*n"), study=path, error=StudyMismatchError)
 
 
 @pytest.mark.parametrize(
