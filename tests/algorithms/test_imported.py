@@ -1,5 +1,7 @@
 """Tests from elsewhere: what of a source becomes tests of a study, and what is said of the rest."""
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -47,7 +49,6 @@ def options(study_file):
 
 RESULTS = pd.DataFrame({"a": [0.5, 0.25, 0.75], "f": [1.5, 2.5, 1.0], "g": [2.0, 1.0, 3.0]})
 WHOLE = RESULTS.assign(h=1.0)
-REPEATED = pd.concat([WHOLE, WHOLE.head(1)]).assign(f=[1.0, 2.0, 3.0, 4.0])
 NEEDED = "a column that the problem needs must be one of .* got"
 
 
@@ -79,7 +80,10 @@ def test_a_contradiction_is_said_and_the_computed_value_counts(lab, options):
         (RESULTS.assign(ratio=1.0, double=1.0), f"{NEEDED} 'h'"),
         (WHOLE.drop(columns="a"), f"{NEEDED} 'a'"),
         (WHOLE.rename(columns={"f": "f [g]"}), r"'f \[g\]'"),
-        (REPEATED, "one of each design if the model is not noisy"),
+        (
+            pd.concat([WHOLE, WHOLE.head(1).assign(f=4.0)]),
+            "one of each design if the model is not noisy",
+        ),
         (with_a_second(np.inf), "row 2, a must be one real number"),
         (with_a_second("1,5x"), "row 2, a must be one real number"),
         (with_a_second(""), "row 2, a must be one real number"),
@@ -107,13 +111,7 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
     assert (means["tests"] == 3).all()
 
 
-WRAPPERS = {
-    "logarithms": LogScaled,
-    "statistics": lambda problem: Robust(problem, tolerances={"a": 0.1}),
-}
-
-
-@pytest.mark.parametrize("wrap", WRAPPERS.values(), ids=WRAPPERS)
+@pytest.mark.parametrize("wrap", [LogScaled, partial(Robust, tolerances={"a": 0.1})])
 def test_expressions_are_those_of_the_columns_of_a_model_alone(wrap, options):
     model = ProgramProblem(
         {"a": {"bounds": [1, 100], "scale": "log"}},
@@ -171,11 +169,6 @@ HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0})
 HOT = HOT.assign(heat=5.0, g1=-1.0, g2=-1.0)
 
 
-def test_values_outside_the_bounds_are_named(options):
-    tests = import_tests(BNH, HOT.assign(x1=[6.0, -2.0]), options)
-    assert tests.remarks[1:] == ("x1 is outside 0 to 5 in 2 tests, the first 6.",)
-
-
 def test_choices_outside_a_box_are_tests_too(options, tmp_path):
     variables = {"x": Real(bounds=(0, 1)), "m": Choice(options=["steel", 12, "12"])}
     material = Model(lambda x: {"F": x["x"]}, vars=variables, n_obj=1)
@@ -228,19 +221,20 @@ def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
     )
 
 
-def test_columns_of_rankings_and_studies_are_no_outputs_unless_the_model_has_them(
-    options, tmp_path
-):
-    tests = import_tests(BNH, HOT.assign(place=1, mu1=0.1, repeat=1), options)
+def test_values_outside_the_bounds_and_columns_left_out_are_named(options):
+    """Columns of rankings and studies are no outputs, unless the model has them."""
+    tests = import_tests(BNH, HOT.assign(x1=[6.0, -2.0], place=1, mu1=0.1, repeat=1), options)
     assert tests.schema.outputs == ("heat",)
     assert tests.remarks[1:] == (
         "mu1, place, repeat left out: rankings and studies have columns of this name.",
+        "x1 is outside 0 to 5 in 2 tests, the first 6.",
     )
+
+
+def test_an_output_of_the_model_may_be_called_as_a_column_of_a_ranking(options):
     problem = ProgramProblem({"x1": (0, 5)}, None, {"f1": {}, "place": {}}, {"minimize": ["f1"]})
-    tests = import_tests(
-        problem, HOT[["x1", "f1"]].assign(place=1.0), RunOptions(study=tmp_path / "b.db")
-    )
-    assert tests.schema.outputs == ("place",)
+    frame = HOT[["x1", "f1"]].assign(place=1.0)
+    assert import_tests(problem, frame, options).schema.outputs == ("place",)
 
 
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):

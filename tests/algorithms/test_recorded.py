@@ -200,9 +200,8 @@ def test_failures_are_tried_again_if_asked_for(study_file):
 
 def test_a_corrected_test_of_another_run_has_new_values(study_file):
     first = investigate(model(), 2, study=study_file)
-    problem = recorded(model(), study_file)
+    problem, study = recorded(model(), study_file), Study(study_file)
     assert values(problem, first.X)[0].tolist() == first.F.tolist()
-    study = Study(study_file)
     columns = rows(study.contents()[1], slice(0, 1))
     with study.changes() as database:
         database.correct(1, "corrected")

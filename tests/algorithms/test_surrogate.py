@@ -306,7 +306,11 @@ class Bar(ProgramProblem):
             "gain": {"expression": "area - 5 * force**2"},
         }
         super().__init__(
-            {"a": (0, 1), "b": (0, 1)}, {"command": "echo {a} {b}"}, outputs, goals, {"stress": "<= 40"}
+            {"a": (0, 1), "b": (0, 1)},
+            {"command": "echo {a} {b}"},
+            outputs,
+            goals,
+            {"stress": "<= 40"},
         )
 
     def run(self, values, *, keep=False):

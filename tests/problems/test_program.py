@@ -448,7 +448,7 @@ def test_another_expression_is_another_model_where_no_test_is_completed(tmp_path
     path, n = tmp_path / "kept", {"bounds": [1, 2], "scale": "log"}
     for _ in range(2):
         use(echo(n, e="2*n"), study=path)
-    refused("", use, echo(n, e="3*n"), study=path, error=StudyMismatchError)
+    refused("another (model|problem)", use, echo(n, e="3*n"), study=path, error=StudyMismatchError)
 
 
 @pytest.mark.parametrize(

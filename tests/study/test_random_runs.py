@@ -172,9 +172,8 @@ class Check:
     def recorded(self):
         """Designs that somebody evaluates, known ones and new ones, some of them twice."""
         problem = Recorded(FailureTolerant(self.model), study=self.study)
-        rows = []
-        for _ in range(self.random.integers(1, 6)):
-            rows.append([self.value(variable) for variable in self.model.vars.values()])
+        n, variables = self.random.integers(1, 6), self.model.vars.values()
+        rows = [[self.value(variable) for variable in variables] for _ in range(n)]
         if self.study.exists():
             rows += read_table(self.study, average_by=False).X[:3].tolist()
         designs = [dict(zip(self.model.vars, row, strict=True)) for row in [*rows, *rows[:2]]]
@@ -200,8 +199,7 @@ class Check:
             return
         whole = read_table(self.study, average_by=False)
         assert by_number(table).items() <= by_number(whole).items()
-        has_more = f"the study has {len(whole)}" in repr(table)
-        assert has_more == (len(whole) > len(table))
+        assert (f"the study has {len(whole)}" in repr(table)) == (len(whole) > len(table))
 
     def check_study(self):
         calls = self.model.calls
