@@ -93,8 +93,7 @@ class History:
             return
         frame = ask_tests(self.problem, 0, self.options)
         assert frame["test"].tolist() == sorted(self.pending)
-        for row in frame.index:
-            test = frame.loc[row, "test"]
+        for row, test in frame["test"].items():
             a, b = self.pending[test]
             chance = self.rng.random()
             if chance < 0.3:
@@ -140,10 +139,9 @@ class History:
                 known.append((outputs["f"], outputs["g"]))
 
     def stored(self):
-        tests = {}
         if not self.options.study.exists():
-            return tests
-        table = read_table(self.options.study, average_by=False)
+            return {}
+        tests, table = {}, read_table(self.options.study, average_by=False)
         if len(table):
             np.testing.assert_array_equal(table["ratio"], table["f"] / table["g"])
         for row, design in enumerate(table.X.tolist()):

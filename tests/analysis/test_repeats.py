@@ -10,7 +10,6 @@ from pymoo_psi import Formulation, TestTable, read_table
 from pymoo_psi.analysis import average_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import degrees_of_freedom
-from pymoo_psi.table import Schema
 from tests.helpers.refusals import refused
 
 COST = {"A": [10.0, 12.0, 11.0], "B": [20.0, 21.0, 22.0], "C": [15.0, 16.0]}
@@ -26,10 +25,9 @@ ASKED = Formulation(objectives=["cost", "mass"])
 
 @pytest.fixture
 def file(tmp_path):
-    path = tmp_path / "tests.csv"
     shuffled = FRAME.sample(frac=1, random_state=1).sort_values("day", kind="stable")
-    shuffled.to_csv(path, index=False)
-    return path
+    shuffled.to_csv(tmp_path / "tests.csv", index=False)
+    return tmp_path / "tests.csv"
 
 
 def test_rows_with_one_label_are_one_design(file):
@@ -76,14 +74,13 @@ def test_single_usable_tests_have_means_and_no_confidence():
 
 
 def test_failed_tests_do_not_count_in_means():
-    schema = Schema.of(["x"], ["f"], ["g"])
-    X = np.array([[1.0], [1.0], [2.0], [2.0], [3.0]])
+    X = [[1.0], [1.0], [2.0], [2.0], [3.0]]
     F = [[1.0], [3.0], [5.0], [np.nan], [np.nan]]
     G = [[1.0], [-2.0], [0.5], [0.0], [0.0]]
-    table = TestTable.of([3, 4, 5, 6, 7], X, F, G, schema=schema, reasons={7: "no licence"})
-    designs = average_repeats(table, "x")
+    table = TestTable.of([3, 4, 5, 6, 7], X, F, G, reasons={7: "no licence"})
+    designs = average_repeats(table, "x1")
     assert designs.status.tolist() == ["ok", "infeasible", "failed"]
-    assert designs["f"][:2].tolist() == [2.0, 5.0]
+    assert designs["f1"][:2].tolist() == [2.0, 5.0]
     assert designs.reasons == {7: "no licence"}
     assert average_repeats(table).equals(designs)
     refused("^by must be", average_repeats, TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]))
@@ -105,10 +102,8 @@ def test_tests_without_a_name_are_not_those_of_one_design():
     [("day", "different ones"), ("none", "one of")],
 )
 def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
-    frame = FRAME.assign(x=range(8))
-    refused(
-        f"^average_by must be.*{rule}", read_table, frame, ASKED, variables=["x"], average_by=column
-    )
+    options = {"variables": ["x"], "average_by": column}
+    refused(f"^average_by must be.*{rule}", read_table, FRAME.assign(x=range(8)), ASKED, **options)
 
 
 IDS = FRAME.rename(columns={"variant": "id"})
@@ -142,36 +137,27 @@ def test_the_command_counts_designs(file, said):
         assert text in printed
 
 
-def known(F, *errors):
-    """A table of objectives whose standard errors are known."""
-    F = np.asarray(F)
-    names = [f"f{j} standard error" for j in range(1, 3)]
-    outputs = dict(zip(names, np.tile(errors, (len(F), 1)).T, strict=True))
-    schema = Schema.of(0, 2, outputs=names)
-    numbers = range(1, len(F) + 1)
-    return TestTable.of(numbers, np.zeros((len(F), 0)), F, outputs=outputs, schema=schema)
-
-
-def line(n):
-    """Designs on a line, far apart, and one behind them."""
-    t = np.linspace(0, 1, n)
-    return np.vstack([np.column_stack([t, (1 - t) ** 2]), [0.5, 0.3]])
+def known(F, error):
+    """A table of two objectives with a standard error that is known."""
+    errors = {f"f{j} standard error": np.full(len(F), error) for j in (1, 2)}
+    return TestTable.of(range(1, len(F) + 1), np.zeros((len(F), 0)), F, outputs=errors)
 
 
 def test_without_noise_probabilities_are_0_or_1():
-    F = line(12)
-    table = known(F, 0.0, 0.0)
+    """Of designs on a line, far apart, and one behind them."""
+    t = np.linspace(0, 1, 12)
+    table = known(np.vstack([np.column_stack([t, (1 - t) ** 2]), [0.5, 0.3]]), 0.0)
     frame = table.confidence()
     assert np.array_equal(frame["pareto"] == 1, table.pareto())
     assert frame.index[frame["best"] == 1].tolist() == table.best().names
-    assert np.allclose(frame[["f1", "f2"]], F)
+    assert np.allclose(frame[["f1", "f2"]], table.F)
 
 
 def test_two_designs_have_the_probability_of_a_normal_difference():
     """B dominates A if both differences are below 0; of two designs means are not shrunk."""
     from scipy.stats import norm
 
-    frame = known([[0.0, 0.0], [-0.3, -0.5]], 1.0, 1.0).confidence()
+    frame = known([[0.0, 0.0], [-0.3, -0.5]], 1.0).confidence()
     a_is_dominated = norm.cdf(0.3 / np.sqrt(2)) * norm.cdf(0.5 / np.sqrt(2))
     b_is_dominated = norm.cdf(-0.3 / np.sqrt(2)) * norm.cdf(-0.5 / np.sqrt(2))
     assert frame["pareto"].to_numpy() == pytest.approx(
@@ -197,7 +183,7 @@ def test_shrunk_means_are_nearer_to_the_truth():
     t = generator.random(200)
     truth = np.column_stack([t, (1 - t) ** 2]) + 0.1 * generator.random((200, 1))
     noisy = truth + 0.1 * generator.standard_normal(truth.shape)
-    table = known(noisy, 0.1, 0.1)
+    table = known(noisy, 0.1)
     shrunk = table.confidence()[["f1", "f2"]].to_numpy()
     assert ((shrunk - truth) ** 2).mean() < 0.8 * ((noisy - truth) ** 2).mean()
     front = table.pareto()

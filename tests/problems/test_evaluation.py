@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
 
@@ -80,7 +79,6 @@ def gives_more(x, out, culprit):
     out.update(path=[1.0] * int(x[0]), note=NOTE)
 
 
-NO_NUMBERS = "F is not an array of numbers.*"
 FOR_ONE = {
     "raises": (raising(ZeroDivisionError("by zero")), "ZeroDivisionError: by zero"),
     "raises a long word": (raising(ValueError("x" * 999)), r"ValueError: x{385}\.\.\."),
@@ -89,7 +87,7 @@ FOR_ONE = {
     "gives NaN": (giving(F=[np.nan, 1.0]), r"F is \[nan, 1.0\]"),
     "gives minus infinity": (giving(F=[1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
     "forgets F": (giving(F=None), "F is missing"),
-    "gives text": (giving(F=["low", "high"]), NO_NUMBERS),
+    "gives text": (giving(F=["low", "high"]), "F is not an array of numbers.*"),
     "gives masked values": (giving(F=np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
     "gives NaN for a constraint": (giving(G=np.nan), r"G is \[nan\]"),
     "gives an equality too many": (giving(H=[0.0]), r"H has shape \(1,\) instead of \(0,\)"),
@@ -100,7 +98,6 @@ FOR_ONE = {
     "gives a column": (giving(F=np.array([[2.0], [8.0]])), None),
     "is infeasible and infinite": (giving(F=[np.inf, 1.0], G=1.0), "infeasible"),
 }
-ROWS = (r"F has shape \(2, 1\) instead of \(1, 2\)",)
 FOR_ALL = {
     "raises": (raising(FloatingPointError("underflow")), "FloatingPointError: underflow"),
     "gives NaN": (cell("F", np.nan), r"F is \[2.0, nan\]"),
@@ -109,7 +106,10 @@ FOR_ALL = {
         r"F is \[nan, 8.0\]",
     ),
     "gives NaN for a constraint": (cell("G", np.nan), r"G is \[nan\]"),
-    "gives rows for columns": (everywhere("F", np.transpose), ROWS),
+    "gives rows for columns": (
+        everywhere("F", np.transpose),
+        (r"F has shape \(2, 1\) instead of \(1, 2\)",),
+    ),
     "forgets F": (everywhere("F", lambda F: None), ("F is missing",)),
     "changes its designs": (changes_its_designs, None),
     "reuses arrays": (reuses_arrays, None),
@@ -119,14 +119,12 @@ FOR_ALL = {
 
 
 def problem_of(change, *, elementwise):
-    class Model(Problem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = np.stack(right(x.T), axis=-1)
-            out["G"] = np.full((*x.shape[:-1], 1), -1.0)
-            change(x, out, np.flatnonzero(np.atleast_2d(x)[:, 0] == CULPRIT))
+    def results(x):
+        out = {"F": np.stack(right(x.T), axis=-1), "G": np.full((*x.shape[:-1], 1), -1.0)}
+        change(x, out, np.flatnonzero(np.atleast_2d(x)[:, 0] == CULPRIT))
+        return out
 
-    options = {"n_var": 2, "n_obj": 2, "n_ieq_constr": 1, "xl": [0, 0], "xu": [8, 1]}
-    return Model(elementwise=elementwise, **options)
+    return OfFunction(results, n_var=2, n_ieq_constr=1, xu=[8, 1], elementwise=elementwise)
 
 
 CASES = [

@@ -194,8 +194,9 @@ class RandomFile:
         kinds = zip(self.design, ("real", "integer"), strict=True)
         variables = {name: {"bounds": [-1000, 1000], "kind": kind} for name, kind in kinds}
         command = " ".join(["true", *map(self.marked, self.design)])
-        options = {"variables": variables, "command": command, "marks": self.marks}
-        return problem_with(folder, self.text, **options)
+        return problem_with(
+            folder, self.text, variables=variables, command=command, marks=self.marks
+        )
 
 
 def test_random_files_are_filled_or_refused_by_line(tmp_path, draws):

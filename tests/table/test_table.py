@@ -32,11 +32,11 @@ def tables(draw, values=odd):
     G = draw(arrays(float, (n, n_ieq), elements=values))
     H = draw(arrays(float, (n, n_eq), elements=st.sampled_from([0.0, 5e-5, -1e-4, 2e-4, 1.0])))
     failed = draw(st.sets(st.sampled_from(numbers), max_size=2)) if n else set()
-    reasons = dict.fromkeys(failed, "it broke")
     for array in (X, F, G, H):
         array.setflags(write=False)
-    numbers = np.array(numbers, dtype=int)
-    return TestTable.of(numbers, X, F, G, H, reasons=reasons)
+    return TestTable.of(
+        np.array(numbers, dtype=int), X, F, G, H, reasons=dict.fromkeys(failed, "it broke")
+    )
 
 
 limits_on_f1 = st.one_of(st.none(), st.sampled_from([{"f1": 1.0}, {"f1": -1.0}, {"f1": np.inf}]))
@@ -57,31 +57,27 @@ def rows(table):
 @given(table=tables())
 def test_status_follows_from_reasons_constraints_and_criteria(table):
     for number, _, f, g, h, status in rows(table):
-        met = all(v <= 0 for v in g) and all(abs(v) <= 1e-4 for v in h)
-        if table.reasons.get(number) == "it broke":
-            expected = "failed"
-        elif not met:
-            expected = "infeasible"
-        else:
-            expected = "ok" if np.isfinite(f).all() else "failed"
+        is_met = all(v <= 0 for v in g) and all(abs(v) <= 1e-4 for v in h)
+        is_known = np.isfinite(f).all()
+        expected = "failed"
+        if table.reasons.get(number) != "it broke" and (is_known or not is_met):
+            expected = "ok" if is_met else "infeasible"
         assert status == expected
         assert (number in table.reasons) == (status == "failed")
 
 
 @given(table=tables(), limits=limits_on_f1)
 def test_feasible_and_pareto_agree_with_the_oracle(table, limits):
-    feasible = [r[5] == "ok" and bool(keeps(r[2], limits)) for r in rows(table)]
-    assert table.under(limits=limits).feasible().tolist() == feasible
-    is_best = iter(best_rows([r[2] for r, ok in zip(rows(table), feasible, strict=True) if ok]))
-    pareto = []
-    tests = set()
-    for row, ok in zip(rows(table), feasible, strict=True):
-        test = repr([*row[1], *row[2]])
-        optimal = ok and next(is_best)
-        pareto.append(optimal and test not in tests)  # equal tests count once
-        if optimal:
-            tests.add(test)
-    assert table.under(limits=limits).pareto().tolist() == pareto
+    feasible = [row for row in rows(table) if row[5] == "ok" and keeps(row[2], limits)]
+    limited = table.under(limits=limits)
+    assert limited.numbers[limited.feasible()].tolist() == [row[0] for row in feasible]
+    optimal = {}
+    for (number, x, f, *_), is_best in zip(
+        feasible, best_rows([r[2] for r in feasible]), strict=True
+    ):
+        if is_best:
+            optimal.setdefault(repr([*x, *f]), number)  # equal tests count once
+    assert limited.numbers[limited.pareto()].tolist() == [*optimal.values()]
 
 
 @given(table=tables())
@@ -161,8 +157,7 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
             # Without it a design that lacks another objective would fail.
             best = min((f[j] for f in alone if np.isfinite(f).all()), default=np.nan)
             np.testing.assert_equal(costs.loc[name, f"{criterion}_alone"], best)
-            feasible = table.F[table.under(limits=limits).feasible(), j]
-            best = min(feasible, default=np.nan)
+            best = min(table.F[limited.feasible(), j], default=np.nan)
             np.testing.assert_equal(costs.loc[name, f"{criterion}_feasible"], best)
 
 
@@ -234,13 +229,19 @@ def test_bad_arguments(make, kind, message):
     refused(message, make, error=kind)
 
 
-def test_designs_are_called_by_their_label():
-    assert PLAIN.names == ["test 1", "test 2"]
-    labels = {("A", "A"): ["A #1", "A #2"], ("A", ""): ["A", "test 2"], ("old", 7): ["old", "id 7"]}
-    for cells, names in labels.items():
-        table = PLAIN.with_notes({"id": cells}, "id")
-        assert table.names == names
-        assert table.best().names[0] in explain(table).sentences[0]
+@pytest.mark.parametrize(
+    ("cells", "names"),
+    [
+        (("A", "A"), ["A #1", "A #2"]),
+        (("A", ""), ["A", "test 2"]),
+        (("old", 7), ["old", "id 7"]),
+        (("", ""), ["test 1", "test 2"]),
+    ],
+)
+def test_designs_are_called_by_their_label(cells, names):
+    table = PLAIN.with_notes({"id": cells}, "id")
+    assert table.names == names
+    assert table.best().names[0] in explain(table).sentences[0]
 
 
 def test_a_joined_table_has_the_facts_of_both():
