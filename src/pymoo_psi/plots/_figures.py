@@ -284,8 +284,7 @@ def plot_objectives(
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
         add_key(figure, *(ax for ax, *_ in planes))
-        if points.places:
-            add_list(figure, list(points.full_names.values()))
+        add_list(figure, [points.name_of(row) for row, (place, _) in points.named.items() if place])
         figure.describe(title, points.counts(table))
     figure.resize(width)
     return figure
@@ -395,7 +394,7 @@ def plot_ranking(
             name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
             (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
             names.append((name, pole, places[design, -1]))
-        if not is_few:
+        if not is_near.all():
             add_key(figure, ax)
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
@@ -438,14 +437,16 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
         written = NumberFormat.of(column[ranking.pareto], minus="−").text
+        scale = ""
         if is_log:
-            heading += ", log axis"
+            scale = "log axis, "
             written = partial(number, digits=_DIGITS)
             low, high = np.sort(np.log10(ends))
             powers = 10.0 ** np.arange(np.ceil(low), high)
             for place in places_between(powers, *ends)[0]:
                 ax.plot(place, j, "|", color="0.4", markersize=5, zorder=1)
-        texts.append([heading, *[raised(written(value)) for value in (*ends, column[row])]])
+        worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
+        texts.append([heading, scale + worst, best, value])
     bold = style | {"color": INK, "fontweight": "bold"}
     _, _, bests, values = zip(*texts, strict=True)
     middle = _APART + _LETTER * len(max(bests, key=len))
@@ -489,11 +490,8 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
     if n <= NAMED:
         for line, shade in zip(places, shades, strict=True):
             ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
-    else:
-        n_more = n - is_near.sum()
-        ax.plot([], [], color=_SHADES[0], label=f"places up to {last}")
-        if n_more:
-            ax.plot([], [], color=_SHADES[1], label=f"{n_more} more not dominated")
+    ax.plot([], [], color=_SHADES[0], label=f"places up to {last}")
+    ax.plot([], [], color=_SHADES[1], label=f"{n - is_near.sum()} more not dominated")
 
 
 def _name_lines(
@@ -516,7 +514,7 @@ def _name_lines(
     widths = []
     for name, pole, _ in names:
         name.set_visible(True)  # an invisible one has no size
-        width = extent(name).width + 3 * _POLE * figure.dpi / 72
+        width = extent(name).width + 2 * _POLE * figure.dpi / 72
         widths.append(width / ax.bbox.width)
         pole.set_data([], [])
     for n_shown in range(len(names), -1, -1):
@@ -541,6 +539,7 @@ def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Arr
     """Place names beside poles, none over another name or a pole.
 
     As many names as possible are on the right of their poles, those of the last poles on the left.
+    The first name is the nearest if no pole is in its way.
 
     Args:
         places: ``(n,)`` places of the poles.
@@ -552,13 +551,15 @@ def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Arr
         The level of each name, the nearest 0, and whether it is on the right of its pole; empty if
         there is no room.
     """
+    numbers = np.arange(len(places))
     order = np.argsort(places, kind="stable")[::-1]
+    turns = np.append(numbers[:1], order)
     for n_left in range(len(places) + 1):
-        is_right = ~np.isin(np.arange(len(places)), order[:n_left])
+        is_right = ~np.isin(numbers, order[:n_left])
         lows = np.where(is_right, places, places - widths)
         highs = lows + widths
         levels = np.full(len(places), -1)
-        for k in np.tile(order, len(places)):
+        for k in np.tile(turns, len(places)):
             # Poles under a name end above it.
             is_over = (places > lows[k]) & (places < highs[k]) & (levels < 0)
             if levels[k] < 0 and not is_over.any():

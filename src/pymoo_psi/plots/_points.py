@@ -163,15 +163,14 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs.
-        named: Names of designs by their row, that which is marked first.
-        places: Their places, if all Pareto-optimal designs have names.
+        named: Place and name of designs by their row, that which is marked first. The place is a
+            text, empty if not all Pareto-optimal designs have names.
         word: "proposed" or "marked".
     """
 
     columns: Mapping[str, Column]
     groups: Groups
-    named: Mapping[int, str] = field(default_factory=dict)
-    places: Mapping[int, int] = field(default_factory=dict)
+    named: Mapping[int, tuple[str, str]] = field(default_factory=dict)
     word: str = ""
 
     def draw(self, axes: Axes, first: str, second: str, *, is_marked_apart: bool = False) -> None:
@@ -188,7 +187,7 @@ class Points:
         visible = x.visible & y.visible
         marked = list(self.named)[:1]
         for row in marked:
-            label = f"{self.word}: {literal(self.named[row], _LETTERS)}"
+            label = f"{self.word}: {literal(self.named[row][1], _LETTERS)}"
             axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
@@ -240,22 +239,20 @@ class Points:
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write the place of each design beside it, and the name of the first one in the accent."""
         places = np.column_stack([self.columns[first].places, self.columns[second].places])
-        names: dict[int, list[str]] = {}
-        for row in self.named:
-            names[row] = [str(self.places.get(row, ""))]
+        names = {}
+        for row, (place, _) in self.named.items():
+            names[row] = [place]
         for row in list(names)[:1]:
-            names[row].insert(0, self.full_names[row])
+            names[row].insert(0, self.name_of(row))
         name_points(figure, axes, places, names, {"color": ACCENT, "fontweight": "bold"})
 
-    @property
-    def full_names(self) -> dict[int, str]:
-        """Names behind places, by row."""
-        names = {}
-        for row, name in self.named.items():
-            names[row] = literal(name, _LETTERS)
-            if row in self.places:
-                names[row] = f"{self.places[row]}. {names[row]}"
-        return names
+    def name_of(self, row: int) -> str:
+        """Return the name of a design behind its place."""
+        place, name = self.named[row]
+        name = literal(name, _LETTERS)
+        if place:
+            name = f"{place}. {name}"
+        return name
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -270,7 +267,7 @@ class Points:
             text += f": {groups}"
         if self.n_outside:
             text += f". {counted(self.n_outside, 'design')} outside the axes"
-        for name in list(self.named.values())[:1]:
+        for _, name in list(self.named.values())[:1]:
             text += f". The blue dot is {name}"
         limits = written_limits(table)
         if limits:
@@ -321,7 +318,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
     rows = list(marked)
-    places: dict[int, int] = {}
+    places: dict[int, str] = {}
     word = "marked"
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
@@ -332,7 +329,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         if len(best) <= NAMED:
             rows += best
             front = ranking.by_place[: len(best)]
-            places = dict(zip(best, ranking.place[front].tolist(), strict=True))
+            places = dict(zip(best, ranking.place[front].astype(str), strict=True))
     columns = {name: _column(table, name, rows[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
@@ -347,8 +344,8 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         "dominated": (_DOMINATED, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    named = {row: table.names[row] for row in rows}
-    return Points(columns, groups, named, places, word)
+    named = {row: (places.get(row, ""), table.names[row]) for row in rows}
+    return Points(columns, groups, named, word)
 
 
 def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:

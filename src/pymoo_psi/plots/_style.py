@@ -444,10 +444,11 @@ def add_list(figure: Drawing, names: Sequence[str]) -> None:
 
 def height_of_key(figure: Drawing) -> float:
     """Return the height in mm of the key and the list of names; 0 if there are none."""
+    layout: Any = figure.get_layout_engine()
     height = 0.0
     for legend in figure.legends:
-        height += legend.get_window_extent().height / figure.dpi * 25.4
-    return height
+        height += legend.get_window_extent().height / figure.dpi + 2 * layout.get()["h_pad"]
+    return height * 25.4
 
 
 def name_lines(figure: Drawing, axes: Axes) -> None:
