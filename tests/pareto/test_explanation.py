@@ -59,11 +59,9 @@ def test_distances_and_neighbours_are_those_of_the_definition(F, data):
             assert share == pytest.approx(float(b / r) if r else 0)
     for found, ties in zip(why.neighbours.tolist(), neighbours, strict=True):
         assert found in (ties or [-1])
-    if i in front:
-        assert why.dominated_by == -1
-    else:
-        by = why.dominated_by
-        assert by in front
+    by = why.dominated_by
+    assert by in ([-1] if i in front else front)
+    if i not in front:
         assert (F[by] <= F[i]).all()
         assert (F[by] < F[i]).any()
     np.testing.assert_array_equal(why.steps.gains, F[i] - F[why.steps.rows])
@@ -73,9 +71,7 @@ def test_distances_and_neighbours_are_those_of_the_definition(F, data):
 def test_directions_do_not_matter(F, data):
     """A maximised objective and its negative minimised have the same gains and shares."""
     i = data.draw(st.integers(0, len(F) - 1))
-    sign = np.array(
-        data.draw(st.lists(st.sampled_from([1, -1]), min_size=F.shape[1], max_size=F.shape[1]))
-    )
+    sign = data.draw(arrays(int, F.shape[1], elements=st.sampled_from([1, -1])))
     maximize = np.flatnonzero(sign < 0).tolist()
     plain, turned = explain(F, i), explain(F * sign, i, maximize=maximize)
     np.testing.assert_array_equal(plain.shares, turned.shares)
@@ -93,8 +89,7 @@ def test_units_change_the_amounts_only(F, factor):
 
 @given(F=small_sets)
 def test_what_one_gains_the_other_loses(F):
-    rows = [0, len(F) - 1]
-    there, back = compare_designs(F, rows), compare_designs(F, rows[::-1])
+    there, back = compare_designs(F, [0, len(F) - 1]), compare_designs(F, [len(F) - 1, 0])
     np.testing.assert_array_equal(there.gains[1], -back.gains[1])
     swap = {"lower": "higher", "higher": "lower"}
     turned = re.sub("lower|higher", lambda found: swap[found[0]], there.difference(1))
@@ -141,10 +136,8 @@ def table_of(labels=None):
     """Tests 10 to 14, of which the first is infeasible and the last dominated."""
     X, G = np.linspace(0, 1, 5)[:, None], [[1.0], [0.0], [0.0], [0.0], [0.0]]
     schema = Schema.of(1, ["a", "b"], ["g"], units={"a": "kg"})
-    table = TestTable.of(range(10, 15), X, [[0.0, 0.0], *ROWS], G, schema=schema)
-    if labels is None:
-        return table
-    return table.with_notes({"name": labels}, "name")
+    notes = {} if labels is None else {"notes": {"name": labels}, "label": "name"}
+    return TestTable.of(range(10, 15), X, [[0.0, 0.0], *ROWS], G, schema=schema, **notes)
 
 
 ARRAY = np.array(ROWS)

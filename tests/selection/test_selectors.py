@@ -52,8 +52,7 @@ def test_selectors_choose_what_the_ranking_says(F, normalize, rank):
 
 
 def test_selectors_follow_pymoos_convention():
-    selector = SalukvadzeOptimum()
-    assert selector(F3).tolist() == selector.do(F3).tolist() == [1]
+    assert SalukvadzeOptimum()(F3).tolist() == SalukvadzeOptimum().do(F3).tolist() == [1]
     refused("rank must be 3, 4, 5 or 6, got 7", EfficientSubset, 7, error=ValueError)
 
 
@@ -100,9 +99,8 @@ def test_rounding_errors_count_by_weight(unit):
 def test_decompositions_of_pymoo_choose_in_the_scale_said(decomposition, normalize):
     F = np.random.default_rng(7).random((60, 3)) * [1, 1e3, 1e-3] + [5, 0, -1]
     front = np.flatnonzero(rank_of_efficiency(F).pareto)
-    distances = F[front] - F[front].min(axis=0)
-    if normalize:
-        distances /= np.ptp(F[front], axis=0)
+    lengths = np.ptp(F[front], axis=0) if normalize else 1.0
+    distances = (F[front] - F[front].min(axis=0)) / lengths
     selectors = {"equal": decomposition, "given": (decomposition, [0.6, 0.3, 0.1])}
     chosen = compare_selectors(pd.DataFrame(F), selectors, normalize=normalize)
     for name, weights in (("equal", np.ones(3)), ("given", np.array([0.6, 0.3, 0.1]))):
@@ -116,13 +114,10 @@ def test_selectors_take_what_is_ranked():
         "weights": PseudoWeights(np.array([0.3, 0.7])),
         "best": SalukvadzeOptimum(),
     }
-    expected = compare_selectors(result.F, asked)
     table = TestTable.of(range(1, len(result.F) + 1), result.X, result.F)
+    expected = compare_selectors(result.F, asked)
     for source in (result, pd.DataFrame(result.F), table, rank_of_efficiency(result.F)):
-        chosen = compare_selectors(source, asked)
-        assert {k: v.tolist() for k, v in chosen.items()} == {
-            k: v.tolist() for k, v in expected.items()
-        }
+        np.testing.assert_equal(compare_selectors(source, asked), expected)
 
 
 class Fixed:
@@ -136,16 +131,15 @@ class Fixed:
 
 def test_rows_are_those_of_all_designs():
     F = pd.DataFrame({"a": [9.0, 0, 1, 2, 3], "b": [9.0, 3, 2, 1, 0]})
-    answers = {"one": np.int64(1), "two": [1, 2], "three": np.array([2, 1, 3])}
-    answers |= {"none": None, "empty": []}
-    chosen = compare_selectors(F, {name: Fixed(answer) for name, answer in answers.items()})
+    answers = [np.int64(1), [1, 2], np.array([2, 1, 3]), None, []]
+    chosen = compare_selectors(F, dict(zip("abcde", map(Fixed, answers), strict=True)))
     # The first row is dominated: indices a selector returns count from the second.
     assert [rows.tolist() for rows in chosen.values()] == [[2], [2, 3], [3, 2, 4], [], []]
 
 
 def test_rows_of_a_table_are_those_of_all_tests():
-    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), [[9, 9], [0, 3], [1, 1], [3, 0]])
-    table = table.under(limits={"f1": 8})
+    F = [[9, 9], [0, 3], [1, 1], [3, 0]]
+    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), F).under(limits={"f1": 8})
     asked = {"best": SalukvadzeOptimum(), "ASF": ASF(), "other": Fixed(1)}
     assert table.take(SalukvadzeOptimum().do(table)).names == table.best().names == ["test 3"]
     assert [rows.tolist() for rows in compare_selectors(table, asked).values()] == [[2], [2], [2]]
