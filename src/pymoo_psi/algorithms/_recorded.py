@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._output import WithTable
-from pymoo_psi._validation import Designs, FilePath, Names, Numbers, Received, Values, invalid
+from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import Run, table_of_run
@@ -176,27 +176,19 @@ class Recorded(WithTable, WrappedProblem):
         designs = self._model.space.to_matrix(X)
         keys = self._model.keys(designs)
         if not self._adds:
-            found = self._lookup(keys)
-            self._adds = not found.numbers.all()
+            numbers, values = self._lookup(keys)
+            self._adds = not numbers.all()
         if self._adds:
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
                 # another process may have stored some before this one got the lock
-                found = self._lookup(keys)
-                rows_by_key = {keys[row]: row for row in np.flatnonzero(found.numbers == 0)}
-                new = [*rows_by_key.values()]
-                self._adds = len(new) > 0
-                if new:
-                    tests = self._evaluate(designs[new], found.last_point + 1)
-                    with self._store.study.reading() as database:
-                        outputs = database.head.get("outputs", ())
-                        numbers = database.find(keys)
-                    values = zip(numbers[new].tolist(), self._model.values(tests), strict=True)
-                    found = _Found(numbers, found.values | dict(values), outputs)
-        unknown = dict.fromkeys(found.outputs, np.nan)
-        rows = []
-        for number in found.numbers.tolist():
-            rows.append(unknown | found.values[number] | {"test_point": number})
+                numbers, values = self._lookup(keys)
+                rows_by_key = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
+                self._adds = len(rows_by_key) > 0
+                if rows_by_key:
+                    self._evaluate(designs[[*rows_by_key.values()]])
+                    numbers, values = self._lookup(keys, retries=False)
+        rows = [values[number] | {"test_point": number} for number in numbers.tolist()]
         out = columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
@@ -213,45 +205,36 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
-    def _lookup(self, keys: Sequence[str]) -> _Found:
-        """Return what the study has of n designs by their keys."""
+    def _lookup(
+        self, keys: Sequence[str], *, retries: bool = True
+    ) -> tuple[Numbers, dict[int, Values]]:
+        """Return what the study has of n designs.
+
+        Args:
+            keys: Their keys.
+            retries: Whether tests are to be retried.
+
+        Returns:
+            ``(n,)`` the numbers of their tests, 0 where there is none or it is to be retried; and
+            the values of tests by number.
+        """
         store = self._store
         with store.study.reading() as database:
-            last_point = database.last_point(store.run)
-            outputs = database.head.get("outputs", ())
             numbers = database.find(keys)
-            if not numbers.any():
-                return _Found(numbers, {}, outputs, last_point)
             columns = database.tests_with(numbers)
         tests = store.table(columns, TEST)
-        for number in tests.numbers[store.are_retried(tests, columns)].tolist():
-            if number not in self.returned:
-                numbers[numbers == number] = 0
-        values = dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
-        return _Found(numbers, values, outputs, last_point)
+        if retries:
+            retried = {*tests.numbers[store.are_retried(tests, columns)].tolist()}
+            numbers[np.isin(numbers, [*retried - self.returned])] = 0
+        return numbers, dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
 
-    def _evaluate(self, designs: Designs, first: int) -> TestTable:
-        """Return the tests of designs, the next points; what arrives is stored within a second."""
+    def _evaluate(self, designs: Designs) -> None:
+        """Test designs as the next points; what arrives is stored within a second."""
+        with self._store.study.reading() as database:
+            first = database.last_point(self._store.run) + 1
         points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         tests = run.block(len(points))
         self.n_evaluated += run.n_called
         if len(tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")
-        return tests
-
-
-class _Found(NamedTuple):
-    """What a study has of n designs.
-
-    Attributes:
-        numbers: ``(n,)`` their tests; 0 where there is none, or where it is to be retried.
-        values: The values of the tests by number.
-        outputs: The outputs of all tests of the study.
-        last_point: The last point of the run.
-    """
-
-    numbers: Numbers
-    values: dict[int, Values]
-    outputs: Names
-    last_point: int = 0

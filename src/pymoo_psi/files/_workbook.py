@@ -20,7 +20,7 @@ _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
-_NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a cell with a number does not keep
+_NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a workbook keeps as texts only
 
 
 class WorkbookFile(FileFormat):
@@ -150,8 +150,8 @@ def _title(titles: Names, name: str | None) -> str:
 
 def _typed(value: Any) -> Any:
     """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
-    if value == "-0.0":
-        return -0.0
+    if value in _NO_NUMBERS:
+        return float(value)
     if isinstance(value, str):
         return _ESCAPED.sub(lambda match: chr(int(match[1], 16)), value)
     if isinstance(value, (int, float)):
