@@ -141,27 +141,27 @@ def _change(
     F = without_rounding(np.vstack([table.F[rows], table.F[best]]))
     b = F[-1]
     F = F[:-1]
-    # The limit lets in the designs up to a place. These places are tried in order; at the last one
-    # the best design is left out or dominated.
+    # At a place the limit lets in the designs up to there. Places are tried in order; at a last one
+    # the best design is left out, or one that dominates it comes in.
     if direction == "tighter":
-        last = int(np.searchsorted(steps, values[best])) - 1
-        tried = range(len(steps) - 2, last, -1)
-        edge = 1  # it stays recommended at the value before
+        own = int(np.searchsorted(steps, values[best]))
+        tried = range(len(steps) - 2, own - 1, -1)
+        last = [own - 1]
+        ends = steps[1:]  # it stays recommended at the value of the place before
     else:
+        first = int(np.searchsorted(steps, present, side="right"))
         dominates = (b >= F).all(axis=1) & (b > F).any(axis=1)
-        last = int(places[dominates].min(initial=len(steps)))
-        tried = range(int(np.searchsorted(steps, present, side="right")), last)
-        edge = 0
+        last = places[dominates][:1].tolist()
+        tried = range(first, min(last, default=len(steps)))
+        ends = steps
     doubtful = _doubtful(F, places, tests.pareto()[rows], b, ranking.frame, tried)
-    for place in chain(doubtful, [last]):
-        if place == len(steps):  # none dominates it
-            break
+    for place in chain(doubtful, last):
         inside = np.sort(rows[places <= place])
         if len(inside) == 0:
-            return steps[place + edge], None
+            return steps[0], None
         recommended = inside[nearest_to_ideal(table.F[inside], ranking.frame)]
         if best not in recommended:
-            return steps[place + edge], str(table.names[recommended[0]])
+            return ends[place], str(table.names[recommended[0]])
     return np.nan, None
 
 
