@@ -480,7 +480,6 @@ def _table(
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
-    # What each column is, the objectives first.
     remarks = [*cells.remarks]
     data: Columns = {}
     described = {}
@@ -497,12 +496,7 @@ def _table(
             problem = column.problem or cells.place(name, int(column.gaps().argmax()))
             remarks.append(f"{name} is no variable: {problem}.")
         data[name] = _values(column, role)
-        described[name] = Column(name, role, Kind.CHOICE)
-        if role != NOTE:
-            unit = stated.units.get(name, column.unit)
-            maximize = name in stated.maximize and role != VARIABLE
-            described[name] = Column(name, role, kind_of_cells(data[name]), unit, maximize)
-    # What numbers and names the designs.
+        described[name] = _described(column, role, data[name], stated)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -512,7 +506,6 @@ def _table(
             label = _label_of_rows([name for name in described if described[name].role != NOTE])
             data.setdefault(label, np.fromiter(cells.rows, object))
         described[label] = Column(label, LABEL, Kind.CHOICE)
-    # The table, and what a reader must know about its rows.
     if {*stated.objectives} != {*objectives}:
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
@@ -529,6 +522,15 @@ def _table(
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
     return replace(table, remarks=tuple(remarks))
+
+
+def _described(column: TextColumn, role: str, values: AnyArray, stated: Formulation) -> Column:
+    """Return what a column is, given its role, its values and what its source states."""
+    if role == NOTE:
+        return Column(column.name, role, Kind.CHOICE)
+    unit = stated.units.get(column.name, column.unit)
+    maximize = column.name in stated.maximize and role != VARIABLE
+    return Column(column.name, role, kind_of_cells(values), unit, maximize)
 
 
 def _test_numbers(cells: AnyArray) -> Integers:
