@@ -51,14 +51,25 @@ _OTHER_NAMES = {
 _NAMES: ContextVar[Mapping[str, str]] = ContextVar("_NAMES", default=MappingProxyType({}))
 
 
+# Whether users give arguments as options of a command.
+_AS_OPTIONS: ContextVar[bool] = ContextVar("_AS_OPTIONS", default=False)
+
+
 @contextmanager
-def named_as(names: Mapping[str, str]) -> Iterator[None]:
-    """Give arguments other names in errors."""
+def named_as(names: Mapping[str, str], *, as_options: bool = False) -> Iterator[None]:
+    """Give arguments other names in errors.
+
+    Args:
+        names: The names of some arguments.
+        as_options: Whether errors recommend all other arguments as options.
+    """
     before = _NAMES.set({**_NAMES.get(), **names})
+    before_options = _AS_OPTIONS.set(as_options or _AS_OPTIONS.get())
     try:
         yield
     finally:
         _NAMES.reset(before)
+        _AS_OPTIONS.reset(before_options)
 
 
 def name_of(subject: str) -> str:
@@ -83,6 +94,24 @@ def operand(name: str) -> str:
         return name
     doubled = name.replace("`", "``")
     return f"`{doubled}`"
+
+
+def argument(name: str, value: Any = None) -> str:
+    """Return an argument, with its value if there is one, as an error recommends it.
+
+    Example:
+        >>> argument("skip_rows", [3])
+        'skip_rows=[3]'
+        >>> with named_as({}, as_options=True):
+        ...     argument("skip_rows", [3]), argument("drop_incomplete", True), argument("sheet")
+        ('--skip-rows 3', '--drop-incomplete', '--sheet')
+    """
+    if not _AS_OPTIONS.get():
+        return name if value is None else f"{name}={value!r}"
+    option = f"--{name.replace('_', '-')}"
+    if value is None or value is True:
+        return option
+    return f"{option} {repr(value).strip('[]')}"
 
 
 def require_no_other_name(owner: str, name: str) -> None:

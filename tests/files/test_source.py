@@ -101,7 +101,7 @@ FILES = {
     "names in a comment": ("# f1,f2\n1,2\n2,1\n", {}, {"f1": [1, 2], "f2": [2, 1]}),
     "names in a comment, titles": ("# of May\n#\n#f1,f2\n1,2\n2,1\n# the end\n", {}, {"f1": [1, 2], "f2": [2, 1]}),
     "names in a comment, blanks": ("% f1, f2\n1.0e+00 2.0e+00\n2.0e+00 1.5e-07\n", {}, {"f1": [1, 2], "f2": [2, 1.5e-7]}),
-    "names and units in comments": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {}, "comments in lines 1,2 may all be the names .* skip_rows="),
+    "names and units in comments": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {}, "comments in lines 1,2 may all be the names .* skip_rows"),
     "units of comments left out": ("# f1 f2\n# kg mm\n1 2\n2 1\n", {"skip_rows": [2]}, {"f1": [1, 2], "f2": [2, 1]}),
     "a comment with too few names": ("# f1 f2\n1 2 3\n2 1 3\n", {}, "must name the columns, and holds numbers"),
     # Aligned cells: SU2, Dakota

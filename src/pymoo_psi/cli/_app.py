@@ -531,7 +531,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Without any words click reports a mistake, code 2; here they ask for help, code 0.
     words = list(arguments) or ["--help"]
     try:
-        with warnings.catch_warnings(), named_as(_typed_names(words)):
+        with warnings.catch_warnings(), named_as(_typed_names(words), as_options=True):
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             # app.main() would handle errors in its own way. The name is for
             # 'python -m pymoo_psi'.
@@ -554,16 +554,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_error(f"pymoo-psi: interrupted; {remark}")
         return _INTERRUPTED
     # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    line = " ".join(message.split()).replace("its study_key,", "its --study-key,")
-    print_error(f"pymoo-psi: error: {_RECOMMENDED.sub(_as_option, line)}")
+    print_error(f"pymoo-psi: error: {' '.join(message.split())}")
     return 2
 
-
-# Arguments of `read_table` as messages recommend them.
-_RECOMMENDED = re.compile(
-    r"\b(decimal|drop_incomplete|encoding|objectives|sheet|skip_rows)="
-    r"(True|'.*?'|\[[\d,]+\]|)(?![.\w])"
-)
 
 # Arguments of Python that have other names in a command.
 _TYPED = {
@@ -584,12 +577,6 @@ def _typed_names(words: Sequence[str]) -> dict[str, str]:
         name = option.lstrip("-").replace("-", "_")
         names |= {name: option, f"n_{name}": option}
     return _TYPED | names
-
-
-def _as_option(match: re.Match[str]) -> str:
-    """Return an argument of Python with its value as an option."""
-    value = match[2].strip("[]").removesuffix("True")
-    return f"--{match[1].replace('_', '-')} {value}".rstrip()
 
 
 def _show_warning(

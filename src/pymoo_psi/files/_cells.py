@@ -30,6 +30,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from pymoo_psi._names import argument
 from pymoo_psi._validation import Array, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
@@ -138,7 +139,7 @@ class Cells:
     def without(self, i: int) -> str:
         """Say how to leave the i-th row out."""
         if self.lines:
-            return f"leave it out by skip_rows=[{self.lines[i]}]"
+            return f"leave it out by {argument('skip_rows', [self.lines[i]])}"
         return "leave it out of the source"
 
     def place(self, name: str, i: int) -> str:
@@ -222,7 +223,8 @@ def _header(rows: RowsByLine) -> list[Any]:
         if len(row) != usual:
             raise UnfitError(
                 f"line {end} has {counted(len(row), 'cell')}, most lines {usual}",
-                f"complete it, or leave it out by skip_rows=[{end}] if it is a title or a note",
+                "complete it, or, if it is a title or a note, leave it out by "
+                f"{argument('skip_rows', [end])}",
             )
     return next(iter(rows.values()))
 
@@ -236,7 +238,7 @@ def _cells_below(rows: RowsByLine, names: Names) -> Cells:
         if name in columns:
             raise UnfitError(
                 f"its header names the column {name!r} {list(names).count(name)} times",
-                "rename all but one, or leave titles out by skip_rows=",
+                f"rename all but one, or leave titles out by {argument('skip_rows')}",
             )
         if name:
             columns[name] = [row[j] for row in others]
@@ -259,7 +261,8 @@ def named_cells(rows: RowsByLine) -> Cells:
         if is_number(name):
             raise UnfitError(
                 f"its first line must name the columns, and holds numbers, {name!r:.40}",
-                "put a line of names above them, or leave lines above it out by skip_rows=",
+                "put a line of names above them, or leave lines above it out by "
+                f"{argument('skip_rows')}",
             )
         # A line break could not be typed in an option.
         names.append(re.sub(r"\s*[\r\n]\s*", " ", name.strip()))
@@ -272,7 +275,7 @@ def named_cells(rows: RowsByLine) -> Cells:
         if not all(map(is_blank, compress(row, is_nameless))):
             raise UnfitError(
                 "a name is empty in its first line, which must name the columns",
-                f"if it is a title, skip it by skip_rows=[{first}]; else complete it",
+                f"if it is a title, skip it by {argument('skip_rows', [first])}; else complete it",
             )
     return _cells_below(rows, names)
 
@@ -470,7 +473,8 @@ def _read(
     if certain == {decimal} or (is_printed and not certain):
         return column._replace(numbers=readings[decimal], decimal=decimal)
     either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
-    remedy = f"state the decimal mark by decimal='{other}' or decimal='{decimal}'"
+    marks = " or ".join(argument("decimal", mark) for mark in (other, decimal))
+    remedy = f"state the decimal mark by {marks}"
     return column._replace(problem=f"{cells.place(column.name, row)}, either {either}; {remedy}")
 
 
@@ -494,8 +498,8 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
                 f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
-                f"decimal mark by decimal=, {cells.without(row)}, or name the objectives by "
-                "objectives="
+                f"decimal mark by {argument('decimal')}, {cells.without(row)}, or name the "
+                f"objectives by {argument('objectives')}"
             )
     return ""
 

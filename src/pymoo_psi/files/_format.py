@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
+from pymoo_psi._names import argument
 from pymoo_psi._output import is_marked, whole_file
 from pymoo_psi._validation import Entries, FilePath, Head, invalid
 from pymoo_psi.files._cells import Cells, UnfitError
@@ -70,7 +71,8 @@ class SourceFile:
             # Any bytes are text in cp1252, right or wrong; so it is not guessed.
             raise UnfitError(
                 f"it is no text: {error}",
-                "give its encoding, often encoding='cp1252' on Windows, or save it as UTF-8",
+                f"give its encoding, often {argument('encoding', 'cp1252')} on Windows, or save it "
+                "as UTF-8",
             ) from None
         return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
 

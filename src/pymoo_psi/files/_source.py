@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pymoo_psi._kinds import Kind, kind_of_cells
-from pymoo_psi._names import name_of, named_as
+from pymoo_psi._names import argument, name_of, named_as
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -454,7 +454,7 @@ def _names_of_roles(
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
             f"two columns or more must be of numbers, without labels and variables, got {received}",
-            "to rank by one alone, name it by objectives=",
+            f"to rank by one alone, name it by {argument('objectives')}",
         )
     for name in objectives:
         known_name("objectives", name, columns)
@@ -619,7 +619,8 @@ def _incomplete(
     if not drop:
         name = objectives[lacking[:, rows[0]].argmax()]
         raise UnfitError(
-            cells.place(name, rows[0]), "leave out such designs by drop_incomplete=True"
+            cells.place(name, rows[0]),
+            f"leave out such designs by {argument('drop_incomplete', True)}",
         )
     n = counted(len(rows), "incomplete design")
     return [f"{n} left out, the first in {cells.where(rows[0])}."]

@@ -16,6 +16,7 @@ from io import StringIO
 from itertools import takewhile
 from pathlib import Path
 
+from pymoo_psi._names import argument
 from pymoo_psi._output import is_marked
 from pymoo_psi._validation import (
     Entries,
@@ -173,7 +174,7 @@ def _names_in_comments(comments: Names, n: int) -> RowsByLine:
             numbers = ",".join(map(str, names))
             raise UnfitError(
                 f"the comments in lines {numbers} may all be the names of its columns",
-                "leave out those that are not by skip_rows=",
+                f"leave out those that are not by {argument('skip_rows')}",
             )
         if names:
             return names
@@ -193,7 +194,7 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
         elif all(row) and all(len(row) == len(design) for design in designs.values()):
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
-                f"leave it out by skip_rows=[{end}] if it is a comment, or rename it",
+                f"leave it out by {argument('skip_rows', [end])} if it is a comment, or rename it",
             )
     return designs
 

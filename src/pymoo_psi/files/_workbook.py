@@ -10,6 +10,7 @@ from typing import Any
 from warnings import catch_warnings, simplefilter
 from zipfile import ZipFile, is_zipfile
 
+from pymoo_psi._names import argument
 from pymoo_psi._validation import Entries, Head, Names, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.files._cells import Cells, RowsByLine, UnfitError, cells_of_rows, named_cells
@@ -143,7 +144,7 @@ def _title(titles: Names, name: str | None) -> str:
     if len(titles) != 1:
         raise UnfitError(
             f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}",
-            "name the one with the designs by sheet=",
+            f"name the one with the designs by {argument('sheet')}",
         )
     return titles[0]
 
