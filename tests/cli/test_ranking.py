@@ -143,7 +143,7 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     reason = "It is light, " * 30
     positions = [
         {"name": "Cleo", "chosen": "C", "reason": reason},
-        {"name": "Ana", "chosen": "B", "limits": {"mass": 5}},
+        {"name": "Ana", "chosen": "B", "limits": {"mass": 5, "cost": (None, None), "width": 9}},
         {"name": "Dora", "chosen": "D"},
         {"name": "Emil", "chosen": "E"},
     ]
@@ -155,7 +155,7 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     assert max(map(len, printed.splitlines())) <= 80
     text = " ".join(printed.split())
     assert f"Cleo wants C: beyond cost at most 4 (9). “{reason.strip()}" in text
-    assert "Ana wants B. Conditions: mass<=5." in text
+    assert "Ana wants B. Conditions: mass<=5; width<=9." in text  # a column that is gone
     assert "Dora wants D: beyond cost at most 4 (4.000001)." in text
     assert "Emil wants E, which is not among these designs." in text
     assert text.count("equally near") + text.count("is as near") == 1

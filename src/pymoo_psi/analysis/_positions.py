@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,7 @@ from pymoo_psi.pareto import (
     unit_lengths,
     without_rounding,
 )
-from pymoo_psi.table import Limit, TestTable
+from pymoo_psi.table import Limit, TestTable, limits_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,7 +48,8 @@ def positions_frame(table: TestTable) -> pd.DataFrame:
 
     rows = []
     for position in latest_positions(table.decision.positions):
-        under = written_limits(table.under(limits=position["limits"]))
+        # As they are: the table may have other columns or texts now.
+        under = written_limits(limits_of(position["limits"]), table.schema.units)
         for word, key in (("weights", "weights"), ("aspirations", "aspiration")):
             texts = [f"{name} {number(value)}" for name, value in position[key].items()]
             if texts:
@@ -123,12 +124,12 @@ def position_sentences(table: TestTable) -> list[str]:
     return sentences
 
 
-def written_limits(table: TestTable) -> list[str]:
-    """Return the limits of a table as they can be typed, with their units."""
+def written_limits(limits: Mapping[str, Limit], units: Mapping[str, str]) -> list[str]:
+    """Return limits as they can be typed, with the units of their columns."""
     texts = []
-    for name, limit in table.limits.items():
-        unit = table.schema.units.get(name, "")
-        texts.append(f"{limit.written(name)} {unit}".strip())
+    for name, limit in limits.items():
+        if limit != Limit():
+            texts.append(f"{limit.written(name)} {units.get(name, '')}".strip())
     return texts
 
 

@@ -269,7 +269,7 @@ class Points:
             text += f". {counted(self.n_outside, 'design')} outside the axes"
         for _, name in list(self.named.values())[:1]:
             text += f". The blue dot is {name}"
-        limits = written_limits(table)
+        limits = written_limits(table.limits, table.schema.units)
         if limits:
             text += f". Limits are dashed: {', '.join(limits)}"
         return f"{text}."
