@@ -76,7 +76,7 @@ def test_few_lines_have_names_and_darker_ones_are_explained(n, last, width):
     [
         (21, ["places up to 10", "10 more not dominated"]),
         (9, []),
-        (5, ["places up to 2", "3 more not dominated"]),
+        (5, ["places up to 2", "2 more not dominated"]),
     ],
 )
 def test_the_key_tells_places_and_not_how_many_designs_have_them(n, key):

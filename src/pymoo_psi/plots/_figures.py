@@ -100,12 +100,12 @@ _SOLID: Style = {
 _DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--", "markersize": 5.5}
 
 _PANELS = 3  # panels side by side
-# Indicators with their labels.
+# Indicators with their labels, whose arrows say where better values are.
 _INDICATORS = {
-    "hypervolume": "hypervolume of all designs as a share of the box",
-    "igd_plus": "IGD+ in units of N − U",
-    "epsilon": "additive epsilon in units of N − U",
-    "optimum_distance": "optimum distance in units of N − U",
+    "hypervolume": "↑ hypervolume of all designs as a share of the box",
+    "igd_plus": "↓ IGD+ in units of N − U",
+    "epsilon": "↓ additive epsilon in units of N − U",
+    "optimum_distance": "↓ optimum distance in units of N − U",
 }
 # How the stairs of a histogram are drawn.
 _ALL: Style = {"fill": True, "color": "0.9"}
@@ -690,7 +690,7 @@ def plot_indicators(comparison: Comparison) -> Drawing:
         >>> comparison = compare(
         ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
         ... )
-        >>> [ax.get_ylabel().split()[0] for ax in plot_indicators(comparison).axes]
+        >>> [ax.get_ylabel().split()[1] for ax in plot_indicators(comparison).axes]
         ['hypervolume', 'IGD+', 'additive', 'optimum']
     """
     with panels(4, 2, height=61.0) as (figure, axes):

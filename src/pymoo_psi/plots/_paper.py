@@ -27,6 +27,7 @@ from pymoo_psi.plots._style import (
     Style,
     add_letters,
     curves,
+    head_axes,
     name_lines,
     new_figure,
     panels,
@@ -72,7 +73,7 @@ _UNRANKED = "of rank 0"
 _OPTIMUM = "Salukvadze optimum"
 # Groups of points, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
 _RANKS: dict[str, tuple[int, Style]] = {
-    _UNRANKED: (0, {"marker": ".", "color": "0.68", "markersize": 4.5, "zorder": 2.0}),
+    _UNRANKED: (0, {"marker": ".", "color": "0.4", "markersize": 4.5, "zorder": 2.0}),
     "of rank 3": (3, {"marker": "^", "color": "#9ECAE1", "markersize": 5.0, "zorder": 4.0}),
     "of rank 4": (4, {"marker": "s", "color": "#4292C6", "markersize": 3.4, "zorder": 3.0}),
     "of rank 5": (5, {"marker": "D", "color": "#08519C", "markersize": 5.0, "zorder": 5.0}),
@@ -265,6 +266,7 @@ def _motion_figure(case: Case) -> Drawing:
         for ax, (name, (curve_names, values)) in zip(axes, quantities.items(), strict=True):
             _draw_motion(figure, ax, motion, values, curve_names)
             ax.set_ylabel(name)
+            head_axes(ax)
         title = (
             rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model for "
             f"the Salukvadze optimum under the {_MODEL_NAMES[case.model]}"
@@ -323,9 +325,7 @@ def _functions_figure(case: Case, n: int) -> Drawing:
             _draw_functions(ax, functions, labels, styles)
             name_lines(figure, ax)
             ax.axvline(speed, **_TRANSITION)
-            ax.annotate(
-                f"$c$ = {speed:g}", (speed, 1), (3, -8), ("data", "axes fraction"), **BESIDE
-            )
+            ax.annotate(f"$c$ = {speed:g}", (speed, 1), (3, -8), ax.get_xaxis_transform(), **BESIDE)
         add_letters(figure)
         figure.describe(
             f"Salukvadze optima of {counted(n, 'test point')} against the initial speed, in steps "
@@ -346,4 +346,5 @@ def _draw_functions(
         ax.step(functions["c"], functions[name], label=label, where="mid", **style)
     symbols = [label.split(",")[0] for label in labels.values()]
     ax.set_ylabel(", ".join(symbols))
+    head_axes(ax)
     ax.set(xlim=(0, None), xlabel="$c$, initial speed of the centre")

@@ -63,7 +63,7 @@ _SIDES = np.array(
 _GAP = 5.0  # points between names on a line
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
-_CLEAR = 1.0  # points from a line to a name
+_CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
@@ -395,7 +395,10 @@ class _Ticks(Formatter):
 
     def format_ticks(self, values: list[float]) -> list[str]:
         """Return the numbers at all ticks."""
-        text = NumberFormat.of(values, minus="−").text
+        written = NumberFormat.of(values, minus="−")
+        text = written.text
+        if written.has_powers:  # ticks are round numbers
+            text = number
         return [raised(text(value)) for value in values]
 
 
@@ -464,11 +467,13 @@ def name_lines(figure: Drawing, axes: Axes) -> None:
 
 
 def _spread(axes: Axes, names: list[Annotation]) -> None:
-    """Move names at right ends up until each is a line above the one below."""
+    """Move names at right ends up until each is above the one below."""
     level = -np.inf
+    heights = [extent(name).height * 72 / axes.figure.dpi for name in names]
+    line = max(heights, default=0.0) + _CLEAR
     for name in sorted(names, key=lambda name: name.xy[1]):
         end = axes.transData.transform(name.xy)[1] * 72 / axes.figure.dpi
-        level = max(level + _LINE, end)
+        level = max(level + line, end)
         name.xyann = (5, level - end)
 
 
