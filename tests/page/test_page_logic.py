@@ -416,8 +416,8 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
             assert [one["standing"], one["costs"]] == [why.sentences[0], costs]
             for step, text in zip(one["steps"], why.sentences[2:], strict=True):
                 assert text.endswith(f": {step['text']}.")
-            away = [objective["away"] for objective in one["objectives"]]
-            np.testing.assert_allclose(away, why.behind, rtol=1e-12, atol=1e-13)
+            shares = np.array([objective["share"] for objective in one["objectives"]], dtype=float)
+            np.testing.assert_allclose(shares, why.shares, rtol=1e-12, atol=1e-13)
             two = compare_designs(ranking, rows=[best, at], units=units)
             parts = {"design": ranking.name_of(at).capitalize(), "other": ranking.name_of(best)}
             expected = SENTENCES["instead"].format(difference=two.difference(1), **parts)

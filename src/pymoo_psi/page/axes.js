@@ -13,7 +13,6 @@ const axes = (() => {
   let heights = [] // of the axes, top down
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
-  let hasBest = false // whether the column of best values is there
   let former // the density
   const {size, clean, fit} = layers(plot, 3, () => draw(true))
   const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
@@ -22,7 +21,6 @@ const axes = (() => {
   function measure() {
     columnsShown = shownColumns()
     if (!columnsShown.length) return
-    hasBest = document.querySelector("#objectives .head .best").checkVisibility()
     // The axes below are as wide as those of objectives.
     $("further").style.setProperty("--columns", getComputedStyle($("objectives")).gridTemplateColumns)
     const area = $("rows-area").getBoundingClientRect()
@@ -102,15 +100,9 @@ const axes = (() => {
     }
     g.setLineDash([])
     for (const lane of lanes) {
-      drawEnds(g, lane)
+      drawBeyond(g, lane)
       drawMarks(g, lane)
     }
-  }
-
-  // The worst and the best value of the per cent, from left to right; null without any.
-  function rangeOf(column) {
-    const j = data.objectives.indexOf(column)
-    return j < 0 || !ranking.count ? null : [ranking.nadir[j], ranking.ideal[j]]
   }
 
   // What is rejected, the range of the per cent, and ticks of designs.
@@ -121,27 +113,18 @@ const axes = (() => {
       drawHatch(g, min(place, edge), y - 18, abs(place - edge), 36)
       drawLine(g, INK.text, place, y - 19, place, y + 19, 3)
     })
-    const range = rangeOf(column)?.map(x)
-    if (range) drawLine(g, INK.muted, range[1], y, range[0], y, 2)
+    const j = data.objectives.indexOf(column)
+    if (j >= 0 && ranking.count) drawLine(g, INK.muted, x(ranking.nadir[j]), y, x(ranking.ideal[j]), y, 2)
     for (const row of rows) {
       const place = x(values[row])
       drawLine(g, LOOKS.other.colour, place, y - 5, place, y + 5, 1.5)
     }
   }
 
-  // The ends of the per cent, below an axis that has no columns for them, and how many designs lie beyond the
-  // ends of the axis.
-  function drawEnds(g, {column, values, x, y}) {
+  // How many designs lie beyond the ends of an axis: counted only where there are some, as the least of
+  // all rows takes a tenth of the time.
+  function drawBeyond(g, {column, values, y}) {
     const {low, high} = scaleOf(column)
-    const ends = rangeOf(column) ?? (isTurned(column) ? [high, low] : [low, high])
-    const [worst, best] = ends.map((end) => valueText(column, end))
-    const [first, second] = [worst, best].map((text) => g.measureText(text).width + 8)
-    const from = max(0, min(x(ends[0]), size.width - first - second))
-    if (!hasBest || !isObjective(column)) {
-      drawText(g, worst, from, y + 18, "left")
-      if (worst !== best) drawText(g, best, min(size.width, max(from + first + second, x(ends[1]))), y + 18, "right")
-    }
-    // Counted only where there are some: the least of all rows takes a tenth of the time.
     const beyond = [[1, low], [-1, high]].map(([sign, end]) => sign * endOf(values, sign, shownRows) < sign * end
       ? picked(shownRows, (row) => sign * values[row] < sign * end).length : 0)
     const [left, right] = isTurned(column) ? beyond.reverse() : beyond

@@ -60,7 +60,7 @@ function drawHatch(g, x, y, width, height) {
 // A text in lines that are at most so wide; a longer word is a line.
 function wrapped(g, text, width) {
   const lines = []
-  for (const word of text.split(" ").filter(Boolean)) {
+  for (const word of text.split(" ")) {
     const longer = lines.length ? `${lines.at(-1)} ${word}` : word
     if (lines.length && g.measureText(longer).width <= width) lines[lines.length - 1] = longer
     else lines.push(word)
@@ -99,15 +99,6 @@ function drawDensity(g, colour, rows, total, [least, alpha], count, former) {
   }
   g.putImageData(image, 0, 0)
   return {image, counts, rows, drawn}
-}
-
-// A box of a mark.
-function countBox(counts, line, left, top, width, height, step) {
-  const first = top * line + left
-  for (let at = first; at < first + height * line; at += line) {
-    counts[at] += step
-    counts[at + width] -= step
-  }
 }
 
 // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.

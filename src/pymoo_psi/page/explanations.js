@@ -82,14 +82,19 @@ function compareRows(ranking, rows, base) {
   return data.objectives.map((column, j) => ({column, gains: all.map(({gains}) => gains[j]), shares: all.map(({shares}) => shares[j])}))
 }
 
+// How far a row is from the best values, and this in shares of the ranges.
+function behindOf({frame: {low, lengths}}, row) {
+  const behind = data.F.map((column, j) => column[row] - low[j])
+  return {behind, shares: behind.map((value, j) => shareOf(value, lengths[j]))}
+}
+
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(ranking, row) {
   const {front, frame: {low, lengths}, pareto} = ranking
   const {objectives, F} = data
   const own = F.map((column) => column[row])
-  const behind = own.map((value, j) => value - low[j])
-  const shares = behind.map((value, j) => shareOf(value, lengths[j]))
+  const {behind, shares} = behindOf(ranking, row)
   const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
   F.forEach((column, j) => {
     const [value, length] = [own[j], lengths[j]]
@@ -126,7 +131,7 @@ function explain(ranking, row) {
   const steps = new Set(bySize(shares).map((j) => neighbours[j]).filter((i) => i >= 0))
   return {
     row,
-    objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], away: behind[j], share: shares[j]})),
+    objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], share: shares[j]})),
     steps: [...steps].map((i) => ({row: i, text: differenceText(ranking, i, row)})),
     standing: standingOf(ranking, row, dominatedBy),
     costs: costsOf(ranking, behind, shares),
@@ -135,9 +140,7 @@ function explain(ranking, row) {
 
 // How far a design is from the best value where this is the greatest share of a range.
 function behindText(ranking, row) {
-  const {frame} = ranking
-  const behind = data.F.map((column, j) => column[row] - frame.low[j])
-  const shares = behind.map((value, j) => shareOf(value, frame.lengths[j]))
+  const {behind, shares} = behindOf(ranking, row)
   const j = bySize(shares).find((k) => behind[k] > 0)
   if (j === undefined) return "–"
   const column = data.objectives[j]

@@ -141,14 +141,13 @@ $("objectives").append(...data.objectives.map(rowOfColumn))
 for (const group of $("further").children) {
   const columns = data.columns.filter(({role}) => role === group.dataset.role)
   group.hidden = !columns.length
-  group.ontoggle = () => { columnsShown = null; soon() }
   const rows = columns.map((column) => column.texts ? rowOfTexts(column) : rowOfColumn(column))
   group.lastElementChild.append(...rows.filter(({role}) => role === "row"))
   group.append(...rows.filter(({role}) => role !== "row"))
 }
 $("fold").onclick = () => {
   isUnfolded = !isUnfolded
-  update(true)
+  update()
 }
 
 function showRows() {
@@ -204,8 +203,8 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   let value = verdict && cellText(column, verdict.row)
   if (verdict && error) value += ` ± ${valueText(column, error.values[verdict.row])}`
   renew(cells[0], value)
-  renew(cells[1], one && valueText(column, ranking.nadir[j]))
-  renew(cells[2], one && valueText(column, one.best))
+  const ends = one ? [ranking.nadir[j], one.best] : [scale.low, scale.high] // from left to right
+  ends.forEach((end, k) => renew(cells[k + 1], (one || j < 0) && valueText(column, end)))
   renew(cells[3], one && (one.share < 0 ? "–" : shareText(one.share)))
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }

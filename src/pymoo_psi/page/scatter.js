@@ -22,6 +22,7 @@ const scatter = (() => {
   let whole // for each column, the shares of its scale that are shown without a zoom
   let view = [[0, 1], [0, 1]] // the shares of these that are shown
   let scales = [] // of what is shown
+  let [x, y] = [] // where a value is across and up
   let [u, v] = [] // where a row is
   let [isKnown, isInside] = [] // whether it has both values, and these are shown
   let former, formerScales // the density
@@ -63,7 +64,8 @@ const scatter = (() => {
 
   function place() {
     const [w, h] = frame()
-    const [x, y] = [placing(scales[0], LEFT, LEFT + w, 0), placing(scales[1], TOP + h, TOP, 0)]
+    x = placing(scales[0], LEFT, LEFT + w, 0)
+    y = placing(scales[1], TOP + h, TOP, 0)
     const [xs, ys] = columns.map(({values}) => values)
     u = (row) => x(xs[row])
     v = (row) => y(ys[row])
@@ -89,7 +91,6 @@ const scatter = (() => {
     const up = tickTexts(scales[1], max(2, h / 45))
     LEFT = ceil(max(24, ...up.map(({text}) => g.measureText(text).width + 10)))
     place()
-    const [x, y] = [placing(scales[0], LEFT, size.width - RIGHT), placing(scales[1], TOP + h, TOP)]
     for (const {value, text} of across) drawText(g, text, x(value), TOP + h + 14, "center")
     for (const {value, text} of up) drawText(g, text, LEFT - 6, y(value), "right")
     drawText(g, columns[0].label, size.width, TOP + h + 32, "right")
@@ -104,7 +105,11 @@ const scatter = (() => {
     const half = round((data.total > 5000 ? 1 : 1.5) * ratio)
     const width = 2 * half + 1
     for (const row of rows) {
-      countBox(counts, line, round(u(row) * ratio - half), round(v(row) * ratio - half), width, width, step)
+      const first = round(v(row) * ratio - half) * line + round(u(row) * ratio - half)
+      for (let at = first; at < first + width * line; at += line) {
+        counts[at] += step
+        counts[at + width] -= step
+      }
     }
   }
 
@@ -138,15 +143,15 @@ const scatter = (() => {
   // What limits reject is hatched.
   function drawLimits(g, column, k) {
     const [w, h] = frame()
-    const at = shareOn(scales[k])
+    const {low, high} = scales[k]
     numericLimit(column).forEach((end, side) => {
-      const share = end === null ? -1 : at(end)
-      if (!(share >= 0 && share <= 1)) return
-      const [from, to] = side ? [share, 1] : [0, share]
-      const box = k ? {x: LEFT, y: TOP + (1 - to) * h, width: w, height: (to - from) * h} : {x: LEFT + from * w, y: TOP, width: (to - from) * w, height: h}
+      if (end === null || end < low || end > high) return
+      const place = (k ? y : x)(end)
+      const from = k ? [LEFT, side ? TOP : place] : [side ? place : LEFT, TOP]
+      const to = k ? [LEFT + w, side ? place : TOP + h] : [side ? LEFT + w : place, TOP + h]
+      const box = {x: from[0], y: from[1], width: to[0] - from[0], height: to[1] - from[1]}
       drawHatch(g, box.x, box.y, box.width, box.height)
-      const [x, y] = [LEFT + share * w, TOP + (1 - share) * h]
-      drawLine(g, INK.text, ...(k ? [LEFT, y, LEFT + w, y] : [x, TOP, x, TOP + h]), 2)
+      drawLine(g, INK.text, ...(k ? [LEFT, place, LEFT + w, place] : [place, TOP, place, TOP + h]), 2)
       lines.push(box)
     })
   }
@@ -162,30 +167,25 @@ const scatter = (() => {
     return rejected.length
   }
 
+  // Points beyond the window are at its edge.
   function explainMarks(front, n_rejected) {
     const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "higher" : "lower"} ${name}`)
     renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}.`)
-    const hidden = left.count - shownRows.length
-    const outside = data.n - left.count - n_rejected
+    const known = picked(shownRows, isKnown)
+    const beyond = known.length - picked(known, isInside).length
+    const missing = shownRows.length - known.length
+    drawn = {points: known.length, missing, beyond}
+    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - n_rejected, "beyond a limit"], [missing, "without a value"]]
+      .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
     const isHatched = columns.some(limitOf)
     const looks = new Set(marks.map(({look}) => look))
     legend("key", [
       ...["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).map((look) => [icon(LOOKS[look]), look]),
       front.length > 1 && [swatch("step"), "best trade-offs of the two"],
-      hidden && [[], `${exact(hidden)} dominated: not drawn`],
-      (isHatched || n_rejected) && [[isHatched && swatch("hatch"), n_rejected && icon(LOOKS.rejected)],
-        `beyond a limit${n_rejected && outside ? `, ${exact(outside)} more outside the plot` : ""}`],
+      (isHatched || n_rejected) && [[isHatched && swatch("hatch"), n_rejected && icon(LOOKS.rejected)], "beyond a limit"],
+      undrawn.length && [[], `not drawn: ${listed(undrawn)}`],
+      beyond && [[], `${exact(beyond)} at the edge, outside of the axes`],
     ])
-  }
-
-  // Points beyond the window are at its edge: it is said how many these are, and how many have no value.
-  function drawEdges(g) {
-    const known = picked(shownRows, isKnown)
-    const beyond = known.length - picked(known, isInside).length
-    const missing = shownRows.length - known.length
-    const words = [beyond && `${exact(beyond)} outside of the axes`, missing && `${exact(missing)} without a value`]
-    drawText(g, words.filter(Boolean).join(", "), size.width - RIGHT, size.height - BOTTOM - 9, "right", INK.accent)
-    drawn = {points: known.length, missing, beyond}
   }
 
   // Names beside their points: none covers another, a point or a line, and none is nearer
@@ -211,12 +211,10 @@ const scatter = (() => {
     }
     for (const row of rows) {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
-      const people = listed((holders.get(row) ?? []).map(({name}) => name))
+      const people = (holders.get(row) ?? []).map(({name}) => name)
       const isWanted = wanted.includes(row)
-      const places = [[[called(row), people].filter(Boolean).join(" · ")], [called(row), people]].flatMap((texts) => {
-        const words = texts.flatMap((text) => wrapped(g, text, frame()[0] * 0.6))
-        return placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
-      })
+      const words = wrapped(g, [called(row), ...people].join(" · "), frame()[0] * 0.6)
+      const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
       const faults = places.map((place) => faultOf(place, isWanted))
       const least = min(...faults)
       if (least > (isWanted ? MOST_FAULTS : 0)) continue
@@ -225,7 +223,7 @@ const scatter = (() => {
       ties.push(...name.tie)
       if (name.tie.length) drawLine(g, INK.muted, name.tie[0].x, name.tie[0].y, name.tie.at(-1).x, name.tie.at(-1).y)
       const colour = row === verdict?.row ? INK.accent : wanted.includes(row) ? INK.text : INK.muted
-      name.words.forEach((line, k) => drawText(g, line, name.x, name.y + 14 * k + 7, "left", colour))
+      words.forEach((line, k) => drawText(g, line, name.x, name.y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
   }
@@ -247,7 +245,7 @@ const scatter = (() => {
     const places = []
     for (const reach of AWAY) for (const [across, down] of SIDES) {
       const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
-      const box = {row, words, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
+      const box = {row, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= size.height - BOTTOM) continue
       const tie = []
       const [x, y, length] = nearestIn(box, row)
@@ -279,7 +277,6 @@ const scatter = (() => {
     drawFront(g, front)
     columns.forEach((column, k) => drawLimits(g, column, k))
     explainMarks(front, drawPoints(g))
-    drawEdges(g)
     drawNames(g, front)
   }
 
