@@ -86,15 +86,14 @@ def program(tmp_path):
         "random.seed(int(sys.argv[2]))\n"
         "print('wait =', float(sys.argv[1]) + random.random())\n"
     )
-    path = tmp_path / "queue.toml"
-    path.write_text(
+    (tmp_path / "queue.toml").write_text(
         'variables.x = {bounds = [1, 9], kind = "integer"}\n'
         'program = {command = "python queue.py {x} {seed}", template = "model", keep = "none"}\n'
         'outputs.wait = {file = "stdout.txt", pattern = "wait = (.*)"}\n'
         'outputs.cost = {expression = "10 - x"}\n'
         'objectives.minimize = ["wait", "cost"]\n'
     )
-    return path
+    return tmp_path / "queue.toml"
 
 
 def test_a_seed_in_a_command_makes_a_program_noisy(program, said):

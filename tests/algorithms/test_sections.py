@@ -98,16 +98,13 @@ def test_panels_are_one_for_each_column_and_variable(table):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "n", "message"),
     [
-        ({"columns": ["mas"]}, "columns must be one of"),
-        ({"design": 500}, "design must be"),
-        ({"n_values": 1}, "n_values must be"),
+        ({"columns": ["mas"]}, 96, "columns must be one of"),
+        ({"design": 500}, 96, "design must be"),
+        ({"n_values": 1}, 96, "n_values must be"),
+        ({}, 5, "8 or more with a value of"),
     ],
 )
-def test_what_has_no_section_is_refused(table, arguments, message):
-    refused(message, sections, table, **arguments)
-
-
-def test_few_tests_have_no_section(table):
-    refused("8 or more with a value of", sections, table.take(np.arange(5)))
+def test_what_has_no_section_is_refused(table, arguments, n, message):
+    refused(message, sections, table.take(np.arange(n)), **arguments)

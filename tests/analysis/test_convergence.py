@@ -10,44 +10,38 @@ from pymoo_psi.analysis import convergence, convergence_sentence
 from pymoo_psi.table import Schema
 from tests.helpers.refusals import refused
 
-LIMITS = {"f1": 40.0}
-
 
 @pytest.fixture(scope="module")
 def bnh():
     return investigate(get_problem("bnh"), 300)
 
 
-@pytest.mark.parametrize("limits", [None, LIMITS])
+@pytest.mark.parametrize("limits", [None, {"f1": 40.0}])
 @pytest.mark.parametrize("normalize", [True, False])
 def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
-    found = convergence(bnh.under(limits=limits, normalize=normalize))
+    asked = bnh.under(limits=limits, normalize=normalize)
+    found, last = convergence(asked), asked.ranking()
     assert found.index.tolist() == [9, 18, 37, 75, 150, 300]
-    last = bnh.under(limits=limits, normalize=normalize).ranking()
-    bests = bnh.F[found["optimum"] - 1]
+    span = (last.nadir - last.ideal) if normalize else 1.0
     for n, step in found.iterrows():
-        few = investigate(get_problem("bnh"), n)
-        assert step["feasible"] == few.under(limits=limits).feasible().sum()
-        front = few.F[few.under(limits=limits).pareto()]
-        assert step["pareto"] == len(front)
-        best = rank_of_efficiency(front, normalize=normalize).salukvadze[0]
-        assert step["optimum"] == few.numbers[few.under(limits=limits).pareto()][best]
-        span = (last.nadir - last.ideal) if normalize else 1.0
-        assert step["mu1"] == pytest.approx(np.linalg.norm((front[best] - last.ideal) / span))
+        few = investigate(get_problem("bnh"), n).under(limits=limits)
+        front = few.take(few.pareto())
+        assert (step["feasible"], step["pareto"]) == (few.feasible().sum(), len(front))
+        best = rank_of_efficiency(front.F, normalize=normalize).salukvadze[0]
+        assert step["optimum"] == front.numbers[best]
+        assert step["mu1"] == pytest.approx(np.linalg.norm((front.F[best] - last.ideal) / span))
     assert found["hypervolume"].is_monotonic_increasing  # each front dominates the one before
     assert found["hypervolume"].iloc[-1] == 1
     ranges = {"f1": (0, 1e-3), "f2": (0, 1e-3)}  # the whole front is beyond them
-    fixed = convergence(bnh.under(limits=limits, normalize=normalize, ranges=ranges))
+    fixed = convergence(asked.under(ranges=ranges))
     assert fixed["hypervolume"].tolist() == found["hypervolume"].tolist()
-    same = np.diff(found["optimum"]) == 0
-    np.testing.assert_array_equal(found["moved"][1:] == 0, same)
-    steps = np.abs(np.diff(bests, axis=0)) / (last.nadir - last.ideal)
+    np.testing.assert_array_equal(found["moved"][1:] == 0, np.diff(found["optimum"]) == 0)
+    steps = np.abs(np.diff(bnh.F[found["optimum"] - 1], axis=0)) / (last.nadir - last.ideal)
     np.testing.assert_allclose(found["moved"], [np.nan, *steps.max(axis=1)])
 
 
 def test_rows_in_another_order_are_the_same_tests(bnh):
-    found = convergence(bnh)
-    assert convergence(bnh.take(np.argsort(bnh.F[:, 0]))).equals(found)
+    assert convergence(bnh.take(np.argsort(bnh.F[:, 0]))).equals(convergence(bnh))
 
 
 def test_the_sentence_has_the_numbers_of_the_last_doubling(bnh):
@@ -77,8 +71,7 @@ def test_a_design_that_is_best_in_everything_is_named(columns):
 def test_too_little_to_tell():
     X = lp_tau(64, 2)
     late = np.where(np.arange(64) < 40, 1.0, -1.0)[:, None]
-    schema = Schema.of(2, 2, 1)  # without a box
-    table = TestTable.of(range(1, 65), X, X, late, schema=schema)
+    table = TestTable.of(range(1, 65), X, X, late)  # without bounds
     found = convergence(table)
     assert found["optimum"][:3].tolist() == [0, 0, 0]
     assert np.isinf(found["mu1"][:3]).all()

@@ -23,26 +23,24 @@ def designs(random, n, d):
 
 
 @pytest.mark.parametrize(
-    ("value", "words"),
+    ("value", "word"),
     [
-        (lambda X: X[:, 0], ("x1 <=",)),
-        (lambda X: -X[:, 0], ("x1 >=",)),
-        (lambda X: X[:, 0] / X[:, 1], ("x1 / x2 <=",)),
-        (lambda X: X[:, 0] * X[:, 1], ("x1 * x2 <=",)),
+        (lambda X: X[:, 0], "x1 <="),
+        (lambda X: -X[:, 0], "x1 >="),
+        (lambda X: X[:, 0] / X[:, 1], "x1 / x2 <="),
+        (lambda X: X[:, 0] * X[:, 1], "x1 * x2 <="),
     ],
 )
 @pytest.mark.parametrize("wrong", [0, 2])
-def test_a_planted_rule_on_failures_is_found(value, words, wrong):
+def test_a_planted_rule_on_failures_is_found(value, word, wrong):
     random = np.random.default_rng(1)
     for _ in range(20):
         X = designs(random, 100, int(random.integers(2, 8)))
         is_beyond = value(X) > np.quantile(value(X), 0.7)
-        has_failed = is_beyond.copy()
-        has_failed[random.choice(100, wrong, replace=False)] ^= True
+        has_failed = is_beyond ^ np.isin(np.arange(100), random.choice(100, wrong, replace=False))
         [sentence] = rule(X, has_failed)
-        assert any(text in sentence for text in words)
-        columns = {f"x{j}": x for j, x in enumerate(X.T, 1)}
-        is_met = eval(requirement(sentence), columns)
+        assert word in sentence
+        is_met = eval(requirement(sentence), {f"x{j}": x for j, x in enumerate(X.T, 1)})
         assert (is_met != is_beyond).mean() >= 1 - 0.01 * wrong
         n_avoided, n_rejected = (~is_met & has_failed).sum(), (~is_met & ~has_failed).sum()
         assert f"avoided {n_avoided} of {has_failed.sum()} failures" in sentence

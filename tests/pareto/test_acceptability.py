@@ -18,12 +18,10 @@ WIDE = TWO * [300.0, 0.02] + [5.0, -1.0]
 
 def integrated(F, p, factor=None, n=300):
     """The shares by the midpoint rule on a grid of the simplex, a triangle or an interval."""
-    ideal = F.min(axis=0)
-    d = (F - ideal) / (F.max(axis=0) - ideal)
-    m = F.shape[1]
+    d, m = (F - F.min(axis=0)) / np.ptp(F, axis=0), F.shape[1]
     axes = np.meshgrid(*[(np.arange(n) + 0.5) / n] * (m - 1), indexing="ij")
-    first = np.stack([axis.ravel() for axis in axes], axis=1)
-    weights = np.column_stack([first, 1 - first.sum(axis=1)])
+    first = np.reshape(axes, (m - 1, -1))
+    weights = np.vstack([first, 1 - first.sum(axis=0)]).T
     least, most = (0.0, 1.0) if factor is None else (1 / (m * factor), factor / m)
     weights = weights[((weights >= least) & (weights <= most)).all(axis=1)]
     places = np.linalg.norm(weights[:, None] * d, ord=p, axis=2).argsort(axis=1)
@@ -56,9 +54,11 @@ def test_equal_designs_share_places_and_dominated_have_none():
 def test_an_objective_equal_for_all_has_no_weight(constant):
     F = np.insert(THREE, 1, constant, axis=1)
     assert np.array_equal(acceptability(F, factor=2), acceptability(THREE, factor=2))
-    fixed = rank_of_efficiency(F, ideal=F.min(axis=0) - 1, nadir=F.max(axis=0) + 1)
-    of_three = rank_of_efficiency(THREE, ideal=THREE.min(axis=0) - 1, nadir=THREE.max(axis=0) + 1)
-    assert np.array_equal(acceptability(fixed), acceptability(of_three))
+    fixed, of_three = (
+        acceptability(rank_of_efficiency(G, ideal=G.min(axis=0) - 1, nadir=G.max(axis=0) + 1))
+        for G in (F, THREE)
+    )
+    assert np.array_equal(fixed, of_three)
 
 
 def test_almost_all_weights_are_not_all():

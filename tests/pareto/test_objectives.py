@@ -33,9 +33,8 @@ def test_ideal_and_nadir_are_in_the_original_directions(data, F, normalize):
     maximize = data.draw(directions(F.shape[1]))
     F.setflags(write=False)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    front = F[ranking.pareto]
     upwards = np.isin(np.arange(F.shape[1]), maximize)
-    low, high = front.min(axis=0), front.max(axis=0)
+    low, high = F[ranking.pareto].min(axis=0), F[ranking.pareto].max(axis=0)
     np.testing.assert_array_equal(ranking.ideal, np.where(upwards, high, low))
     np.testing.assert_array_equal(ranking.nadir, np.where(upwards, low, high))
     ends = {"ideal": ranking.ideal, "nadir": ranking.nadir}
@@ -57,8 +56,7 @@ PUBLISHED = [
 def published(name):
     """The data sets that ship with moocore: the first set of each, and parts of two as one."""
     data = moocore.get_dataset(name)
-    every = data[:, :-1]
-    return every[data[:, -1] == 1], every[:300]
+    return data[data[:, -1] == 1, :-1], data[:300, :-1]
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED[:3], *rarely(*PUBLISHED[3:])])

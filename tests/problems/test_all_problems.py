@@ -33,7 +33,7 @@ def test_every_problem_gives_its_own_values():
     for problem in found:
         table = investigate(problem, 4)
         ok = table.status != "failed"
-        F = problem.evaluate(table.X, return_as_dictionary=True, return_values_of=["F"])["F"]
+        F = problem.evaluate(table.X, return_values_of=["F"])
         np.testing.assert_array_equal(table.F[ok], F[ok], err_msg=str(type(problem)))
 
 
@@ -116,9 +116,8 @@ def test_paths_are_not_compared(study_file, path):
 )
 def test_other_texts_are_compared_whatever_is_on_the_disk(in_folder, text):
     table = investigate(Model(title=text), 4, study="study.db")
-    path = pathlib.Path(text)
-    path.parent.mkdir(exist_ok=True)
-    path.touch()
+    pathlib.Path(text).parent.mkdir(exist_ok=True)
+    pathlib.Path(text).touch()
     assert investigate(Model(title=text), 4, study="study.db").equals(table)
     refused(ANOTHER, investigate, Model(), 4, study="study.db")
 

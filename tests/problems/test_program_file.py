@@ -3,6 +3,8 @@
 import copy
 import random
 import sys
+from functools import reduce
+from operator import getitem
 
 import numpy as np
 import pytest
@@ -107,10 +109,7 @@ FINITE = "must be a finite number, got"
 def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
     *path, key = where.split()
     content = copy.deepcopy(FILE)
-    section = content
-    for name in path:
-        section = section[name]
-    section[key] = value
+    reduce(getitem, path, content)[key] = value
     refused(f"beam.toml: .*{message}", read, toml_file(content))
 
 

@@ -46,26 +46,23 @@ class Priced(WrappedProblem):
 class Model(ElementwiseProblem):
     """Fails at a small x1; mirrored and with a price where it is asked to be."""
 
-    def __init__(self, mirrored=False, price=1.0, load=1.0, **kwargs):
-        self.mirrored, self.price, self.load = mirrored, price, load
+    def __init__(self, mirrored=False, price=1.0, **kwargs):
+        self.mirrored, self.price = mirrored, price
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, **kwargs)
 
     def _evaluate(self, x, out, *args, **kwargs):
         if x[0] < 0.2:
             raise ArithmeticError("no convergence")
         a, b = x * [1.0, -1.0] + [0.0, 1.0] if self.mirrored else x
-        out["F"] = np.array([a + b**2, self.load / (0.1 + a + b)]) * self.price
+        out["F"] = np.array([a + b**2, 1 / (0.1 + a + b)]) * self.price
         out["G"] = [a - b - 0.7]
 
 
 # A problem that is wrapped, and the same one written by hand.
 PAIRS = {
-    "designs": lambda **load: (Mirrored(Model(**load)), Model(mirrored=True, **load)),
-    "values": lambda **load: (Priced(Model(**load), 3.0), Model(price=3.0, **load)),
-    "both": lambda **load: (
-        Priced(Mirrored(Model(**load)), 3.0),
-        Model(mirrored=True, price=3.0, **load),
-    ),
+    "designs": (Mirrored(Model()), Model(mirrored=True)),
+    "values": (Priced(Model(), 3.0), Model(price=3.0)),
+    "both": (Priced(Mirrored(Model()), 3.0), Model(mirrored=True, price=3.0)),
 }
 BOX = {"x2": (0.1, 0.8)}
 RULE = ["x1 + x2 >= 0.5"]
@@ -85,7 +82,7 @@ around = pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
 @pairs
 @around
 def test_a_new_wrapper_equals_a_problem_by_hand(pair, wrap):
-    wrapped, written = map(wrap, pair())
+    wrapped, written = map(wrap, pair)
     expected = investigate(written, 48)
     assert investigate(wrapped, 48).equals(expected)
     assert minimize(wrapped, PSI(48, block_size=10)).algorithm.table.equals(expected)
@@ -93,7 +90,7 @@ def test_a_new_wrapper_equals_a_problem_by_hand(pair, wrap):
 
 @pairs
 def test_recorded_and_tolerant(pair, study_file):
-    wrapped, written = map(FailureTolerant, pair())
+    wrapped, written = map(FailureTolerant, pair)
     expected = minimize(written, NSGA2(pop_size=12), ("n_gen", 3), seed=1)
     for n_evaluated in (36, 0):
         recorded = Recorded(wrapped, study=study_file)
@@ -116,14 +113,16 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
     np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
 
 
-def test_a_study_tells_wrappers_with_other_arguments_apart(study_file):
-    investigate(Priced(Model(), 3.0), 4, study=study_file)
-    refused("price", investigate, Priced(Model(), 4.0), 4, study=study_file)
-
-
-def test_a_study_tells_a_wrapper_and_its_problem_apart(study_file):
-    investigate(get_problem("bnh"), 4, study=study_file)
-    refused("wrappers", investigate, Mirrored(get_problem("bnh")), 4, study=study_file)
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        (Priced(Model(), 3.0), Priced(Model(), 4.0), "price"),
+        (get_problem("bnh"), Mirrored(get_problem("bnh")), "wrappers"),
+    ],
+)
+def test_a_study_tells_wrappers_apart(study_file, first, second, message):
+    investigate(first, 4, study=study_file)
+    refused(message, investigate, second, 4, study=study_file)
 
 
 def test_a_wrapper_that_changes_values_has_no_front():

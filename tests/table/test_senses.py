@@ -47,7 +47,7 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
     other, mine = plain.under(limits=limits), turned.under(limits=own(turned, limits))
     for ask in (TestTable.feasible, TestTable.pareto, lambda table: table.violations()[0]):
         assert np.array_equal(ask(mine), ask(other))
-    signs = {**dict.fromkeys(("lower", "upper", "rejects", "alone"), 1.0)}
+    signs = dict.fromkeys(("lower", "upper", "rejects", "alone"), 1.0)
     costs, its = constraint_costs(mine), constraint_costs(other)
     for name, sign in zip(("f1", "f2"), turned.schema.sign, strict=True):
         signs |= {f"{name}_feasible": sign, f"{name}_alone": sign}
