@@ -47,8 +47,9 @@ from pymoo_psi import FailureTolerant, nsga3
 from pymoo_psi.algorithms import reference_directions, run_within_budget
 
 class Steps(ElementwiseProblem):
-    def __init__(self):
-        super().__init__(n_var=4, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+    def __init__(self, log=()):
+        self.log = log
+        super().__init__(n_var=4, n_obj=2, n_ieq_constr=1, xl=0.01, xu=1)
     def _evaluate(self, x, out, *args, **kwargs):
         if x[3] > 0.8:
             raise ValueError("no convergence")
@@ -60,7 +61,8 @@ def bits(result):
 
 np.random.seed(int(sys.argv[1]))
 names = ("osy", "welded_beam", "c1dtlz1")
-for problem in [*map(get_problem, names), FailureTolerant(Steps())]:
+steps = [FailureTolerant(Steps()), FailureTolerant(Steps(["x1"]))]
+for problem in [*map(get_problem, names), *steps]:
     print(*bits(nsga3(problem, n_evaluations=200, seed=1)))
 unified = UNSGA3(reference_directions(2, 20), seed=1, termination=("n_eval", 200))
 print(*bits(run_within_budget(unified, FailureTolerant(Steps()), 200)))
@@ -77,7 +79,7 @@ def test_a_seed_repeats_a_run_in_any_process(monkeypatch, capsys):
         exec(CONSTRAINED, {"__name__": "constrained"})
         np.random.set_state(state)  # noqa: NPY002
         here, there = capsys.readouterr().out.split(), process.communicate()[0].split()
-    assert len(here) == 15
+    assert len(here) == 18
     assert here == there
 
 

@@ -3,6 +3,7 @@
 import logging
 import pathlib
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -58,6 +59,11 @@ def exponents(X):
     return np.column_stack([np.log10(np.asarray(X, float)[:, 0]), np.asarray(X, float)[:, 1]])
 
 
+def compared(name, problem):
+    options = {"n_evaluations": 64, "seeds": 1, "progress": False}
+    return compare(problem, algorithms=["psi", name], **options).runs[-1]
+
+
 @pytest.mark.parametrize(
     "search",
     [
@@ -66,7 +72,7 @@ def exponents(X):
         lambda problem: minimize(problem, PSI(64)).algorithm.table,
         lambda problem: minimize(problem, SurrogatePSI(28, batch=4), seed=1).algorithm.table,
         lambda problem: nsga3(problem, n_evaluations=200, seed=1),
-        lambda problem: compare(problem, n_evaluations=32, seeds=1, progress=False).runs[-1],
+        *(partial(compared, name) for name in ("psi+nsga3", "nsga2")),
     ],
 )
 def test_every_search_is_that_of_the_logarithms(search):

@@ -117,8 +117,7 @@ def nsga3(
     # pymoo's default termination could end the run before the budget is used up
     kwargs.setdefault("termination", ("n_eval", budget))
     algorithm = NSGA3(seed=seed, **kwargs)
-    if Kind.LOG in [variable.kind for variable in design_space(problem).variables]:
-        _vary_logarithms(algorithm, problem)
+    vary_logarithms(algorithm, problem)
     return run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
 
 
@@ -155,11 +154,15 @@ def _converted(population: Population, convert: _Convert) -> Population:
     return population
 
 
-def _vary_logarithms(algorithm: Any, problem: Any) -> None:
-    """Make an algorithm vary the logarithms of variables, and pymoo's samplings fill them.
+def vary_logarithms(algorithm: Any, problem: Any) -> None:
+    """Make a genetic algorithm vary the logarithms of the variables that have such a scale.
 
-    Everything else has the values themselves: populations, repairs, starts and samplings of users.
+    Samplings of pymoo fill the logarithms. Everything else has the values themselves: populations,
+    repairs, starts and samplings of users.
     """
+    if Kind.LOG not in [variable.kind for variable in design_space(problem).variables]:
+        return
+    seed_ties(algorithm)  # the mating does not show its selection afterwards
     scaled = LogScaled(untolerant(problem))  # only its variables are used
     mating = algorithm.mating
     if not isinstance(mating.repair, NoRepair):

@@ -381,7 +381,9 @@ def compare(
             ``"nsga2"`` and ``"psi+nsga3"`` (half the budget for PSI, whose best designs start
             NSGA-III). ``"psi-scrambled"``, ``"surrogate-scrambled"`` and ``"psi-scrambled+nsga3"``
             use scrambled Sobol' points. LPτ points begin with the corner and the middle of the
-            bounds, where many test problems have optimal designs.
+            bounds, where many test problems have optimal designs. All of these search variables in
+            the problem's ``log`` on a logarithmic scale; for an algorithm of pymoo, compare on
+            :class:`pymoo_psi.LogScaled`.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they are added to the union.
         folder: A folder for the finished runs, each a study of all its tests. After an interruption

@@ -68,6 +68,7 @@ from pymoo_psi.algorithms import (
     reference_directions,
     run_within_budget,
     table_of_values,
+    vary_logarithms,
 )
 from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError
 from pymoo_psi.files import table_of
@@ -151,7 +152,9 @@ def _surrogate_psi(n: int, **options: Any) -> Algorithm:
 
 def _nsga2(problem: Any, n: int, seed: int) -> None:
     size = population_size(problem.n_obj, n)
-    _run_algorithm(lambda _: NSGA2(pop_size=size, **operators(problem)), problem, n, seed)
+    algorithm = NSGA2(pop_size=size, seed=seed, **operators(problem))
+    vary_logarithms(algorithm, problem)
+    run_within_budget(algorithm, problem, n, termination=NoTermination())
 
 
 def _run_algorithm(make: Callable[[int], Any], problem: Any, n: int, seed: int) -> None:
