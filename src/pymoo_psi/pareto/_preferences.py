@@ -252,7 +252,7 @@ class Preferences(Shown):
             >>> person.answer(0, 1)
             >>> print(person)
             Proposed after 1 answer: design 0, the best for this person with a probability of
-            80 %. The loss to expect is 35 % of the difference between this person's best
+            80 %. The expected loss is 35 % of the difference between this person's best
             design and an average one.
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
