@@ -293,19 +293,28 @@ def test_questions_and_what_answers_say_are_those_of_python(persons):
     assert n_asked > 30
 
 
-def test_the_same_designs_are_left(cases, answers):
+def test_states_keep_the_designs_of_python_and_come_back_from_files(cases, answers):
+    """Limits on numbers and on texts; Python reads the same from the decision of the page."""
+    kept = ("limits", "pins", "chosen", "weights", "aspiration", "reason", "decided")
     emptied = 0
     for case, k, found in answered(cases, answers):
         mask = case.mask(case.states[k])
         assert found["mask"] == [*mask.astype(int).tolist(), *[1] * (case.seed % 2)]
         assert (found["count"], found["remarks"]) == (mask.sum(), [])
         emptied += not mask.any()
+        assert found["opened"] == {"state": found["state"], "remarks": []}
+        expected = json.loads(json.dumps({key: case.states[k][key] for key in kept}))
+        assert expected.items() <= found["state"].items()
+        decision = {**json.loads(found["written"]), "ranges": None}
+        assert decision.pop("version") == 1
+        table = read_table(case.frame, Decision.from_dict(decision), variables=["x"])
+        assert table.feasible().tolist() == mask.tolist()
     assert emptied < 10
 
 
-def test_places_are_those_of_python(rankings):
+def test_places_and_order_are_those_of_python(rankings):
     freed = tied = 0
-    for case, _, found, rows, ranking in rankings:
+    for case, k, found, rows, ranking in rankings:
         assert [found["place"][i] for i in rows] == ranking.place.tolist()
         assert not any(found["place"][len(case.frame) :])  # of prototypes
         tied += ranking.pareto.sum() - len(set(ranking.place[ranking.pareto]))
@@ -317,6 +326,14 @@ def test_places_are_those_of_python(rankings):
         distances = np.array(found["mu1"], dtype=float)[rows]
         np.testing.assert_allclose(distances, ranking.criteria[:, 0], rtol=1e-12)
         freed += (ranking.pareto & ~case.whole.pareto[rows]).sum()
+        shown = found["order"][case.seed % 2 :]
+        assert sorted(shown) == rows.tolist()
+        at = np.searchsorted(rows, shown)
+        if k < 3:  # distances of dominated designs that are equal up to rounding stand either way
+            n = ranking.pareto.sum()
+            assert at[:n].tolist() == ranking.by_place[:n].tolist()
+            mu1 = ranking.criteria[at[n:], 0]
+            assert (np.diff(mu1) >= -1e-12 * np.maximum(mu1[1:], 1)).all()
     assert freed > 50  # dominated designs whose dominators are rejected
     assert tied > 200
 
@@ -386,18 +403,6 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
     assert freed > 500
 
 
-def test_the_order_is_that_of_the_ranking(rankings):
-    for case, k, found, rows, ranking in rankings:
-        shown = found["order"][case.seed % 2 :]
-        assert sorted(shown) == rows.tolist()
-        at = np.searchsorted(rows, shown)
-        if k < 3:  # distances of dominated designs that are equal up to rounding stand either way
-            n = ranking.pareto.sum()
-            assert at[:n].tolist() == ranking.by_place[:n].tolist()
-            mu1 = ranking.criteria[at[n:], 0]
-            assert (np.diff(mu1) >= -1e-12 * np.maximum(mu1[1:], 1)).all()
-
-
 def test_explanations_and_comparisons_are_those_of_python(rankings):
     for case, k, found, rows, ranking in rankings:
         best, units = int(ranking.salukvadze[0]), case.units
@@ -459,8 +464,8 @@ def test_without_limits_designs_are_measured_by_the_same_fixed_ranges(cases):
     assert n_remarks > 5
 
 
-def test_switching_values_are_those_of_python(rankings):
-    compared = changed = 0
+def test_switching_values_and_what_separates_positions_are_those_of_python(rankings):
+    compared = changed = n_regrets = 0
     for case, k, found, *_ in rankings:
         state = case.states[k]
         if case.is_flat(state) or not case.is_thorough(k):
@@ -476,6 +481,11 @@ def test_switching_values_are_those_of_python(rankings):
             assert (one["value"], design, one["exact"]) == (value, row.design, True)
             changed += row.design is not None
         compared += len(limits)
+        positions = found["state"]["positions"]
+        held = case.table(limits=state["limits"], ranges=case.ranges(state), positions=positions)
+        separating = separation_sentences(held)
+        assert found["separation"] == separating
+        n_regrets += any("costs nobody more than" in text for text in separating)
         said = "".join(switching_sentences(table))
         for text in found["switches"]["texts"]:
             assert text in said
@@ -483,19 +493,6 @@ def test_switching_values_are_those_of_python(rankings):
         assert re.fullmatch("(Tighter|Looser|limits|[:;. ])*", said), said
     assert compared > 130
     assert changed > 60
-
-
-def test_what_separates_positions_is_that_of_python(rankings):
-    n_regrets = 0
-    for case, k, found, *_ in rankings:
-        state = case.states[k]
-        if case.is_flat(state) or not case.is_thorough(k):
-            continue
-        positions = found["state"]["positions"]
-        table = case.table(limits=state["limits"], ranges=case.ranges(state), positions=positions)
-        expected = separation_sentences(table)
-        assert found["separation"] == expected
-        n_regrets += any("costs nobody more than" in text for text in expected)
     assert n_regrets > 6
 
 
@@ -532,23 +529,6 @@ def test_preferences_choose_what_reference_point_chooses(rankings):
         assert found["preferred"] == rows[chosen].tolist()
 
 
-def test_states_come_back_from_files(cases, answers):
-    kept = ("limits", "pins", "chosen", "weights", "aspiration", "reason", "decided")
-    for case, k, found in answered(cases, answers):
-        assert found["opened"] == {"state": found["state"], "remarks": []}
-        expected = json.loads(json.dumps({key: case.states[k][key] for key in kept}))
-        assert expected.items() <= found["state"].items()
-
-
-def test_python_keeps_the_designs_that_a_saved_decision_keeps(cases, answers):
-    """Limits on numbers and on texts."""
-    for case, k, found in answered(cases, answers):
-        decision = {**json.loads(found["written"]), "ranges": None}
-        assert decision.pop("version") == 1
-        table = read_table(case.frame, Decision.from_dict(decision), variables=["x"])
-        assert table.feasible().tolist() == case.mask(case.states[k]).tolist()
-
-
 def test_a_decision_about_something_else_is_not_opened(answers):
     """As the commands refuse it: its limits would mean something else here."""
     for answer in answers:
@@ -568,37 +548,25 @@ def opened(case, **changes):
     return answer["initial"]
 
 
-def test_what_no_longer_fits_at_the_opening_is_reported(cases):
+def test_what_a_page_opens_with_is_checked(cases):
+    """Entries that no longer fit are reported; people keep what they hold."""
     case = cases[0]
-    gone = {"pins": ["nobody", case.payload["names"][0]], "weights": {"gone": 1}}
-    found = opened(case, page={"state": gone})
-    assert found["state"]["pins"] == [case.payload["names"][0]]
-    assert found["remarks"] == ["Not applied, as it does not fit these designs: pins, weights."]
-
-
-def test_a_position_by_hand_keeps_its_limits(cases):
-    case = cases[0]
-    position = {"name": "Ann", "limits": {case.names[0]: 5, "x": [0, None]}}
-    held = Decision(positions=[position], decided={"chosen": case.payload["names"][0]})
+    name, first = case.names[0], case.payload["names"][0]
+    by_hand = {"name": "Ann", "limits": {name: 5, "x": [0, None]}}
+    held = Decision(
+        positions=[by_hand, {"name": "Ben", "chosen": "ghost"}], decided={"chosen": first}
+    )
     found = opened(case, positions=held.positions, decided=held.decided)
-    assert found["remarks"] == []
-    (of_ann,) = found["state"]["positions"]
-    assert of_ann["limits"] == {case.names[0]: [None, 5], "x": [0, None]}
-    assert found["state"]["decided"] == held.decided
-
-
-def test_a_position_keeps_a_choice_that_is_not_among_the_designs(cases):
-    held = Decision(positions=[{"name": "Ben", "chosen": "ghost"}]).positions
-    found = opened(cases[0], positions=held)
-    assert (found["remarks"], found["state"]["positions"]) == ([], list(held))
-
-
-def test_a_weight_of_a_position_on_what_is_no_objective_does_not_count(cases):
-    case = cases[0]
-    position = {"name": "Ann", "weights": {case.names[0]: 2.0, "gone": 1.0}}
-    found = opened(case, positions=Decision(positions=[position]).positions)
-    assert found["remarks"] == ["Not applied, as it does not fit these designs: positions."]
-    assert found["state"]["positions"][0]["weights"] == {case.names[0]: 2.0}
+    assert (found["remarks"], found["state"]["decided"]) == ([], held.decided)
+    of_ann, of_ben = found["state"]["positions"]
+    assert of_ann["limits"] == {name: [None, 5], "x": [0, None]}
+    assert of_ben == held.positions[1]
+    weighted = Decision(positions=[{"name": "Cy", "weights": {name: 2.0, "gone": 1.0}}])
+    gone = {"pins": ["nobody", first], "weights": {"gone": 1}}
+    found = opened(case, page={"state": gone}, positions=weighted.positions)
+    lost = "Not applied, as it does not fit these designs: positions, pins, weights."
+    assert (found["remarks"], found["state"]["pins"]) == ([lost], [first])
+    assert found["state"]["positions"][0]["weights"] == {name: 2.0}
 
 
 def test_positions_have_the_order_of_python(cases):
