@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
 from typing import TYPE_CHECKING, Any
@@ -61,6 +61,7 @@ class _Laboratory:
 
     Attributes:
         head: Its head.
+        choices: The texts of the options of variables that are choices, by name.
         results: The columns that people measure: objectives and others that no expression computes.
         tests: All tests, by number.
         proposals: What was assigned, by the number of the test: its run, and what the study keeps.
@@ -78,6 +79,9 @@ class _Laboratory:
             [*head["objectives"], *constraints, *head["equalities"], *expressions]
         )
         self.results = [name for name in names if not expressions.get(name)]
+        is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
+        options = head["problem"]["choices"].values()
+        self.choices = dict(zip(compress(head["variables"], is_choice), options, strict=True))
         self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
         self.proposals: dict[int, tuple[int, Proposal]] = {}
         self.pending: list[int] = []
@@ -298,18 +302,16 @@ class _Result:
         test: The number of the test; of a repeat, as long as it has none, that of its original.
         place: The place in the file, for messages.
         values: The variables and the results by name; the results of a failed test are NaN.
-            Outputs that are expressions may be among them.
-        reason: The reason of a failure, or "".
+            Outputs that are expressions may be among them. ``reason`` is that of a failure, or "".
     """
 
     test: int
     place: str
     values: Values
-    reason: str
 
     def texts(self, names: Names) -> list[str]:
-        """Return values by their names, and the reason, as texts, which are compared."""
-        return [*(_text(self.values[name]) for name in names), self.reason]
+        """Return values by their names as texts, which are compared."""
+        return [_text(self.values[name]) for name in names]
 
 
 def _text(value: Any) -> str:
@@ -324,20 +326,9 @@ def _results_in(
 ) -> Iterator[_Result]:
     """Yield the rows with all results or the reason of a failure."""
     kinds = _kinds_of_columns(columns, laboratory, remarks)
-    head = laboratory.head
-    is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
-    options = head["problem"]["choices"].values()
-    choices = dict(zip(compress(head["variables"], is_choice), options, strict=True))
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
-        values: Values = {}
-        for name, kind in kinds.items():
-            cell = columns[name].cells[i]
-            if is_blank(cell):
-                continue
-            if kind not in (Kind.BINARY, Kind.CHOICE):
-                cell = columns[name].require_numbers()[i].item()
-            values[name] = design_value(cell, f"{place}, {name}", kind, choices.get(name))
+        values = _values_of_row(i, place, columns, kinds, laboratory.choices)
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
         missing = [name for name in laboratory.results if name not in values]
@@ -357,7 +348,22 @@ def _results_in(
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
         unknown = dict.fromkeys(laboratory.results, np.nan)
-        yield _Result(test, place, unknown | values, reason)
+        yield _Result(test, place, unknown | values | {"reason": reason})
+
+
+def _values_of_row(
+    i: int, place: str, columns: Entries, kinds: Mapping[str, Kind], choices: Mapping[str, Names]
+) -> Values:
+    """Return the values of the i-th row by name, without blank ones."""
+    values = {}
+    for name, kind in kinds.items():
+        cell = columns[name].cells[i]
+        if is_blank(cell):
+            continue
+        if kind not in (Kind.BINARY, Kind.CHOICE):
+            cell = columns[name].require_numbers()[i].item()
+        values[name] = design_value(cell, f"{place}, {name}", kind, choices.get(name))
+    return values
 
 
 def _kinds_of_columns(
@@ -421,11 +427,11 @@ def _new_results(
     Raises:
         ArgumentValueError: A test has more results that may be corrected than there are rows.
     """
-    names = [*laboratory.head["variables"], *laboratory.results]
+    names = [*laboratory.head["variables"], *laboratory.results, "reason"]
     stored: dict[int, dict[int, list[str]]] = defaultdict(dict)  # by the original and own number
     for test in laboratory.proposals:
         if test in laboratory.tests.index:
-            texts = list(map(_text, laboratory.tests.loc[test, [*names, "reason"]]))
+            texts = list(map(_text, laboratory.tests.loc[test, names]))
             stored[laboratory.original(test)][test] = texts
     new = []
     new_of: dict[int, list[_Result]] = defaultdict(list)  # the same, by the original
@@ -446,16 +452,21 @@ def _new_results(
             remedy = "add a row for each of them; nothing was taken"
             raise invalid(rows[0].place, rule, received, remedy)
         for result, other in zip(rows, others, strict=False):
-            changes = []
-            pairs = zip(result.texts(names), others[other], strict=True)
-            for name, (text, former) in zip((*names, "reason"), pairs, strict=True):
-                if text != former and "nan" not in (text, former):  # those of a failed test
-                    changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
+            changes = _changes(names, result.texts(names), others[other])
             remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
             database.correct(other, "corrected")
             laboratory.pending.append(other)
             result.test = other
     return new
+
+
+def _changes(names: Names, texts: Names, former_texts: Names) -> list[str]:
+    """Return the texts of a result that differ from former ones, by their names."""
+    changes = []
+    for name, text, former in zip(names, texts, former_texts, strict=True):
+        if text != former and "nan" not in (text, former):  # those of a failed test
+            changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
+    return changes
 
 
 def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result]) -> list[str]:
@@ -480,7 +491,7 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
             if result.values[name] != value:
                 change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
                 sentences.append(f"{title}: {change}; what was tested counts.")
-        facts = {"reason": result.reason, "origin": proposal.origin, "seconds": np.nan}
+        facts = {"origin": proposal.origin, "seconds": np.nan}
         facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
         rows[run].append(result.values | facts)
         places[run].append(result.place)
