@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import Columns, Integers, Mask, Received, counted, invalid
+from pymoo_psi._validation import AnyArray, Columns, Integers, Mask, Received, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import table_of_run
@@ -87,11 +88,8 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     table = _table_of(model, source)
     tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
-    first = first_of(zip(*(results[name].tolist() for name in model.schema.variables), strict=True))
-    if not model.noisy and (tested.F[first] != tested.F).any():
-        rule = "one of each design if the model is not noisy"
-        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
-        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
+    if not model.noisy:
+        _require_same_results(tested, [results[name] for name in model.schema.variables])
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
     remarks = [*table.remarks]
@@ -105,26 +103,46 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
     if model.noisy:
-        stored = store.table(store.study.contents()[1], "test")
-        is_new = _are_new(model, tests, stored)
-        if tests.schema.outputs and not is_new.all():
-            remarks.append("Further outputs of known tests are not added: the model is noisy.")
-        store.keep(tests.take(is_new))
+        n_new = _keep_new(store, model, tests, remarks)
         n_completed = 0
     else:
         tests = tests.take(~tests.repeats)
-        with store.study.reading() as database:
-            numbers = database.find(model.keys(tests.X))
-            stored = store.table(database.tests_with(numbers), "test")
-        is_new = numbers == 0
-        remarks += _contradictions(tests, stored, numbers)
-        n_completed = store.keep(tests) - is_new.sum()
-    n_new = is_new.sum()
+        n_new, n_completed = _keep_all(store, model, tests, remarks)
     n_known = len(tests) - n_new
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already"
     if n_completed > 0:
         taken += f", {n_completed} of these completed"
     return replace(tests, remarks=(f"{taken}.", *remarks))
+
+
+def _require_same_results(tests: TestTable, variables: Sequence[AnyArray]) -> None:
+    """Refuse tests of a design that differ in results, given the columns of the variables."""
+    first = first_of(zip(*(cells.tolist() for cells in variables), strict=True))
+    if (tests.F[first] != tests.F).any():
+        rule = "one of each design if the model is not noisy"
+        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
+        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
+
+
+def _keep_new(store: StudyStore, model: Model, tests: TestTable, remarks: list[str]) -> int:
+    """Store the tests of a noisy model that the study does not have; return how many they are."""
+    is_new = _are_new(model, tests, store.table(store.study.contents()[1], "test"))
+    if tests.schema.outputs and not is_new.all():
+        remarks.append("Further outputs of known tests are not added: the model is noisy.")
+    store.keep(tests.take(is_new))
+    return int(is_new.sum())
+
+
+def _keep_all(
+    store: StudyStore, model: Model, tests: TestTable, remarks: list[str]
+) -> tuple[int, int]:
+    """Store tests, each of its own design; return how many were new, and how many completed."""
+    with store.study.reading() as database:
+        numbers = database.find(model.keys(tests.X))
+        stored = store.table(database.tests_with(numbers), "test")
+    n_new = int((numbers == 0).sum())
+    remarks += _contradictions(tests, stored, numbers)
+    return n_new, store.keep(tests) - n_new
 
 
 def _table_of(model: Model, source: Any) -> TestTable:
