@@ -183,6 +183,14 @@ def flat(values: Any, of: str = "") -> dict[str, str]:
     return texts
 
 
+def plain_value(value: Any) -> Any:
+    """Return a value of NumPy or pandas as numbers and lists, or as text if it is none of these."""
+    plain = np.asarray(value).tolist()
+    if plain is value:  # such as a time of pandas
+        return str(value)
+    return plain
+
+
 def boolean(name: str, value: object) -> bool:
     """Return ``value`` as a ``bool``; numbers and strings are not accepted."""
     if not isinstance(value, (bool, np.bool_)):

@@ -20,7 +20,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
-from pymoo_psi.table import Decision, TestTable, entries_of, limits_of
+from pymoo_psi.table import Decision, Formulation, TestTable, entries_of, limits_of
 
 
 def decision_in(options: Options) -> Decision:
@@ -36,22 +36,20 @@ def decision_in(options: Options) -> Decision:
         decision = Decision.read_json(path)
     instance(f"page.values in {path}", decision.page.get("values", {}), dict)  # untrusted input
     base = decision.formulation
-    maximize = [*base.maximize, *entries_of(options.maximize)]
     units = pairs_in("--units", getattr(options, "units", ()), "column=unit")
     for name, unit in units.items():
         decided = base.units.get(name, unit)
         if decided != unit:  # the limits of the decision would have another meaning
             raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
-    formulation = replace(
-        base,
-        objectives=entries_of(options.objectives) or base.objectives,
-        maximize=list(dict.fromkeys(maximize)),
-        limits=base.allowed | limits_of(options.limits, "--limits"),
-        computed={**base.computed, **_computed_in(options.compute)},
-        units={**base.units, **units},
-        normalize=base.normalize and not options.no_normalize,
+    stated = Formulation(
+        entries_of(options.objectives),
+        maximize=list(dict.fromkeys(entries_of(options.maximize))),
+        limits=limits_of(options.limits, "--limits"),
+        computed=_computed_in(options.compute),
+        units=units,
+        normalize=not options.no_normalize,
     )
-    return replace(decision, formulation=formulation)
+    return replace(decision, formulation=stated.combine_first(base))
 
 
 def _computed_in(entries: Names) -> dict[str, str]:

@@ -283,7 +283,8 @@ def named_cells(rows: RowsByLine) -> Cells:
 def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
     """Return the cells of a data frame, and as head what its index says.
 
-    An index other than row numbers names the rows; several levels are variables, as of groups.
+    An index other than row numbers names the rows; several levels are variables, as of groups. An
+    index of integers without a name has row numbers, as of a frame that is filtered or sorted.
     """
     import pandas as pd
 
@@ -296,7 +297,8 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
     head: dict[str, Any] = {}
     cells = frame.set_axis(names, axis="columns")
-    if not isinstance(frame.index, pd.RangeIndex):
+    is_numbered = frame.index.name is None and pd.api.types.is_integer_dtype(frame.index)
+    if not is_numbered:
         levels = []
         for name in frame.index.names:
             level = "index" if name is None else str(name)

@@ -92,6 +92,7 @@ _FAILURE = re.compile(
 )
 _FEW = 6  # the most words that a limit to be written lists
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
+_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
 
@@ -373,13 +374,20 @@ def _has_marks(columns: Mapping[str, Any]) -> bool:
 # The columns and their roles
 
 
-def _labelled(cells: Cells, head: Head) -> tuple[dict[str, TextColumn], str | None, list[str]]:
+def _labelled(
+    cells: Cells, head: Head, objectives: Collection[str]
+) -> tuple[dict[str, TextColumn], str | None, list[str]]:
     """Return the columns, the name of the one that names the designs, and of all that number them.
+
+    Args:
+        cells: The cells.
+        head: What the source says of them.
+        objectives: Columns that the user calls objectives, which name no designs.
 
     Raises:
         ArgumentValueError: A row is the sum of others.
     """
-    labels = _labels(cells)
+    labels = [name for name in _labels(cells) if name not in objectives]
     columns = read_columns(cells, head.get("decimal"), labels, head.get("separator", ""))
     label = head.get("label")
     if label not in columns:  # also where it follows from others
@@ -407,17 +415,43 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
-    "Model". Otherwise a column that numbers the rows does.
+    "Model". So it does before numbers under "id". Otherwise a column that numbers the rows does.
     """
     best = next(iter(labels), None)
+    first = next((name for name in columns if name not in labels), None)
+    if first is None or not _are_names(columns[first]):
+        return best
     if best is None or _word(best) not in _NAMING:
-        for name in [name for name in columns if name not in labels][:1]:
-            column = columns[name]
-            is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
-            are_names = column.numbers is None and not column.problem and all(is_text)
-            if are_names and len({*column.cells}) == len(column.cells):
-                return name
+        return first
+    if columns[best].numbers is not None and first == next(iter(columns)):
+        return first
     return best
+
+
+def _are_names(column: TextColumn) -> bool:
+    """Whether a column holds texts that all differ."""
+    is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
+    is_unique = len({*column.cells}) == len(column.cells)
+    return column.numbers is None and not column.problem and all(is_text) and is_unique
+
+
+def _unranked(columns: Mapping[str, TextColumn], labels: Collection[str], label: str) -> list[str]:
+    """Return remarks on columns that could be objectives: times, and numbers called "test"."""
+    remarks = []
+    for name, column in columns.items():
+        texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+        if texts and all(map(_TIME.fullmatch, texts)):
+            remarks.append(f"{name} holds times; to rank by it, write them as numbers.")
+    for name in labels:
+        numbers = columns[name].numbers
+        if numbers is None or (name == label and len(np.unique(numbers)) == len(numbers)):
+            continue
+        if (np.diff(numbers) != 1).any():  # it does not count the rows
+            remedy = "name it in objectives"
+            if name == TEST:  # tables have such a column of their own
+                remedy = "rename the column"
+            remarks.append(f"{name} is taken to number the designs; to rank by it, {remedy}.")
+    return remarks
 
 
 def _names_of_roles(
@@ -476,7 +510,8 @@ def _table(
     """Return the table of designs; the columns that a formulation needs must be readable."""
     decision, stated_variables = stated_by_designs(head)
     stated = decision.formulation
-    columns, label, labels = _labelled(cells, head)
+    directed = {*formulation.objectives, *formulation.maximize}
+    columns, label, labels = _labelled(cells, head, directed)
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
@@ -496,7 +531,7 @@ def _table(
             problem = column.problem or cells.place(name, int(column.gaps().argmax()))
             remarks.append(f"{name} is no variable: {problem}.")
         data[name] = _values(column, role)
-        described[name] = _described(column, role, data[name], stated)
+        described[name] = _described(column, role, data[name], [stated, formulation])
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -519,17 +554,21 @@ def _table(
     )
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], data[objectives[0]])
+        remarks += _unranked(columns, labels, label)
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
     return replace(table, remarks=tuple(remarks))
 
 
-def _described(column: TextColumn, role: str, values: AnyArray, stated: Formulation) -> Column:
-    """Return what a column is, given its role, its values and what its source states."""
+def _described(
+    column: TextColumn, role: str, values: AnyArray, stated: Sequence[Formulation]
+) -> Column:
+    """Return what a column is, given its role, its values and what source and user state."""
     if role == NOTE:
         return Column(column.name, role, Kind.CHOICE)
-    unit = stated.units.get(column.name, column.unit)
-    maximize = column.name in stated.maximize and role != VARIABLE
+    units = [column.unit, *(one.units.get(column.name, "") for one in stated)]
+    unit = next(filter(None, units), "")
+    maximize = role != VARIABLE and any(column.name in one.maximize for one in stated)
     return Column(column.name, role, kind_of_cells(values), unit, maximize)
 
 
@@ -610,9 +649,10 @@ def _incomplete(
     """Refuse designs that are asked for and lack a finite objective, or return a remark on them."""
     objectives = table.schema.objectives
     lacking = ~np.isfinite([table.data[name] for name in objectives])
-    for name in {*table.schema.notes} & {*limits}:
-        if limits[name].texts is not None:
-            lacking &= limits[name].excess(name, table.data[name]) == 0
+    for name in {*table.data} & {*limits}:
+        limit = limits[name]
+        if limit.texts is not None or name not in table.schema.notes:
+            lacking &= ~(limit.excess(name, table.data[name]) > 0)  # unknown values reject nothing
     rows = np.flatnonzero(lacking.any(axis=0)).tolist()
     if not rows:
         return []

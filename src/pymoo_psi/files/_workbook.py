@@ -133,7 +133,27 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
     for number, row in enumerate(frame.itertuples(index=False, name=None), start=1):
         if set(row) != {""}:
             rows[number] = list(map(_typed, row))
+    # A cell that shows 2 % holds 0.02. Sheets are parsed twice only if their second row has one.
+    sheet = book.book[title]
+    if any(_is_percentage(cell) for row in sheet.iter_rows(max_row=2) for cell in row):
+        for number, row in enumerate(sheet.iter_rows(), start=1):
+            for j, cell in enumerate(row):
+                if _is_percentage(cell):
+                    rows[number][j] = _percentage(cell.value)
     return rows
+
+
+def _is_percentage(cell: Any) -> bool:
+    """Whether a cell holds a number and shows it in per cent."""
+    return isinstance(cell.value, (int, float)) and "%" in cell.number_format
+
+
+def _percentage(value: float) -> str:
+    """Return a number as the text that a cell in per cent shows, with all digits."""
+    text = f"{100 * value:.15g}"
+    if "." in text and "e" not in text:
+        text += "0000"  # three digits behind the point could be thousands
+    return f"{text}%"
 
 
 def _title(titles: Names, name: str | None) -> str:

@@ -31,6 +31,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     mapping,
+    plain_value,
     positive_number,
 )
 from pymoo_psi.errors import ArgumentValueError
@@ -475,7 +476,7 @@ def section(where: str, kind: type[Any], entry: Any) -> Any:
     for word in mapping(where, entry, "settings to values"):
         known_name(f"a setting of {where}", word, settings)
     # NumPy's numbers and arrays, and ranges, become Python's numbers and lists.
-    plain = msgspec.to_builtins(entry, enc_hook=lambda value: np.asarray(value).tolist())
+    plain = msgspec.to_builtins(entry, enc_hook=plain_value)
     try:
         return msgspec.convert(plain, kind)
     except msgspec.ValidationError as error:

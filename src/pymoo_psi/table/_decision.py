@@ -20,10 +20,12 @@ from pymoo_psi._validation import (
     Values,
     collection,
     distinct_keys,
+    finite_number,
     instance,
     invalid,
     known_name,
     mapping,
+    plain_value,
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._formulation import Formulation
@@ -82,12 +84,15 @@ class Decision:
             position = _checked("a position", entries, _Position)
             limits = limits_of(position["limits"], "the limits of a position")
             position["limits"] = {name: limit.plain for name, limit in limits.items()}
+            for key in ("weights", "aspiration"):
+                for name, value in position[key].items():
+                    finite_number(f"{name!r} in {key} of a position", value)
             content = json.dumps(position, sort_keys=True)
             date = position["date"]
-            key = (_time_of(date), date, position["name"], position["chosen"] or "", content)
-            positions[key] = position
+            order = (_time_of(date), date, position["name"], position["chosen"] or "", content)
+            positions[order] = position
         # In one order, each once, whatever files they come from and in whatever order.
-        ordered = [positions[key] for key in sorted(positions)]
+        ordered = [positions[order] for order in sorted(positions)]
         vars(self).update(page=page, positions=ordered)
         if self.decided is not None:
             vars(self).update(decided=_checked("decided", self.decided, _Group))
@@ -266,7 +271,7 @@ class _Group(msgspec.Struct, forbid_unknown_fields=True):
 
 def _checked(where: str, entries: Any, kind: Any) -> Values:
     """Return entries as a class has them, complete."""
-    plain = msgspec.to_builtins(entries, enc_hook=lambda value: np.asarray(value).tolist())
+    plain = msgspec.to_builtins(entries, enc_hook=plain_value)
     try:
         values: Values = msgspec.to_builtins(msgspec.convert(plain, kind))
     except msgspec.ValidationError as error:

@@ -175,8 +175,8 @@ class Formulation:
     def combine_first(self, other: Formulation) -> Formulation:
         """Return it with what it leaves open as another one has it; normalised if both are.
 
-        Limits on other columns, computed columns and directions are those of both, objectives those
-        of the other one unless it has its own.
+        Limits on other columns, computed columns and directions of its objectives are those of
+        both; objectives and their ranges are those of the other one unless it has its own.
 
         Example:
             >>> of_file = Formulation(limits="mass<=50, x1>=2")
@@ -187,6 +187,9 @@ class Formulation:
         for name in other.maximize:
             if name not in maximize and (not self.objectives or name in self.objectives):
                 maximize.append(name)
+        ranges = self.ranges
+        if ranges is None and (not self.objectives or {*self.objectives} == {*other.objectives}):
+            ranges = other.ranges
         return Formulation(
             self.objectives or other.objectives,
             maximize=maximize,
@@ -195,7 +198,7 @@ class Formulation:
             computed={**other.computed, **self.computed},
             units={**other.units, **self.units},
             normalize=self.normalize and other.normalize,
-            ranges=self.ranges,
+            ranges=ranges,
         )
 
     def without_columns(self) -> Formulation:

@@ -390,10 +390,15 @@ class TestTable(View, Shown):
         elif formulation is not None:
             decision = replace(decision, formulation=decision_of(formulation).formulation)
         stated = decision.formulation
+        maximize = stated.maximize
         if formulation is None:
-            stated = replace(stated, ranges=None)
+            stated = replace(stated, maximize=(), ranges=None)
         stated = replace(stated, **fields)
         objectives = stated.objectives or self.evaluated.objectives
+        if formulation is None and "maximize" not in fields:
+            # Directions of objectives that are left out are not stated.
+            maximize = tuple(name for name in maximize if name in objectives)
+            stated = replace(stated, maximize=maximize)
         if stated.ranges is None and {*objectives} == {*self.schema.objectives}:
             stated = replace(stated, ranges=self.formulation.ranges)
         table = replace(self, decision=replace(decision, formulation=stated))
