@@ -52,6 +52,11 @@ def workbook(*sheets, edit=None):
     return stream.getvalue()
 
 
+def in_per_cent(sheet):
+    for row in (2, 3):
+        sheet.cell(row, 1).number_format = "0.0%"
+
+
 def saved(save, **arrays):
     """What a function of NumPy writes."""
     stream = io.BytesIO()
@@ -153,6 +158,7 @@ FILES = {
     "equal rows as repeats": ("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,3,2\n", {"average_by": "name"}, {"a": [2, 3], "b": [4, 2]}),
     "names under test": ("test,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
+    "a gap that a limit leaves out": ("a,b,stock\n1,2,1\n3,,0\n7,8,2\n", {"objectives": ["a", "b"], "limits": "stock>=1"}, {"a": [1, 7], "b": [2, 8]}),
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by drop_incomplete=True"),
     "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),
     # Encodings
@@ -162,6 +168,7 @@ FILES = {
     # Workbooks
     "a sheet of a text": ("cost,mass\n1,5\n3,4\n", {"sheet": "S1"}, "sheet must be left out for a text"),
     "a workbook": (workbook(TYPED), {}, COST),
+    "per cents of a workbook": (workbook([["fee", "mass"], [0.02, 30], [0.02125, 2.5]], edit=in_per_cent), {}, {"fee": [2, 2.125], "mass": [30, 2.5]}),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(50, 2048, "x")), {}, "empty in its first line"),
     "a range of ten million merged cells": (workbook(TYPED, edit=lambda sheet: sheet.merged_cells.add("D1:M1048576")), {}, COST),
@@ -203,7 +210,7 @@ def objectives(table):
 def test_a_file_is_read_right_or_refused(read, name):
     content, options, expected = FILES[name]
     options = dict(options)
-    asked = Formulation(objectives=options.pop("objectives", ()))
+    asked = Formulation(options.pop("objectives", ()), limits=options.pop("limits", {}))
     if isinstance(expected, str):
         refused(expected, read, content, asked, **options)
     else:
@@ -233,6 +240,7 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("number,name,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "name"),
         ("number,Typ,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "Typ"),
         ("number,a,b\n50,4,1\n20,9,2\n10,12,0\n", ("a", "b"), "number"),
+        ("car,a,design,b\nTown,20,70,5\nLane,24,90,6\n", ("a", "b"), "car"),
     ],
 )
 def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
@@ -372,12 +380,21 @@ def test_a_column_called_row_gives_no_names(read, objectives, variables):
         ("Versuch,a\n7,3\n8,4\n9,4\n", "counts the rows"),
         ("Versuch,a\n7,3\n8,4\n8,5\n", ""),
         ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,6,3\n", ""),
+        ("car,price,design,range\nA,1,7,9\nB,2,9,7\nC,3,9,5\n", "design is taken to number"),
+        ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", ""),
+        ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", "time holds times"),
     ],
 )
-def test_a_remark_says_what_counts_the_rows(read, text, remark):
+def test_a_remark_says_what_may_be_an_objective_or_none(read, text, remark):
     remarks = " ".join(read(text).remarks)
     assert remark in remarks
     assert bool(remarks) == bool(remark)
+
+
+def test_numbers_called_design_are_ranked_if_they_are_named(read):
+    text = "car,price,design\nA,1,7\nB,2,9\nC,3,9\n"
+    for asked in (Formulation(["price", "design"]), Formulation(maximize=["design"])):
+        assert read(text, asked).schema.objectives == ("price", "design")
 
 
 def test_only_columns_that_are_needed_must_be_readable(read):
@@ -450,6 +467,7 @@ def test_objects_of_json_are_designs(tmp_path):
         refused("no list of designs", read_table, tmp_path / "set.json")
 
 
+NAMED = pd.DataFrame({"kind": [*"WXYZ"], "a": [0, 1, 2, 3], "b": [3, 2, 1, 0]})
 FRAME = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
 # The name of its index is that of a column that follows from others.
 PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
@@ -461,6 +479,8 @@ PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("pl
         (np.array([[1.0, 2.0], [2.0, 1.0]]), (), ["row 1", "row 2"], [[1, 2], [2, 1]]),
         ([[3], [4]], (), ["row 1", "row 2"], [[3], [4]]),
         (FRAME, (), ["A", "B"], [[1, 3]]),
+        (NAMED.iloc[[3, 0]], (), ["Z", "W"], [[3, 0], [0, 3]]),
+        (NAMED[::2], (), ["W", "Y"], [[0, 3], [2, 1]]),
         (PLACES, ("f1", "f2"), ["row 1", "row 2"], [[1, 2], [2, 1]]),
     ],
 )

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pymoo.core.problem import Problem
 
 from pymoo_psi import Decision, Formulation, PsiError, TestTable, investigate, lp_tau
-from pymoo_psi.analysis import decision_sentences
+from pymoo_psi.analysis import decision_sentences, position_sentences
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
 from pymoo_psi.table import Limit, Schema, limits_of
@@ -183,6 +183,25 @@ def test_a_formulation_takes_the_place_of_the_one_before(first, second, limits, 
     assert loosened.equals(whole)
 
 
+def test_directions_that_are_read_are_those_of_the_columns():
+    """A table is the same whether it is read with directions or from a file that states them."""
+    frame = pd.DataFrame({"mass": [1.0, 2, 3], "gain": [1.0, 5, 6], "heat": [3.0, 2, 1]})
+    table = read_table(
+        frame, Formulation(["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
+    )
+    for asked in (Formulation(limits={"mass": 2}), Decision(Formulation(limits={"mass": 2}))):
+        anew = table.under(asked).schema
+        assert (anew.objectives, anew.maximize) == (("mass", "gain"), ("gain",))
+        assert anew.units == {"mass": "kg"}
+    assert table.under(objectives=["mass", "heat"]).schema.objectives == ("mass", "heat")
+
+
+def test_limits_of_positions_need_not_fit_the_table():
+    position = {"name": "Ann", "limits": {"fuel": ["diesel"], "range": [300, None]}}
+    table = beam_tests().under(Decision(positions=[position]))
+    assert position_sentences(table) == ["Ann wants none. Conditions: fuel=diesel; range>=300."]
+
+
 @given(failed=st.sets(st.integers(1, COUNT)), formulations=formulations())
 def test_what_failed_stays_failed(failed, formulations):
     asked, _ = formulations
@@ -315,12 +334,13 @@ def test_positions_are_joined_in_any_order():
 
 def test_the_order_of_positions_is_that_of_their_times():
     dates = [
-        "", "2026-04-30T23:59", "2026-05-01", "2026-05-01T11:00+02:00", "2026-05-01T09:30",
+        "", "2026-04-30T23:59", pd.Timestamp("2026-05-01"), "2026-05-01T11:00+02:00", "2026-05-01T09:30",
         "2026-05-01T10:30+00:00", "2026-05-01T11:00:00.000Z",
     ]  # fmt: skip
     held = [{"name": "Ann", "date": date} for date in dates]
     for positions in itertools.islice(itertools.permutations(held), 0, None, 97):
-        assert [one["date"] for one in Decision(positions=positions).positions] == dates
+        ordered = [one["date"] for one in Decision(positions=positions).positions]
+        assert ordered == list(map(str, dates))
 
 
 @pytest.mark.parametrize(
@@ -356,6 +376,7 @@ def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
         (lambda: beam_tests().under({}), "formulation must be of type Formulation, got dict"),
         (lambda: TWO.under(computed={"loss": "head + 1"}), "must be one of 'f1', 'f2', 'x1', got 'head'"),
         (lambda: limits_of("price<=50 range>=300"), "join limits by commas"),
+        (lambda: Decision(positions=[{"name": "A", "aspiration": {"mass": np.nan}}]), "'mass' in aspiration of a position must be a finite number"),
     ],
 )  # fmt: skip
 def test_what_a_table_does_not_have_is_refused(call, message):

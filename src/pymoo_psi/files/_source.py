@@ -415,7 +415,8 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
-    "Model". So it does before numbers under "id". Otherwise a column that numbers the rows does.
+    "Model". So it does before numbers under "test" or "design", which may be results. Otherwise a
+    column that numbers the rows does.
     """
     best = next(iter(labels), None)
     first = next((name for name in columns if name not in labels), None)
@@ -423,7 +424,8 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
         return best
     if best is None or _word(best) not in _NAMING:
         return first
-    if columns[best].numbers is not None and first == next(iter(columns)):
+    are_results = columns[best].numbers is not None and _word(best) != "id"
+    if are_results and first == next(iter(columns)):
         return first
     return best
 

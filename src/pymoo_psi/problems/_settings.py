@@ -19,7 +19,6 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import msgspec
-import numpy as np
 from pymoo.core.variable import Choice, Integer, Real
 
 from pymoo_psi._validation import (
