@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pymoo.core.problem import Problem
 
 from pymoo_psi import Decision, Formulation, PsiError, TestTable, investigate, lp_tau
-from pymoo_psi.analysis import decision_sentences, position_sentences
+from pymoo_psi.analysis import decision_sentences
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
 from pymoo_psi.table import Limit, Schema, limits_of
@@ -194,12 +194,6 @@ def test_directions_that_are_read_are_those_of_the_columns():
         assert (anew.objectives, anew.maximize) == (("mass", "gain"), ("gain",))
         assert anew.units == {"mass": "kg"}
     assert table.under(objectives=["mass", "heat"]).schema.objectives == ("mass", "heat")
-
-
-def test_limits_of_positions_need_not_fit_the_table():
-    position = {"name": "Ann", "limits": {"fuel": ["diesel"], "range": [300, None]}}
-    table = beam_tests().under(Decision(positions=[position]))
-    assert position_sentences(table) == ["Ann wants none. Conditions: fuel=diesel; range>=300."]
 
 
 @given(failed=st.sets(st.integers(1, COUNT)), formulations=formulations())

@@ -533,7 +533,7 @@ def _table(
             problem = column.problem or cells.place(name, int(column.gaps().argmax()))
             remarks.append(f"{name} is no variable: {problem}.")
         data[name] = _values(column, role)
-        described[name] = _described(column, role, data[name], [stated, formulation])
+        described[name] = _described(column, role, data[name], stated, formulation)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -563,14 +563,13 @@ def _table(
 
 
 def _described(
-    column: TextColumn, role: str, values: AnyArray, stated: Sequence[Formulation]
+    column: TextColumn, role: str, values: AnyArray, stated: Formulation, asked: Formulation
 ) -> Column:
-    """Return what a column is, given its role, its values and what source and user state."""
+    """Return what a column is, given its role, its values, what its source states, what is asked."""
     if role == NOTE:
         return Column(column.name, role, Kind.CHOICE)
-    units = [column.unit, *(one.units.get(column.name, "") for one in stated)]
-    unit = next(filter(None, units), "")
-    maximize = role != VARIABLE and any(column.name in one.maximize for one in stated)
+    unit = stated.units.get(column.name, column.unit) or asked.units.get(column.name, "")
+    maximize = column.name in {*stated.maximize, *asked.maximize} and role != VARIABLE
     return Column(column.name, role, kind_of_cells(values), unit, maximize)
 
 
