@@ -565,7 +565,7 @@ def _table(
 def _described(
     column: TextColumn, role: str, values: AnyArray, stated: Formulation, asked: Formulation
 ) -> Column:
-    """Return what a column is, given its role, its values, what its source states, what is asked."""
+    """Return what a column is: its role, its values, what the source states, what is asked."""
     if role == NOTE:
         return Column(column.name, role, Kind.CHOICE)
     unit = stated.units.get(column.name, column.unit) or asked.units.get(column.name, "")
