@@ -111,10 +111,7 @@ def imported_files(path):
 def test_no_files_import_each_other_in_a_circle():
     """Imports in functions and those for types count."""
     left = {path: imported_files(path) for path in FILES}
-    while True:
-        free = {path for path, files in left.items() if not files & left.keys()}
-        if not free:
-            break
+    while free := {path for path, files in left.items() if not files & left.keys()}:
         left = {path: files for path, files in left.items() if path not in free}
     assert sorted(path.relative_to(ROOT).as_posix() for path in left) == []
 
@@ -133,12 +130,9 @@ PRIVATE = {
 def test_tests_use_public_names():
     """But for the base layer, which has tests of its own."""
     private = re.compile(r"pymoo_psi(\.\w+)+\._[a-z]|from pymoo_psi(\.\w+)+ import _[a-z]")
-    folder = PROJECT / "tests"
-    found = set()
-    for path in folder.rglob("*.py"):
-        if private.search(path.read_text("utf-8")):
-            found.add(path.relative_to(folder).as_posix())
-    assert found == PRIVATE.keys()
+    tests = Path(__file__).parent
+    found = {path for path in tests.rglob("*.py") if private.search(path.read_text("utf-8"))}
+    assert found == {tests / name for name in PRIVATE}
 
 
 def test_every_module_of_a_subpackage_is_private():
@@ -212,8 +206,8 @@ def test_every_public_name_is_in_an_overview():
     missing = []
     for module in [pymoo_psi, *(getattr(pymoo_psi, name) for name in SUBPACKAGES)]:
         names = set(getattr(module, "__all__", ()))
-        for name in sorted(names - set(re.findall(r"\w+", module.__doc__))):
-            missing.append(f"the docstring of {module.__name__} lacks {name}")
+        absent = sorted(names - set(re.findall(r"\w+", module.__doc__)))
+        missing += [f"the docstring of {module.__name__} lacks {name}" for name in absent]
         public |= names - set(SUBPACKAGES)
     assert not missing, "\n".join(missing)
     assert len(public) <= 97
@@ -221,9 +215,7 @@ def test_every_public_name_is_in_an_overview():
 
 def refers(module, reference):
     """Whether a name of an overview is in its module or in the package."""
-    item = module
-    if not hasattr(module, reference.split(".")[0]):
-        item = pymoo_psi
+    item = module if hasattr(module, reference.split(".")[0]) else pymoo_psi
     for part in reference.split("."):
         item = getattr(item, part, None)
     return item is not None

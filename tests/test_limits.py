@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer
 
 from pymoo_psi import (
@@ -36,6 +35,7 @@ from tests.helpers.asked import kept_by_hand
 from tests.helpers.documents import payload_of
 from tests.helpers.drawn import texts
 from tests.helpers.draws import examples
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 from tests.page.test_page_logic import in_node
 from tests.report.test_report import Reader
@@ -90,9 +90,7 @@ class Example:
             units={names[0]: "kg"},
             outputs=["heat"],
         )
-        label = None
-        if rng.random() < 0.5:
-            label = "name"
+        label = "name" if rng.random() < 0.5 else None
         extra = {"rail": rail, "name": [f"offer {k}" for k in rng.permutation(n)]}
         tests = TestTable.of(
             np.arange(1, n + 1),
@@ -153,9 +151,12 @@ def fixed(table):
 def of_ranking(ranking):
     """All that a ranking holds and shows."""
     names = ("criteria", "place", "rank", "pareto", "salukvadze", "lengths", "ideal", "nadir")
-    held = {name: getattr(ranking, name) for name in names}
-    shown = {"frame": ranking.to_frame().to_dict("split"), "text": repr(ranking)}
-    return held | shown | {"labels": [*ranking.objectives.labels]}
+    return {
+        **{name: getattr(ranking, name) for name in names},
+        "frame": ranking.to_frame().to_dict("split"),
+        "text": repr(ranking),
+        "labels": [*ranking.objectives.labels],
+    }
 
 
 def said_of(table):
@@ -281,19 +282,16 @@ def test_fixed_ranges_hold_everywhere_and_are_named():
     assert "in its fixed range" in plot_ranking(table.feasible_ranking()).caption
 
 
-class Geared(ElementwiseProblem):
-    def __init__(self):
-        gear, teeth = Choice(options=[12, 16, 20]), Integer(bounds=(1, 4))
-        super().__init__(vars={"gear": gear, "teeth": teeth}, n_obj=2)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x["gear"] + x["teeth"], (5 - x["teeth"]) ** 2 - x["gear"]]
+GEARED = Model(
+    lambda x: {"F": [x["gear"] + x["teeth"], (5 - x["teeth"]) ** 2 - x["gear"]]},
+    vars={"gear": Choice(options=[12, 16, 20]), "teeth": Integer(bounds=(1, 4))},
+)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 def test_page_report_and_ranking_count_the_same_designs():
     """Tests repeat designs, and numbers that are options are texts on the page."""
-    table = investigate(Geared(), 64).under(limits={"gear": 16})
+    table = investigate(GEARED, 64).under(limits={"gear": 16})
     ranking = table.feasible_ranking()
     assert len(ranking.rows) == 8 < table.feasible().sum()
     (answer,) = in_node([asked_of_page(table, list(ranking.objectives.labels))])

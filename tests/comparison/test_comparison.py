@@ -9,7 +9,6 @@ from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.spea2 import SPEA2
-from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi.bnh import BNH
@@ -19,6 +18,7 @@ from pymoo_psi import PSI, VectorizedSphereChute
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference
 from pymoo_psi.errors import PsiError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
+from tests.helpers.models import Model
 from tests.helpers.processes import until
 from tests.helpers.refusals import interrupted, refused
 from tests.recipes.test_algorithms import mixed
@@ -26,16 +26,10 @@ from tests.recipes.test_algorithms import mixed
 compare = partial(pymoo_psi.compare, progress=False)
 
 
-class Counted(Problem):
+def counted(**options):
     """Two spheres that keep count themselves, apart from any bookkeeping of the comparison."""
-
-    def __init__(self):
-        super().__init__(n_var=3, n_obj=2, xl=np.array([-1.0, 0, 1]), xu=np.array([1.0, 2, 3]))
-        self.calls = []
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        self.calls.append(X.copy())
-        out["F"] = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
+    bounds = {"xl": np.array([-1.0, 0, 1]), "xu": np.array([1.0, 2, 3])}
+    return Model(lambda x: {"F": [x @ x, (x - 1) @ (x - 1)]}, n_var=3, **bounds, **options)
 
 
 EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2"]
@@ -44,15 +38,14 @@ EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2"]
 @pytest.mark.parametrize("algorithm", EVERY)
 @pytest.mark.parametrize("budget", [2, 257])
 def test_every_algorithm_spends_exactly_its_budget(algorithm, budget):
-    problem = Counted()
+    problem = counted()
     result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm])
     X = np.vstack(problem.calls)
     assert len(X) == budget == result.to_frame()["evaluated"].item()
     assert (problem.xl <= X).all()
     assert (problem.xu >= X).all()
-    F = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
-    best = F[nondominated(F)]
-    assert sorted(map(tuple, result.runs[0].F)) == sorted(map(tuple, best))
+    F = counted().evaluate(X)
+    assert sorted(map(tuple, result.runs[0].F)) == sorted(map(tuple, F[nondominated(F)]))
 
 
 @pytest.mark.parametrize("algorithm", ["nsga2", lambda n: SPEA2(pop_size=20)])
@@ -86,10 +79,10 @@ class Greedy(NSGA2):
     [(NSGA2(pop_size=2), 400, 400), (Greedy(pop_size=20), 50, 40)],
 )
 def test_only_its_budget_ends_an_algorithm(algorithm, budget, spent):
-    problem = Counted()
+    problem = counted()
     algorithms = {"one": lambda n: copy.deepcopy(algorithm)}
     result = compare(problem, n_evaluations=budget, seeds=1, algorithms=algorithms)
-    assert sum(map(len, problem.calls)) == spent
+    assert len(problem.calls) == spent
     assert result.to_frame()["hypervolume"].item() > 0
 
 
@@ -106,12 +99,11 @@ def test_an_algorithm_that_finds_nothing_has_hypervolume_0():
 
 def test_all_runs_share_the_reference_of_all_results():
     result = compare(get_problem("bnh"), n_evaluations=[32, 64], seeds=2)
-    union = np.vstack([run.F for run in result.runs])
+    union, reference = np.vstack([run.F for run in result.runs]), result.reference
     best = np.unique(union[nondominated(union)], axis=0)
-    reference = result.reference
     assert len(reference.points) == len(best) < 1000
-    ends = [reference.frame.ideal, reference.frame.nadir]
-    np.testing.assert_array_equal(ends, [best.min(axis=0), best.max(axis=0)])
+    np.testing.assert_array_equal(reference.frame.ideal, best.min(axis=0))
+    np.testing.assert_array_equal(reference.frame.nadir, best.max(axis=0))
     # No run is better than all of them together.
     everything = reference.measure(best)
     for run, measured in zip(result.runs, result.to_frame().to_dict("records"), strict=True):
@@ -177,33 +169,19 @@ def test_the_better_algorithm_is_named_for_every_indicator():
 # Keeping and continuing
 
 
-def interrupted_after(runs):
-    """A problem in whose evaluations Ctrl-C is pressed once so many have begun."""
-
-    class Interrupted(Counted):
-        stops = True
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            if self.stops and sum(map(len, self.calls)) >= runs:
-                raise KeyboardInterrupt
-            super()._evaluate(X, out)
-
-    return Interrupted()
-
-
 def test_a_comparison_continues_where_it_was_interrupted(tmp_path):
-    problem = interrupted_after(2 * 64)
+    problem = counted(stop=2 * 64)
     arguments = {"n_evaluations": [32, 64], "seeds": 2, "algorithms": ["psi", "nsga2"]}
     interrupted(compare, problem, **arguments, folder=tmp_path)
     assert len(list(tmp_path.glob("*.db"))) == 2
-    problem.stops = False
-    expected = compare(Counted(), **arguments).to_frame()
+    problem.stop = None
+    expected = compare(counted(), **arguments).to_frame()
     columns = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated"]
     for n_evaluated in (64 + 3 * 32, 0):  # the third time nothing
         problem.calls = []
         result = compare(problem, **arguments, folder=tmp_path)
         assert result.to_frame()[columns].equals(expected[columns])
-        assert sum(map(len, problem.calls)) == n_evaluated
+        assert len(problem.calls) == n_evaluated
 
 
 def test_processes_and_the_order_of_work_change_no_number(tmp_path):
@@ -295,7 +273,6 @@ def test_an_unsuitable_algorithm_is_found_in_its_first_run(problem, tmp_path):
 
 @pytest.mark.parametrize(("algorithms", "largest"), [(["psi", "surrogate"], 256), (["psi"], 4096)])
 def test_surrogates_take_fewer_evaluations_by_default(algorithms, largest, tmp_path):
-    interrupted(
-        compare, interrupted_after(largest), algorithms=algorithms, folder=tmp_path, seeds=1
-    )
+    problem = counted(stop=largest)
+    interrupted(compare, problem, algorithms=algorithms, folder=tmp_path, seeds=1)
     assert [path.name for path in tmp_path.glob("*.db")] == [f"psi_{largest}.db"]

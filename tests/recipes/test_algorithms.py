@@ -121,17 +121,12 @@ def test_the_next_function(make, algorithm):
     assert algorithm.table.equals(table_of(make))
 
 
-def by_asking(algorithm, problem):
-    algorithm.setup(problem, termination=("n_gen", ITERATIONS), seed=1)
+def test_asking_and_telling(make, algorithm):
+    algorithm.setup(BNH, termination=("n_gen", ITERATIONS), seed=1)
     while algorithm.has_next():
         population = algorithm.ask()
-        algorithm.evaluator.eval(problem, population)
+        algorithm.evaluator.eval(BNH, population)
         algorithm.tell(infills=population)
-    return algorithm.result()
-
-
-def test_asking_and_telling(make, algorithm):
-    by_asking(algorithm, BNH)
     assert algorithm.ask() is None
     assert algorithm.table.equals(table_of(make))
 
@@ -307,10 +302,8 @@ def runners():
 
 
 @pytest.mark.parametrize("name", ["starmap", "ours", *rarely("dask")])
-@pytest.mark.parametrize("wrap", [None, FailureTolerant], ids=["plain", "tolerant"])
+@pytest.mark.parametrize("wrap", [lambda problem: problem, FailureTolerant])
 @rarely_others
 def test_runners_change_no_result(make, runners, name, wrap):
-    problem = plane(elementwise_runner=runners[name])
-    assert minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table.equals(
-        table_of(make, PLANE)
-    )
+    problem = wrap(plane(elementwise_runner=runners[name]))
+    assert minimize(problem, make(), seed=1).algorithm.table.equals(table_of(make, PLANE))
