@@ -83,10 +83,15 @@ def test_no_direction_of_the_problem_is_lost():
 
 @pytest.mark.parametrize("names", [{"f2": "gain"}, {"f1": "f2", "f2": "f1"}, {}])
 @pytest.mark.parametrize(
-    "told", [{"maximize": ["f2"]}, {"names": {"f2": "profit"}, "maximize": ["profit"]}]
+    "told",
+    [
+        {"maximize": ["f2"], "units": {"f2": "EUR"}},
+        {"names": {"f2": "profit"}, "maximize": ["profit"], "units": {"profit": "EUR"}},
+    ],
 )
-def test_a_maximised_objective_may_be_renamed(told, names):
+def test_a_column_keeps_direction_and_unit_under_another_name(told, names):
     schema = investigate(problem(**told), 4, names=names).schema
+    assert schema.units == {names.get("f2", "f2"): "EUR"}
     assert schema.maximize == (names.get("f2", "f2"),)
     assert schema.objectives == (names.get("f1", "f1"), names.get("f2", "f2"))
 

@@ -131,9 +131,10 @@ def test_scaled_is_the_inverse_of_original():
 
 def test_requirements_hold_for_the_values_of_logarithmic_variables():
     wide = Wide()
-    wide.requirements = ["area <= 1"]
+    wide.requirements, wide.units = ["area <= 1"], {"area": "m2", "height": "m"}
     table = investigate(LogScaled(wide), 64)
-    np.testing.assert_array_equal(table.feasible(), table["area"] <= 0)
+    assert table.schema.units == {"height": "m"}
+    np.testing.assert_array_equal(table.feasible(), table["log10 area"] <= 0)
     found = minimize(LogScaled(wide), NSGA2(20), ("n_eval", 100), seed=1).pop
     assert found.get("feas").any()
     np.testing.assert_array_equal(found.get("feas"), found.get("X")[:, 0] <= 0)

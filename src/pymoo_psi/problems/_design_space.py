@@ -426,15 +426,14 @@ def problem_schema(
         ArgumentTypeError: A name or unit is not text, or an argument has the wrong type.
     """
     titles = column_titles(problem)
-    default_names = {title: name for name, title in titles.items()}
     new_names = titles if names is None else names
+    renamed = dict(new_names)
+    for name, title in titles.items():
+        renamed[title] = new_names.get(name, name)
     own = getattr(problem, "maximize", None) or ()
     for value in (own, maximize or ()):
         collection("maximize", value, "a list of objectives", "one goes into a list too")
-    maximized = []
-    for title in own:
-        name = default_names.get(title, title)
-        maximized.append(new_names.get(name, name))
+    maximized = [renamed.get(title, title) for title in own]
     if maximize is None:
         maximize = maximized
     if maximize and names is None and not {*maximized} <= {*maximize}:
@@ -445,7 +444,8 @@ def problem_schema(
             "or change the problem's attribute",
         )
     if units is None:
-        units = getattr(problem, "units", None) or {}
+        own_units = unit_texts(getattr(problem, "units", None) or {})
+        units = {renamed.get(title, title): unit for title, unit in own_units.items()}
     variables = space.variable_names
     plain = Schema.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
     for name in new_names:

@@ -23,10 +23,11 @@ from pymoo_psi._validation import (
     real_array,
     require_shape,
 )
-from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
+from pymoo_psi.problems._design_space import DesignSpace, Variable, column_titles, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.table import unit_texts
 
 
 class Transformed(WrappedProblem):
@@ -70,7 +71,8 @@ class LogScaled(Transformed):
 
     Use it for algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
     ``investigate``, samplings and ``nsga3`` do not need it. Requirements of the problem hold for
-    the values themselves, not for their logarithms.
+    the values themselves, not for their logarithms. In a table or study, a variable ``area`` is the
+    column ``log10 area``, without its unit.
 
     Args:
         problem: A pymoo problem.
@@ -96,6 +98,8 @@ class LogScaled(Transformed):
         problem = with_requirements(problem)
         space = design_space(problem, log=log)
         variables = [*space.variables]
+        self.names: dict[str, str] = column_titles(problem)
+        self.units: dict[str, str] = unit_texts(getattr(problem, "units", None) or {})
         self._log = {}
         for j, variable in enumerate(space.variables):
             if variable.kind is Kind.LOG and not variable.fixed:
@@ -103,6 +107,8 @@ class LogScaled(Transformed):
                 lower = np.log10(variable.lower)
                 upper = np.log10(variable.upper)
                 variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
+                self.names[variable.name] = f"log10 {variable.title}"
+                self.units.pop(variable.title, None)
         self.logarithms: list[str] = [variable.title for variable in self._log.values()]
         self.log: Collection[str] = ()  # for other wrappers, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
