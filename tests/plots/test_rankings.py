@@ -117,6 +117,9 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     axes = shown(plot_objectives(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
     assert axes.get_xlabel() == "← life, log, less is better"
+    axes = shown(plot_table(read_table(frame)))[0]
+    assert (axes.get_xscale(), axes.get_xlabel()) == ("log", "life, log")
+    np.testing.assert_allclose(axes.patches[0].get_data().edges, np.geomspace(1e2, 1e6, 11))
 
 
 def test_figures_take_what_is_ranked_or_read():

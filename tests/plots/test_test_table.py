@@ -222,7 +222,7 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert len(figure.axes) == 3 * 6
     assert [ax.get_xlabel() for ax in figure.axes[-6:]] == [f"x{j}" for j in range(1, 7)]
     assert [ax.get_ylabel() for ax in figure.axes[::6]] == [
-        "% of each group",
+        "share [%]",
         "↓ f1, less is better",
         "↓ f2, less is better",
     ]

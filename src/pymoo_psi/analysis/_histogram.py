@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Integers, integer, known_name
+from pymoo_psi._numbers import spans_decades
+from pymoo_psi._validation import Array, Integers, Mask, integer, known_name
 from pymoo_psi.table import VARIABLE, Kind, TestTable, value_ranks
 
 
@@ -49,7 +50,8 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         table: The tests.
         variable: Name of a variable, objective, constraint or output. Bins of all but variables
             span the feasible designs, or all if there are none, except for outliers
-            beyond three times the interquartile range, which are in no bin.
+            beyond three times the interquartile range, which are in no bin. Of values that span
+            more than three decades the bins are equal by their logarithm.
         bins: The number of equal bins between the bounds of a real variable, or of an integer with
             more than twice as many tested values; other columns have one bin for each value.
 
@@ -72,10 +74,16 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         kind = column.kind or Kind.REAL  # unknown without a design
         bounds = np.array([column.lower, column.upper], dtype=np.float64)  # NaN if unknown
         points = np.append(places, bounds)
-    elif feasible.any():
-        points = _near(places[feasible])
     else:
-        points = _near(places)
+        rows = np.isfinite(places)
+        if feasible.any():
+            rows = rows & feasible
+        points = places[rows]
+        near = points[_is_near(points)]
+        if spans_decades(near) and points.min() > 0:
+            kind = Kind.LOG
+            near = points[_is_near(np.log(points))]
+        points = near
     values: tuple[Any, ...] = ()
     if kind is Kind.LOG:
         points = points.astype(np.float64)
@@ -103,14 +111,13 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
     )
 
 
-def _near(places: Array) -> Array:
-    """Return finite values without outliers: one would leave all others in a single bin."""
-    places = places[np.isfinite(places)]
-    if len(places) == 0:
-        return places
-    low, high = np.quantile(places, [0.25, 0.75])
+def _is_near(values: Array) -> Mask:
+    """Return which values are no outliers: one would leave all others in a single bin."""
+    if len(values) == 0:
+        return np.zeros(0, dtype=bool)
+    low, high = np.quantile(values, [0.25, 0.75])
     fence = 3 * (high - low) or np.inf  # Tukey's outer fences
-    return np.asarray(places[(places >= low - fence) & (places <= high + fence)])
+    return np.asarray((values >= low - fence) & (values <= high + fence))
 
 
 def _edges(points: Array, bins: int) -> Array:

@@ -18,7 +18,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._numbers import NumberFormat, number
+from pymoo_psi._numbers import NumberFormat, number, spans_decades
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
@@ -170,14 +170,16 @@ def plot_table(
     with panels(n * (1 + len(rows)), n_columns, sharey="row") as (figure, axes):
         for ax, bars in zip(axes, histograms, strict=False):
             _draw_histogram(ax, bars, table)
-            label = schema[bars.variable].heading
-            if rows:  # the planes below have the name
-                label = ""
+            label = ""
+            if not rows:  # otherwise the planes below have the name
+                label = with_unit(bars.variable, schema[bars.variable].unit)
+                if ax.get_xscale() == "log":
+                    label += ", log"
             name_axis(ax, "x", label, bars.values)
             if rows and not bars.values:  # options have an interval each, and are aligned
                 ax.set_xlim(points.columns[bars.variable].ends)
         for ax in axes[:n:n_columns]:
-            name_axis(ax, "y", "% of each group")
+            name_axis(ax, "y", "share [%]")
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             figure.fitted += ((ax.label_outer,),)
@@ -200,15 +202,17 @@ def _column_names(argument: str, names: Names | None, default: Names, schema: Sc
 
 def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     """Draw the share of each group in each interval."""
-    if table.schema[bars.variable].kind is Kind.LOG:
-        axes.set_xscale("log")
-    groups = [
-        ("within the limits", bars.feasible, table.feasible(), _WITHIN),
-        (PARETO, bars.pareto, table.pareto(), _OPTIMAL),
-    ]
+    is_log = table.schema[bars.variable].kind is Kind.LOG
+    groups = [(PARETO, bars.pareto, table.pareto(), _OPTIMAL)]
+    feasible = table.feasible()
+    if not feasible.all():
+        groups.insert(0, ("within the limits", bars.feasible, feasible, _WITHIN))
     # The intervals of a dependent column span the feasible designs; others are outside.
-    if bars.variable in table.schema.variables:
-        groups.insert(0, ("in all", bars.tested, table.feasible() | True, _ALL))
+    is_dependent = bars.variable not in table.schema.variables
+    if feasible.all() or not is_dependent:
+        groups.insert(0, ("in all", bars.tested, feasible | True, _ALL))
+    if is_log or (is_dependent and spans_decades(bars.edges)):
+        set_log(axes, "x", (1.0,))
     for name, counts, rows, style in groups:
         shares = 100.0 * counts / max(rows.sum(), 1)
         axes.stairs(shares, bars.edges, label=f"{rows.sum()} {name}", **style)

@@ -371,6 +371,7 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         inner = values[table.feasible()]
         is_log = spans_decades(inner)
     if is_log:
+        further = further[further > 0]  # a marked design need not be feasible
         low, high = np.exp(view(np.log(inner), *np.log(further))).tolist()
     elif is_variable:
         low, high = view(inner, *further)
