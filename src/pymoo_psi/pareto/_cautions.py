@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -182,7 +183,6 @@ class _Checks:
     Attributes:
         rows: ``(k,)`` the Pareto-optimal designs.
         values: ``(k, m)`` their objectives, minimised.
-        unlike: ``(n, m)`` which values of all designs are unlike the usual ones of the front.
         varying: ``(m,)`` in which objectives they differ.
         d: ``(k, m)`` how far they are from the best values, in units of the ranges.
         mu: ``(k,)`` their distances to the ideal point.
@@ -195,7 +195,6 @@ class _Checks:
         self.ranking = ranking
         self.names = np.array([str(name) for name in ranking.objectives.names], dtype=object)
         self.rows, self.values = front_of(ranking)
-        self.unlike = np.zeros(ranking.objectives.values.shape, dtype=bool)
         low = self.values.min(axis=0)
         high = self.values.max(axis=0)
         self.varying: Mask = np.isfinite(unit_lengths(low, high))
@@ -230,37 +229,44 @@ class _Checks:
         for j, column in enumerate(objectives.values.T):
             if objectives.sign[j] < 0 and column.max() <= 0 > column.min():
                 yield _caution("sign", objective=self.names[j])
-            yield from self.unlike_values(j, column)
+            is_unlike = self.unlike[:, j]
+            if not is_unlike.any():
+                continue
+            values = column[is_unlike]
+            others = column[~is_unlike]
+            yield _caution(
+                "suspect",
+                designs=capital(self.names_of(self.optimal_first(is_unlike))),
+                objective=self.names[j],
+                values=" to ".join(dict.fromkeys([number(values.min()), number(values.max())])),
+                low=number(others.min()),
+                high=number(others.max()),
+            )
 
-    def unlike_values(self, j: int, column: Array) -> Iterator[Caution]:
-        """Yield the caution about values of an objective below and above the usual ones.
+    @cached_property
+    def unlike(self) -> Mask:
+        """``(n, m)`` which values are below or above the usual ones, if the front has such."""
+        columns = self.ranking.objectives.values.T
+        return np.column_stack([self.unlike_in(column) for column in columns])
+
+    def unlike_in(self, column: Array) -> Mask:
+        """Return ``(n,)`` which values of an objective are unlike the usual ones of the front.
 
         Args:
-            j: The objective.
             column: ``(n,)`` its values for all designs, in the original direction.
         """
+        none = np.zeros(len(column), dtype=bool)
         order = order_of(column)
         pool = _distinct(column.take(order[self.ranking.pareto.take(order)]))
         if len(pool) <= _OTHERS:  # too few to show what is usual
             pool = np.unique(column.take(self.near_front()))
         if len(pool) <= _OTHERS:
-            return
-        all_values = _distinct(column.take(order))
-        low, high = _unlike_ends(pool, all_values)
+            return none
+        low, high = _unlike_ends(pool, _distinct(column.take(order)))
         is_unlike = (column <= low) | (column >= high)
-        if not is_unlike[self.rows].any():
-            return
-        self.unlike[:, j] = is_unlike
-        values = column[is_unlike]
-        others = column[~is_unlike]
-        yield _caution(
-            "suspect",
-            designs=capital(self.names_of(self.optimal_first(is_unlike))),
-            objective=self.names[j],
-            values=" to ".join(dict.fromkeys([number(values.min()), number(values.max())])),
-            low=number(others.min()),
-            high=number(others.max()),
-        )
+        if is_unlike[self.rows].any():
+            return is_unlike
+        return none
 
     def optimal_first(self, mask: Mask) -> Rows:
         """Return the rows of the ranking that a mask selects, the Pareto-optimal ones first."""
