@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -41,38 +40,17 @@ def test_the_order_of_arrival_changes_no_table(tmp_path, study, make):
     assert result.algorithm.evaluator.n_eval == (40 if study else 100)
 
 
-class Held:
-    """A model that notes its designs in a file; the first one does not end before there is another.
-
-    Args:
-        folder: Where the files are, for its processes and for the test.
-    """
-
-    def __init__(self, folder):
-        self.noted, self.gate = folder / "noted", folder / "gate"
-
-    def __call__(self, x):
-        with self.noted.open("a") as file:
-            file.write(f"{x.tolist()}\n")
-        if not x.any():
-            assert until(self.gate.exists)
-
-    def n_seen(self):
-        return len(self.noted.read_text().splitlines()) if self.noted.exists() else 0
-
-    def open_after(self, n):
-        until(lambda: self.n_seen() >= n)
-        self.gate.touch()
-
-
 def test_no_worker_waits_for_the_slowest_of_a_block(tmp_path):
-    """All points are tested before the first block is complete: no block is a barrier."""
-    held, n_seen = Held(tmp_path), []
-    problem = Sum(held, elementwise_runner=ProcessRunner(3))
-    with ThreadPoolExecutor(1) as other:
-        other.submit(held.open_after, 100)
-        options = {"callback": lambda algorithm: n_seen.append(held.n_seen())}
-        minimize(problem, PSI(100, block_size=10), **options)
+    """The first point ends only when all others are tested: no block is a barrier."""
+
+    def held(x):
+        (tmp_path / str(x.tolist())).touch()
+        if not x.any():
+            assert until(lambda: len(os.listdir(tmp_path)) == 100)
+
+    problem, n_seen = Sum(held, elementwise_runner=ProcessRunner(3)), []
+    options = {"callback": lambda algorithm: n_seen.append(len(os.listdir(tmp_path)))}
+    minimize(problem, PSI(100, block_size=10), **options)
     assert n_seen == [100] * 10
 
 

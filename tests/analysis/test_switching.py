@@ -53,9 +53,8 @@ def test_limits_between_which_the_recommendation_stays(seed):
         free = table.under(limits={**asked.limits, row.column: tuple(pair)})
         values = np.unique(sign * frame[row.column][free.feasible()])
         present = np.nan_to_num(sign * row.present, nan=np.inf)
-        steps = values[values <= present][::-1]
-        if row.direction == "looser":
-            steps = values[values > present]
+        is_looser = row.direction == "looser"
+        steps = values[values > present] if is_looser else values[values <= present][::-1]
         optima = [best]
         for step in steps:
             pair[end] = sign * step
@@ -66,7 +65,7 @@ def test_limits_between_which_the_recommendation_stays(seed):
         if best in optima:  # tighter than all values, no design is left
             assert row.design is None
         else:
-            changed = step if row.direction == "looser" else stays
+            changed = step if is_looser else stays
             assert (row.value * sign, row.design) == (changed, optima[0])
 
 

@@ -1,10 +1,12 @@
 """Requirements: a model never runs for a design that violates one."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.sms import SMSEMOA
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 
@@ -24,30 +26,26 @@ from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
-def model(x, y):
-    assert y <= 2 * x, "the model ran for a design that violates a requirement"
-    return [x, 1 / (0.1 + x) + y]
+def one(x):
+    """Of one design, which meets the requirement."""
+    assert x[1] <= 2 * x[0], "the model ran for a design that violates a requirement"
+    return {"F": [x[0], 1 / (0.1 + x[0]) + x[1]], "G": x.sum() - 2, "heat": x[0] * x[1]}
 
 
-class Plain(ElementwiseProblem):
-    def __init__(self, **kwargs):
-        self.names = {"x1": "width", "x2": "height"}
-        self.requirements = {"slender": "height <= 2*width"}
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=[1.0, 3.0], **kwargs)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"], out["G"] = model(*x), [x[0] + x[1] - 2.0]
-        out["heat"] = x[0] * x[1]
+def rows(X):
+    """Of several designs."""
+    return {"F": np.array([one(x)["F"] for x in X]), "G": X.sum(axis=1, keepdims=True) - 2}
 
 
-class Vectorised(Plain):
-    def __init__(self):
-        super().__init__()
-        self.elementwise = False
+def plain(results=one, **options):
+    options |= {"n_var": 2, "n_ieq_constr": 1, "xu": [1.0, 3.0], "elementwise": results is one}
+    problem = Model(results, **options)
+    problem.names = {"x1": "width", "x2": "height"}
+    problem.requirements = {"slender": "height <= 2*width"}
+    return problem
 
-    def _evaluate(self, X, out, *args, **kwargs):
-        out["F"] = np.array([model(*x) for x in X])
-        out["G"] = X.sum(axis=1, keepdims=True) - 2.0
+
+vectorised = partial(plain, rows)
 
 
 GEAR = {
@@ -67,10 +65,10 @@ def mixed():
 @pytest.mark.parametrize(
     "make",
     [
-        Plain,
-        Vectorised,
-        lambda: Restricted(Plain(), {"width": (0.1, 0.9)}),
-        *rarely(lambda: Plain(elementwise_runner=ProcessRunner(2))),
+        plain,
+        vectorised,
+        lambda: Restricted(plain(), {"width": (0.1, 0.9)}),
+        *rarely(lambda: plain(elementwise_runner=ProcessRunner(2))),
     ],
 )
 def test_algorithms_of_pymoo_find_designs_that_meet_them(algorithm, make):
@@ -92,7 +90,7 @@ def test_nsga3_runs_no_design_that_violates_one(study_file, wrap):
         assert 1 <= x["module"] >= x["teeth"] / 2 - 5
 
 
-@pytest.mark.parametrize("problem", [Plain(), Vectorised()])
+@pytest.mark.parametrize("problem", [plain(), vectorised()])
 def test_values_are_infinite_without_a_run(problem):
     X = np.random.default_rng(1).random((50, 2)) * [1, 3]
     met = X[:, 1] <= 2 * X[:, 0]
@@ -133,11 +131,11 @@ def test_a_rule_is_what_it_says(rule, expected):
     ],
 )
 def test_wrong_rules_are_refused(rules, match):
-    refused(match, Required, Plain(), rules)
+    refused(match, Required, plain(), rules)
 
 
 @pytest.mark.parametrize(
-    "make", [Plain, Vectorised, *rarely(lambda: Plain(elementwise_runner=ProcessRunner(2)))]
+    "make", [plain, vectorised, *rarely(lambda: plain(elementwise_runner=ProcessRunner(2)))]
 )
 def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     table = investigate(make(), 64)
@@ -152,10 +150,10 @@ def test_psi_reports_designs_that_violate_one_as_infeasible(make):
 
 
 def test_a_study_continues_with_them(study_file):
-    investigate(Plain(), 20, study=study_file)
-    assert investigate(Plain(), 48, study=study_file).equals(investigate(Plain(), 48))
-    stricter = investigate(Plain(), 48, study=study_file, requirements=["height <= width"])
-    alone = investigate(Plain(), 48, requirements=["height <= width"])
+    investigate(plain(), 20, study=study_file)
+    assert investigate(plain(), 48, study=study_file).equals(investigate(plain(), 48))
+    stricter = investigate(plain(), 48, study=study_file, requirements=["height <= width"])
+    alone = investigate(plain(), 48, requirements=["height <= width"])
     by_point = np.argsort(stricter["test_point"])
     np.testing.assert_array_equal(stricter.X[by_point], alone.X)
     np.testing.assert_array_equal(stricter.status[by_point], alone.status)
@@ -171,7 +169,7 @@ def test_rules_compute_with_numbers_alone():
 
 
 def test_surrogates_propose_only_designs_that_meet_them():
-    table = minimize(Plain(), SurrogatePSI(28, batch=4), seed=1).algorithm.table
+    table = minimize(plain(), SurrogatePSI(28, batch=4), seed=1).algorithm.table
     assert (table["proposal_round"][20:] > 0).all()
     assert (table.X[20:, 1] <= 2 * table.X[20:, 0]).all()
     table = minimize(mixed(), SurrogatePSI(28, batch=4), seed=1).algorithm.table
@@ -179,7 +177,7 @@ def test_surrogates_propose_only_designs_that_meet_them():
 
 
 def test_other_requirements_take_the_place_of_the_problems_own():
-    table = investigate(Required(Plain()), 64, requirements=["height <= width"])
+    table = investigate(Required(plain()), 64, requirements=["height <= width"])
     np.testing.assert_array_equal(np.isfinite(table.F).all(axis=1), table.X[:, 1] <= table.X[:, 0])
     assert table.schema.constraints == ("g1", "height <= width")
 

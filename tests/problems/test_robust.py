@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import Problem
 from scipy import stats
 
 from pymoo_psi import (
@@ -21,16 +20,14 @@ from tests.helpers.refusals import refused
 A = np.array([[1.0, 2.0], [-3.0, 0.5]])
 
 
-class Linear(Problem):
+def linear(load=0.0, elementwise=False):
     """F = A x + load, and one constraint x1 + x2 + load <= 2."""
-
-    def __init__(self, load=0.0, elementwise=False):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, elementwise=elementwise)
-        self.load = load
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = x @ A.T + self.load
-        out["G"] = (x.sum(axis=-1) + self.load - 2)[..., None]
+    return Model(
+        lambda x: {"F": x @ A.T + load, "G": x.sum(axis=-1, keepdims=True) + load - 2},
+        n_var=2,
+        n_ieq_constr=1,
+        elementwise=elementwise,
+    )
 
 
 SIGMA = np.array([0.1, 0.2])
@@ -43,7 +40,7 @@ def tail(q):
     return stats.norm.pdf(stats.norm.ppf(q)) / (1 - q)
 
 
-@pytest.mark.parametrize("make", [Linear, *rarely(lambda load: Linear(load, elementwise=True))])
+@pytest.mark.parametrize("make", [linear, *rarely(lambda load: linear(load, elementwise=True))])
 @pytest.mark.parametrize(
     ("statistic", "factor", "within"),
     [
@@ -80,7 +77,7 @@ QUARTER = (np.arange(62, 32, -2).sum() + 0.75 * 32) / 15.75 / 64
 )
 def test_one_tolerance_has_its_quantiles_exactly(statistics, factor):
     """2^k - 1 LPτ points of one dimension are the quantiles of i / 2^k."""
-    robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics=statistics)
+    robust = Robust(linear(), tolerances={"x1": 0.1}, n_scenarios=63, statistics=statistics)
     expected = X @ A.T + 0.1 * np.multiply(factor, np.abs(A[:, 0]))
     np.testing.assert_allclose(robust.evaluate(X)[0], expected, atol=1e-12)
 
@@ -136,7 +133,7 @@ def test_its_study_is_its_own(study_file, changed):
 
 
 def test_names_are_kept_but_those_of_constraints():
-    problem = Linear()
+    problem = linear()
     problem.names = {"x1": "width", "f2": "yield", "g1": "stress"}
     problem.maximize, problem.units = ("yield",), {"width": "mm", "stress": "MPa"}
     table = investigate(Robust(problem, tolerances={"width": 0.1}), 4)
@@ -151,7 +148,7 @@ CHUTE = SphereChute()
     ("problem", "options", "kind", "message"),
     [
         (CHUTE, {}, ValueError, "uncertainty or tolerances must be given"),
-        (Linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
+        (linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:1"}, ValueError, "statistics must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:0.0"}, ValueError, "statistics must be"),

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -18,6 +17,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.problems import WrappedProblem
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
@@ -43,26 +43,23 @@ class Priced(WrappedProblem):
         return {"price": self.price}
 
 
-class Model(ElementwiseProblem):
+def model(mirrored=False, price=1.0, **options):
     """Fails at a small x1; mirrored and with a price where it is asked to be."""
 
-    def __init__(self, mirrored=False, price=1.0, **kwargs):
-        self.mirrored, self.price = mirrored, price
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, **kwargs)
-
-    def _evaluate(self, x, out, *args, **kwargs):
+    def results(x):
         if x[0] < 0.2:
             raise ArithmeticError("no convergence")
-        a, b = x * [1.0, -1.0] + [0.0, 1.0] if self.mirrored else x
-        out["F"] = np.array([a + b**2, 1 / (0.1 + a + b)]) * self.price
-        out["G"] = [a - b - 0.7]
+        a, b = x * [1.0, -1.0] + [0.0, 1.0] if mirrored else x
+        return {"F": np.array([a + b**2, 1 / (0.1 + a + b)]) * price, "G": a - b - 0.7}
+
+    return Model(results, n_var=2, n_ieq_constr=1, **options)
 
 
 # A problem that is wrapped, and the same one written by hand.
 PAIRS = {
-    "designs": (Mirrored(Model()), Model(mirrored=True)),
-    "values": (Priced(Model(), 3.0), Model(price=3.0)),
-    "both": (Priced(Mirrored(Model()), 3.0), Model(mirrored=True, price=3.0)),
+    "designs": (Mirrored(model()), model(mirrored=True)),
+    "values": (Priced(model(), 3.0), model(price=3.0)),
+    "both": (Priced(Mirrored(model()), 3.0), model(mirrored=True, price=3.0)),
 }
 BOX = {"x2": (0.1, 0.8)}
 RULE = ["x1 + x2 >= 0.5"]
@@ -107,7 +104,7 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
             out["F"] = np.column_stack([X[:, 0], 1 - X[:, 0]])
             out["G"] = np.where(X[:, :1] < 0.5, np.nan, 0.0)
 
-    table = investigate(Restricted(Own(Model(), elementwise=False), {"x2": 0.5}), 8)
+    table = investigate(Restricted(Own(model(), elementwise=False), {"x2": 0.5}), 8)
     np.testing.assert_array_equal(table.status == "failed", table.X[:, 0] < 0.5)
     tested = table.take(table.status == "ok")
     np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
@@ -116,7 +113,7 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
 @pytest.mark.parametrize(
     ("first", "second", "message"),
     [
-        (Priced(Model(), 3.0), Priced(Model(), 4.0), "price"),
+        (Priced(model(), 3.0), Priced(model(), 4.0), "price"),
         (get_problem("bnh"), Mirrored(get_problem("bnh")), "wrappers"),
     ],
 )

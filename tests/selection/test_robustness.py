@@ -12,18 +12,14 @@ from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 
-class Beam(Problem):
+def beam(load, strength):
     """A small family: the load shifts the objectives, the strength limits the designs."""
 
-    def __init__(self, load, strength):
-        super().__init__(n_var=2, n_obj=3, n_ieq_constr=1, n_eq_constr=1, xl=0.0, xu=2.0)
-        self.load, self.strength = load, strength
+    def results(x):
+        F = [x[0] + x[1], load / (0.1 + x[0]), (x[1] - load) ** 2]
+        return {"F": F, "G": load * x[1] - strength, "H": 0.0}
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        a, b = x.T
-        out["F"] = np.column_stack([a + b, self.load / (0.1 + a), (b - self.load) ** 2])
-        out["G"] = (self.load * b - self.strength)[:, None]
-        out["H"] = np.zeros((len(x), 1))
+    return Model(results, n_var=2, n_obj=3, n_ieq_constr=1, n_eq_constr=1, xu=2.0)
 
 
 LOAD = {"load": stats.norm(1.0, 0.2), "strength": stats.uniform(0.2, 0.7)}
@@ -34,7 +30,7 @@ def by_hand(X, points, normalize):
     """Every statistic of every design from lists over the scenarios."""
     found = [[] for _ in X]
     for row in points:
-        F, G = Beam(*row).evaluate(X, return_values_of=["F", "G"])
+        F, G = beam(*row).evaluate(X, return_values_of=["F", "G"])
         there = np.flatnonzero((G <= 0).all(axis=1))
         if len(there):
             ranking = rank_of_efficiency(F[there], normalize=normalize)
@@ -59,8 +55,8 @@ def summary(found, n):
 
 @pytest.mark.parametrize("normalize", [True, False])
 def test_agrees_with_the_oracle(normalize):
-    frame = robustness(Beam, X, uncertainty=LOAD, n_scenarios=30, normalize=normalize)
-    scenarios = Robust(Beam, uncertainty=LOAD, n_scenarios=30).parameters
+    frame = robustness(beam, X, uncertainty=LOAD, n_scenarios=30, normalize=normalize)
+    scenarios = Robust(beam, uncertainty=LOAD, n_scenarios=30).parameters
     expected = [summary(found, 30) for found in by_hand(X, scenarios, normalize)]
     shares = [f"{name}_share" for name in ("infeasible", "optimum", "efficient", "pareto")]
     found = frame.sort_index()[[*shares, "mean_regret", "worst_regret"]]
@@ -77,7 +73,7 @@ def test_scenarios_are_quantiles_of_lp_tau_without_the_origin():
 
     own = {"load": Quantile(), "strength": stats.randint(2, 4)}
     for uncertainty, quantile in ((LOAD, LOAD["load"].ppf), (own, own["load"].icdf)):
-        points = Robust(Beam, uncertainty=uncertainty, n_scenarios=16).parameters
+        points = Robust(beam, uncertainty=uncertainty, n_scenarios=16).parameters
         np.testing.assert_array_equal(points[:, 0], quantile(lp_tau(16, 2, first=2)[:, 0]))
     assert set(points[:, 1]) == {2.0, 3.0}
 
@@ -104,7 +100,7 @@ def test_named_designs_and_bounds_of_the_scenario():
     expected = [0, np.mean(Robust(mixed, **options).parameters[:, 0] < 0.75), 0]
     assert kept["infeasible_share"].tolist() == expected
     assert kept[["a", "m", "b"]].to_dict("records") == designs
-    frame = robustness(Beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9)
+    frame = robustness(beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9)
     assert frame["optimum_share"].is_monotonic_decreasing
     np.testing.assert_array_equal(frame.sort_index()[["x1", "x2"]], X)
 
@@ -132,8 +128,8 @@ def test_a_failing_design_is_infeasible_but_not_all():
 @pytest.mark.parametrize(
     ("make_problem", "X", "options", "kind", "message"),
     [
-        (Beam, X, {"uncertainty": {}}, ValueError, "uncertainty or tolerances must be given"),
-        (Beam, X[:, :1], {"uncertainty": LOAD, "n_scenarios": 1}, ValueError, "X must be designs of 2 variables"),
+        (beam, X, {"uncertainty": {}}, ValueError, "uncertainty or tolerances must be given"),
+        (beam, X[:, :1], {"uncertainty": LOAD, "n_scenarios": 1}, ValueError, "X must be designs of 2 variables"),
         (lambda laod: Problem(n_var=2, n_obj=3, laod=laod), X, {"uncertainty": {"laod": stats.uniform(0.5, 1)}}, ValueError, "of parameters that Problem takes, got 'laod'"),
     ],
 )  # fmt: skip

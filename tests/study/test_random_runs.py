@@ -81,13 +81,11 @@ def part(random, variable):
     if isinstance(variable, Choice):
         count = random.integers(1, len(OPTIONS))
         return [OPTIONS[i] for i in sorted(random.choice(len(OPTIONS), count, replace=False))]
-    steps = 4 if isinstance(variable, Integer) else 8
-    low, high = sorted(random.integers(0, steps + 1, 2).tolist())
+    kind, steps = (int, 4) if isinstance(variable, Integer) else (float, 8)
     lower, upper = variable.bounds
-    ends = [lower + (upper - lower) * step / steps for step in (low, high)]
-    if isinstance(variable, Integer):
-        ends = [*map(int, ends)]
-    return ends[0] if random.random() < 0.2 else tuple(ends)
+    ends = np.sort(random.integers(0, steps + 1, 2)) * (upper - lower) / steps + lower
+    low, high = map(kind, ends)
+    return low if random.random() < 0.2 else (low, high)
 
 
 def restricted(random, model):

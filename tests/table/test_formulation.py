@@ -71,10 +71,8 @@ class ByHand(Problem):
         gone = {*self.criteria, *formulation.omitted}
         self.ieq = [name for name in ("stress", "bend") if name not in gone]
         self.eq = [name for name in ("volume",) if name not in gone]
-        ends = [end for limit in formulation.limits.values() for end in limit[:2]]
-        n_limits = np.isfinite(ends).sum()
         super().__init__(
-            n_var=2, n_obj=len(self.criteria), n_ieq_constr=len(self.ieq) + n_limits,
+            n_var=2, n_obj=len(self.criteria), n_ieq_constr=len(self.ieq) + len(formulation.limits),
             n_eq_constr=len(self.eq), xl=0.0, xu=1.0,
         )  # fmt: skip
 
@@ -90,12 +88,9 @@ class ByHand(Problem):
         out["F"] = np.column_stack([values[name] for name in self.criteria]) * signs
         out["G"] = [values[name] for name in self.ieq]
         for name, (low, high, *_) in self.asked.limits.items():
-            # What is not known is refused.
-            column = np.where(np.isfinite(values[name]), values[name], np.inf)
-            if np.isfinite(low):
-                out["G"].append(np.where(column == np.inf, np.inf, low - column))
-            if np.isfinite(high):
-                out["G"].append(column - high)
+            column = np.where(np.isfinite(values[name]), values[name], np.nan)
+            beyond = np.maximum(low - column, column - high)
+            out["G"].append(np.nan_to_num(beyond, nan=1.0))  # what is not known is refused
         out["G"] = np.column_stack([*out["G"], np.zeros((len(X), 0))])
         out["H"] = np.column_stack([*(values[name] for name in self.eq), np.zeros((len(X), 0))])
 
