@@ -115,6 +115,17 @@ def test_outputs_are_those_of_the_model(study_file):
     assert told.table.equals(whole)
 
 
+def test_an_output_of_some_designs_may_have_a_unit():
+    """Whatever designs are evaluated first, and together."""
+    some = problem(lambda x: one(x) | ({"load": 1.0} if x[0] > 0.5 else {}), units={"load": "N"})
+    whole = investigate(some, 16)
+    np.testing.assert_array_equal(np.isnan(whole.column("load")), whole["x1"] <= 0.5)
+    assert whole.schema.units == {"load": "N"}
+    assert minimize(some, PSI(16, block_size=1)).algorithm.table.equals(whole)
+    with pytest.warns(UserWarning, match="no test has the output 'load'"):
+        investigate(some, 2)
+
+
 def test_vectorised_and_elementwise_models_give_the_same_outputs():
     """A column or a row of n; NaN of a design is no failure."""
 

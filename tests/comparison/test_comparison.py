@@ -29,7 +29,11 @@ compare = partial(pymoo_psi.compare, progress=False)
 def counted(**options):
     """Two spheres that keep count themselves, apart from any bookkeeping of the comparison."""
     bounds = {"xl": np.array([-1.0, 0, 1]), "xu": np.array([1.0, 2, 3])}
-    return Model(lambda x: {"F": [x @ x, (x - 1) @ (x - 1)]}, n_var=3, **bounds, **options)
+    model = Model(
+        lambda x: {"F": [x @ x, (x - 1) @ (x - 1)], "heat": x[0]}, n_var=3, **bounds, **options
+    )
+    model.units = {"heat": "K"}
+    return model
 
 
 EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2"]

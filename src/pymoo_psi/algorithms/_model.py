@@ -112,6 +112,17 @@ class Model:
             tests = tests.with_outputs(dict.fromkeys(missing, unknown))
         return tests.under(formulation)
 
+    def under(self, tests: TestTable) -> TestTable:
+        """Return all tests of a run under its formulation.
+
+        A unit may be that of an output which only some designs have; a warning says if none has it.
+        """
+        if np.isfinite(tests.F).any():
+            for name in self.schema.outputs:  # promised by their units
+                if np.isnan(tests.column(name)).all():
+                    warnings.warn(f"units: no test has the output {name!r}", stacklevel=2)
+        return tests.under(self.formulation)
+
     def total_violation(self, tests: TestTable) -> Array:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
 
@@ -310,10 +321,6 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
             if np.isnan(column).all():
                 continue
         outputs[name] = np.where(has_failed, np.nan, column)
-    has_run = ~has_failed & np.isfinite(out["F"]).any(axis=1)
-    if has_run.any():
-        for name in schema.outputs:  # promised by their units
-            known_name("units", name, {*other_columns, *outputs} - {*RESERVED})
     return TestTable.of(
         numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, schema=schema
     )

@@ -119,7 +119,7 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _under(self, tests: TestTable) -> TestTable:
         if self.termination.has_terminated():
-            return tests.under(self._run.model.formulation)
+            return self._run.model.under(tests)
         return self._run.model.under_so_far(tests)
 
     @property
@@ -644,7 +644,7 @@ def investigate(
     model = run.model
     if is_noisy:
         table = PieceTask(model, keep).needed(averaged_repeats(table))
-    table = run.store.numbered(table).under(model.formulation)
+    table = model.under(run.store.numbered(table))
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
     if keep != "all":  # whether all tests that are left out have failed is unknown

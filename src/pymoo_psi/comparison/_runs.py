@@ -80,7 +80,7 @@ from pymoo_psi.problems import (
     problem_schema,
 )
 from pymoo_psi.study import Study, write_study
-from pymoo_psi.table import POINT, TestTable, columns_of, head_of
+from pymoo_psi.table import POINT, Schema, TestTable, columns_of, head_of
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
@@ -335,7 +335,7 @@ class ObservedProblem(WrappedProblem):
 
     def tests(self) -> TestTable:
         """Return all designs that were evaluated, numbered from 1."""
-        schema = problem_schema(self.wrapped, self._space)
+        schema = _schema(self.wrapped)
         if not self._kept:
             return TestTable.empty(schema)
         values = {}
@@ -362,8 +362,7 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
         StudyError: A file is damaged.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    schema = problem_schema(problem, design_space(problem))
-    expected = json.dumps(_head(TestTable.empty(schema), problem), sort_keys=True)
+    expected = json.dumps(_head(TestTable.empty(_schema(problem)), problem), sort_keys=True)
     for path in sorted(folder.glob("*.db")):
         facts, columns = Study(path).contents()
         head = dict(facts.head)
@@ -375,6 +374,12 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
             )
         task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
         yield _result(task, table_of(head, columns), **run)
+
+
+def _schema(problem: Any) -> Schema:
+    """Return the columns of the tests of runs, which are without outputs."""
+    schema = problem_schema(problem, design_space(problem))
+    return schema.without(schema.outputs)
 
 
 def _head(tests: TestTable, problem: Any) -> Values:
