@@ -30,8 +30,7 @@ def test_the_tables_are_the_papers_under_rolling(rolling):
 
 
 def test_ranks_at_the_largest_friction_are_those_printed(rolling):
-    last = rolling.cases[-1]
-    f4, ranking = last.designs.F[:, 3], last.ranking
+    f4, ranking = rolling.cases[-1].designs.F[:, 3], rolling.cases[-1].ranking
     assert len(ranking.subset(5)) == 0
     assert (f4[ranking.subset(4)] >= f4[ranking.salukvadze].min()).all()
 

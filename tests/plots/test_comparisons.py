@@ -3,25 +3,14 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from pymoo.core.problem import Problem
 
 from pymoo_psi.comparison import INDICATORS, compare
 from pymoo_psi.plots import plot_indicator, plot_indicators
 from tests.helpers.drawn import assert_readable, assert_whole
+from tests.helpers.models import Model
 
+INFEASIBLE = Model(lambda x: {"F": [x[0], 1 - x[0]], "G": 1.0}, n_var=2, n_ieq_constr=1)
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
-
-
-class Narrow(Problem):
-    """Two objectives, and hardly anything feasible; of a share of 0 nothing at all."""
-
-    def __init__(self, share):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
-        self.share = share
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = np.column_stack([x[:, 0], (1 - x).sum(axis=1)])
-        out["G"] = (1 - self.share - x.min(axis=1))[:, None]
 
 
 def values(comparison, name, budget, column):
@@ -56,7 +45,7 @@ def test_a_page_is_whole_and_names_problem_and_runs(bnh):
 
 def test_where_nothing_was_found_the_page_says_so():
     """The names of the algorithms are odd, and stand as they are."""
-    figure = plot_indicators(compare(Narrow(0.0), n_evaluations=4, seeds=2, algorithms=ODD))
+    figure = plot_indicators(compare(INFEASIBLE, n_evaluations=4, seeds=2, algorithms=ODD))
     assert_whole(figure)
     names = {r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"}
     assert {line.get_label() for line in figure.axes[0].lines} == names

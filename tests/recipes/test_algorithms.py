@@ -121,12 +121,15 @@ def test_the_next_function(make, algorithm):
     assert algorithm.table.equals(table_of(make))
 
 
-def test_asking_and_telling(make, algorithm):
-    algorithm.setup(BNH, termination=("n_gen", ITERATIONS), seed=1)
+def by_asking(algorithm, problem):
+    algorithm.setup(problem, termination=("n_gen", ITERATIONS), seed=1)
     while algorithm.has_next():
-        population = algorithm.ask()
-        algorithm.evaluator.eval(BNH, population)
-        algorithm.tell(infills=population)
+        algorithm.tell(infills=algorithm.evaluator.eval(problem, algorithm.ask()))
+    return algorithm.result()
+
+
+def test_asking_and_telling(make, algorithm):
+    by_asking(algorithm, BNH)
     assert algorithm.ask() is None
     assert algorithm.table.equals(table_of(make))
 

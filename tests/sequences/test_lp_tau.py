@@ -31,8 +31,7 @@ def oracle(number, n_dim):
                     new ^= m[k - q] << q
             m.append(new)
         for k in range(32):
-            if index >> k & 1:
-                value ^= m[k] << (31 - k)
+            value ^= (index >> k & 1) * m[k] << (31 - k)
         point.append(value / 2**32)
     return point
 
@@ -74,11 +73,8 @@ def test_two_dimensions_are_a_zero_net(first):
 
 def test_the_last_point_has_a_number():
     assert lp_tau(1, 51, first=2**52).max() < 1
-    message = (
-        f"the number of the last point must be at most 2.52, the length of LPτ, got {2**52 + 1}"
-    )
-    refused(message, lp_tau, 1, 1, first=2**52 + 1)
-    refused(message, lp_tau, 2, 1, first=2**52)
+    refused(f"at most 2.52, the length of LPτ, got {2**52 + 1}", lp_tau, 1, 1, first=2**52 + 1)
+    refused("at most 2.52", lp_tau, 2, 1, first=2**52)
 
 
 @pytest.mark.parametrize(
