@@ -959,7 +959,7 @@ def test_every_design_is_drawn(show, n):
         across.select_option("heat")
         reader.settle()
         second = reader.ask("D.scatter.drawn")
-        assert first["points"] == reader.ask("D.axes.drawn") == len(shown)
+        assert first["points"] == reader.ask("shownRows.length") == len(shown)
         assert (second["points"], second["missing"]) == (len(shown) - n_missing, n_missing)
         is_beyond = 0 in shown.index and reader.ask("D.ranking.best[0]") != 0
         assert first["beyond"] == is_beyond
@@ -1013,7 +1013,7 @@ def test_a_slider_draws_what_a_new_page_draws(reader):
     for limit in limits:
         reader.set(limits=limit)
         drawn = reader.ask(pixels)
-        reader.ask("D.update(true)")
+        reader.ask("redraw()")
         assert reader.ask(pixels) == drawn
         seen.add(drawn[1])
     assert len(seen) == len(limits)

@@ -180,6 +180,6 @@ const axes = (() => {
     columnsShown = null
     if (verdict !== undefined) draw(true)
   }).observe($("rows-area"))
-  return {draw, mark, get drawn() { return shownRows.length },
+  return {draw, mark,
     spot: (row, name) => { const {values, x, y} = lanes.find(({column}) => column.name === name); return [x(values[row]), y] }}
 })()

@@ -16,10 +16,10 @@ function markDesigns() {
   scales = new Map()
 }
 
-let formerEnds = ""
-function showCharts(everything) {
+let formerEnds // of the axes; undefined where everything is to be drawn anew
+function showCharts() {
   const ends = JSON.stringify(data.columns.map(scaleOf))
-  for (const chart of [axes, scatter]) chart.draw(everything || ends !== formerEnds)
+  for (const chart of [axes, scatter]) chart.draw(ends !== formerEnds)
   formerEnds = ends
 }
 

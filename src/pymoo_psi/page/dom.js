@@ -90,10 +90,11 @@ function onKeys(element, actions) {
   }
 }
 
-function download(content, name) {
+function download(content, name, note = "") {
   const link = make("a", {href: URL.createObjectURL(content), download: name})
   link.click()
   setTimeout(() => URL.revokeObjectURL(link.href), 10000)
+  say([`Saved as ${name}.${note}`])
 }
 
 // Copy a part of the page as a picture; where that is forbidden, save it.
@@ -104,7 +105,6 @@ function copyPicture(section, name) {
       say(["The picture is in the clipboard."])
     } catch {
       download(blob, `${name}.png`)
-      say([`Saved as ${name}.png.`])
     }
   })
 }

@@ -91,7 +91,7 @@ function behindOf({frame: {low, lengths}}, row) {
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(ranking, row) {
-  const {front, frame: {low, lengths}, pareto} = ranking
+  const {front, frame: {low, lengths}} = ranking
   const {objectives, F} = data
   const own = F.map((column) => column[row])
   const {behind, shares} = behindOf(ranking, row)
@@ -125,15 +125,12 @@ function explain(ranking, row) {
     if (!rows.length) rows = leastLosses(0)
     return rows.length ? nearest(rows, column) : -1
   })
-  const least = leastOf(loss, front)
-  const dominatedBy = pareto[row] ? -1 : nearest([...picked(front, (i) => loss[i] === least)], loss)
   // A neighbour towards several objectives is one step.
   const steps = new Set(bySize(shares).map((j) => neighbours[j]).filter((i) => i >= 0))
   return {
     row,
     objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], share: shares[j]})),
     steps: [...steps].map((i) => ({row: i, text: differenceText(ranking, i, row)})),
-    standing: standingOf(ranking, row, dominatedBy),
     costs: costsOf(ranking, behind, shares),
   }
 }
@@ -159,23 +156,19 @@ function costsOf(ranking, behind, shares) {
   return sentence("costs", {changes: listed(changes)})
 }
 
-function standingOf(ranking, row, dominatedBy) {
-  const {front, best, mask, frame} = ranking
+// That a design is proposed, and in what it is the best.
+function standingOf({front, best, frame}, row) {
   const design = data.names[row]
-  if (row >= data.n) return `${capital(design)} is not among the designs that are ranked.`
-  if (!mask[row]) return `${capital(design)} is beyond the limits.`
-  if (dominatedBy >= 0) return sentence("dominated", {design, other: data.names[dominatedBy], difference: differenceText(ranking, dominatedBy, row)})
   if (front.length === 1) return sentence("single", {design})
   const names = data.objectives.filter((_, j) => frame.low[j] < frame.high[j] && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const parts = {design, best: names.length ? sentence("best", {objectives: listed(names)}) : "", front: front.length}
-  if (!best.includes(row)) return sentence("ranked", {...parts, place: ranking.place[row]})
-  const ties = best.length > 1 ? ` ${sentence("ties", {count: best.length})}` : ""
-  return sentence("optimum", parts) + ties
+  const text = sentence("optimum", {design, best: names.length ? sentence("best", {objectives: listed(names)}) : ""})
+  return best.length > 1 ? `${text} ${sentence("ties", {count: best.length})}` : text
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;
 // null if nothing is left and none is chosen.
-//   instead    chosen against proposed, as a sentence; "" where they are one
+//   standing   that it is proposed, as a sentence; "" where it is not
+//   instead    it against what is proposed; "" where they are one
 //   remarks    what a reader must know of it
 function verdictOn(ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
@@ -187,5 +180,5 @@ function verdictOn(ranking, chosen, key = "instead") {
     remarks.push(against(ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
   const isProposed = ranking.best.includes(row)
-  return {...explain(ranking, row), remarks, instead: isProposed ? "" : against(ranking, key, row, proposed)}
+  return {...explain(ranking, row), remarks, standing: isProposed ? standingOf(ranking, row) : "", instead: isProposed ? "" : against(ranking, key, row, proposed)}
 }

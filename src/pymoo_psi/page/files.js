@@ -2,20 +2,18 @@
 
 const decisionNow = () => decisionOf(state, new Date().toISOString())
 const isSaved = () => { saved = JSON.stringify(state) }
-const textFile = (text, type) => new Blob([text], {type})
+const asJson = (text) => new Blob([text], {type: "application/json"})
 
 function saveDecision() {
   const name = `${data.file}-decision.json`
-  download(textFile(`${JSON.stringify(decisionNow(), null, 1)}\n`, "application/json"), name)
+  download(asJson(`${JSON.stringify(decisionNow(), null, 1)}\n`), name, ` Commands read it by --decision ${name}.`)
   isSaved()
-  say([`Saved as ${name}, for "Open…" and --decision ${name}.`])
 }
 
 function exportRows() {
   const name = `${data.file}-shown.csv`
-  download(textFile(csv(order, ranking), "text/csv"), name)
-  download(textFile(metadata(order, state, name), "application/json"), `${name}-metadata.json`)
-  say([`Saved as ${name}. Keep ${name}-metadata.json beside it.`])
+  download(new Blob([csv(order, ranking)], {type: "text/csv"}), name)
+  download(asJson(metadata(order, state, name)), `${name}-metadata.json`, ` Keep it beside ${name}.`)
 }
 
 // The page as it was made, with the decision in place of what it opened with.
@@ -24,9 +22,8 @@ function savePage() {
   const script = copy.querySelector("#payload")
   const content = {...JSON.parse(script.textContent), opens_with: decisionNow(), more: data.more, live: null}
   script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
-  download(textFile(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html"), `${data.file}.html`)
+  download(new Blob([`<!DOCTYPE html>\n${copy.outerHTML}\n`], {type: "text/html"}), `${data.file}.html`)
   isSaved()
-  say([`Saved as ${data.file}.html.`])
 }
 
 // The positions of files are added, and nothing else changes unless it is asked for; a single file

@@ -10,16 +10,17 @@ $("fixed").onchange = () => change({fixed: $("fixed").checked})
 $("reason").oninput = () => { state = {...state, reason: $("reason").value} }
 $("reason").onchange = commit
 
-function redye() {
+function redraw() {
   dye()
-  update(true)
+  formerEnds = undefined
+  update()
 }
 const paper = (on) => () => {
   document.documentElement.classList.toggle("paper", on)
   $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
-  redye()
+  redraw()
 }
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redye)
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw)
 addEventListener("beforeprint", paper(true))
 addEventListener("afterprint", paper(false))
 addEventListener("hashchange", addressed)
@@ -58,7 +59,7 @@ const page = {
 window.decisionPage = page
 // Once the typeface is there, in which texts are measured.
 Promise.allSettled([FONT, `650 ${FONT}`].map((font) => document.fonts.load(font))).then(() => {
-  update(true)
+  redraw()
   page.ready = performance.now()
   document.body.dataset.ready = "yes"
 })

@@ -22,6 +22,7 @@ const scatter = (() => {
   let whole // for each column, the shares of its scale that are shown without a zoom
   let view = [[0, 1], [0, 1]] // the shares of these that are shown
   let scales = [] // of what is shown
+  let numbers = [] // at the axes
   let [x, y] = [] // where a value is across and up
   let [u, v] = [] // where a row is
   let [isKnown, isInside] = [] // whether it has both values, and these are shown
@@ -36,7 +37,8 @@ const scatter = (() => {
     }
   })
   const {size, clean} = layers(area, 2, draw)
-  const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
+  let [right, bottom] = [] // of the frame
+  const boxOf = (x0, y0, x1, y1) => ({x: min(x0, x1), y: min(y0, y1), width: abs(x1 - x0), height: abs(y1 - y0)})
 
   // What is shown of a column: the designs within the limits and what is marked, with limits near them.
   function windowOf(column, k) {
@@ -52,7 +54,7 @@ const scatter = (() => {
   }
 
   // The window changes when a hand rests, not while it drags.
-  function lay() {
+  function lay(g) {
     if (!whole || !dragging) whole = columns.map(windowOf)
     scales = columns.map((column, k) => {
       const scale = scaleOf(column)
@@ -60,12 +62,12 @@ const scatter = (() => {
       const [low, high] = view[k].map((share) => valueAt(scale, from + share * (until - from)))
       return {...scale, low, high}
     })
-  }
-
-  function place() {
-    const [w, h] = frame()
-    x = placing(scales[0], LEFT, LEFT + w, 0)
-    y = placing(scales[1], TOP + h, TOP, 0)
+    right = size.width - RIGHT
+    bottom = size.height - BOTTOM
+    numbers = scales.map((scale, k) => tickTexts(scale, max(2, k ? bottom / 45 : right / 80)))
+    LEFT = ceil(max(24, ...numbers[1].map(({text}) => g.measureText(text).width + 10)))
+    x = placing(scales[0], LEFT, right, 0)
+    y = placing(scales[1], bottom, TOP, 0)
     const [xs, ys] = columns.map(({values}) => values)
     u = (row) => x(xs[row])
     v = (row) => y(ys[row])
@@ -75,28 +77,23 @@ const scatter = (() => {
 
   // What is proposed or looked at stays where it is.
   function zoomBy(factor) {
-    const [w, h] = frame()
-    const shares = verdict ? [(u(verdict.row) - LEFT) / w, 1 - (v(verdict.row) - TOP) / h] : [0.5, 0.5]
     view = view.map(([from, to], k) => {
+      const share = shareOn(scales[k])(columns[k].values[verdict?.row])
       const length = min(1, max(1e-4, (to - from) / factor))
-      const start = min(1 - length, max(0, from + shares[k] * (to - from - length)))
+      const start = min(1 - length, max(0, from + (isNumber(share) ? share : 0.5) * (to - from - length)))
       return [start, start + length]
     })
     draw()
   }
 
   function drawAxes(g) {
-    const [w, h] = frame()
-    const across = tickTexts(scales[0], max(2, w / 80))
-    const up = tickTexts(scales[1], max(2, h / 45))
-    LEFT = ceil(max(24, ...up.map(({text}) => g.measureText(text).width + 10)))
-    place()
-    for (const {value, text} of across) drawText(g, text, x(value), TOP + h + 14, "center")
+    const [across, up] = numbers
+    for (const {value, text} of across) drawText(g, text, x(value), bottom + 14, "center")
     for (const {value, text} of up) drawText(g, text, LEFT - 6, y(value), "right")
-    drawText(g, columns[0].label, size.width, TOP + h + 32, "right")
+    drawText(g, columns[0].label, size.width, bottom + 32, "right")
     drawText(g, columns[1].label, 0, 7, "left")
-    drawLine(g, INK.grid, LEFT, TOP, LEFT, TOP + h)
-    drawLine(g, INK.grid, LEFT, TOP + h, size.width - RIGHT, TOP + h)
+    drawLine(g, INK.grid, LEFT, TOP, LEFT, bottom)
+    drawLine(g, INK.grid, LEFT, bottom, right, bottom)
   }
 
   // Points as squares of a density.
@@ -129,12 +126,12 @@ const scatter = (() => {
 
   // Between two designs there is none: the front goes by the worse values of both.
   function drawFront(g, front) {
-    const corners = front.flatMap((row, k) => [[u(row), v(front[k - 1] ?? row)], [u(row), v(row)]])
     g.beginPath()
-    corners.forEach(([x, y], k) => {
-      g.lineTo(x, y)
-      const [lastX, lastY] = corners[k - 1] ?? [x, y]
-      lines.push({x: min(x, lastX), y: min(y, lastY), width: abs(x - lastX), height: abs(y - lastY)})
+    front.forEach((row, k) => {
+      const [x0, y0, x1, y1] = [front[k - 1] ?? row, row].flatMap((one) => [u(one), v(one)])
+      g.lineTo(x1, y0)
+      g.lineTo(x1, y1)
+      lines.push(boxOf(x0, y0, x1, y0), boxOf(x1, y0, x1, y1))
     })
     Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
     g.stroke()
@@ -142,16 +139,14 @@ const scatter = (() => {
 
   // What limits reject is hatched.
   function drawLimits(g, column, k) {
-    const [w, h] = frame()
     const {low, high} = scales[k]
     numericLimit(column).forEach((end, side) => {
       if (end === null || end < low || end > high) return
       const place = (k ? y : x)(end)
-      const from = k ? [LEFT, side ? TOP : place] : [side ? place : LEFT, TOP]
-      const to = k ? [LEFT + w, side ? place : TOP + h] : [side ? LEFT + w : place, TOP + h]
-      const box = {x: from[0], y: from[1], width: to[0] - from[0], height: to[1] - from[1]}
+      const edge = (k ? [bottom, TOP] : [LEFT, right])[side]
+      const box = k ? boxOf(LEFT, place, right, edge) : boxOf(place, TOP, edge, bottom)
       drawHatch(g, box.x, box.y, box.width, box.height)
-      drawLine(g, INK.text, ...(k ? [LEFT, place, LEFT + w, place] : [place, TOP, place, TOP + h]), 2)
+      drawLine(g, INK.text, ...(k ? [LEFT, place, right, place] : [place, TOP, place, bottom]), 2)
       lines.push(box)
     })
   }
@@ -213,7 +208,7 @@ const scatter = (() => {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
       const people = (holders.get(row) ?? []).map(({name}) => name)
       const isWanted = wanted.includes(row)
-      const words = wrapped(g, [called(row), ...people].join(" · "), frame()[0] * 0.6)
+      const words = wrapped(g, [called(row), ...people].join(" · "), (right - LEFT) * 0.6)
       const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
       const faults = places.map((place) => faultOf(place, isWanted))
       const least = min(...faults)
@@ -246,7 +241,7 @@ const scatter = (() => {
     for (const reach of AWAY) for (const [across, down] of SIDES) {
       const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
       const box = {row, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
-      if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= size.height - BOTTOM) continue
+      if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
       const tie = []
       const [x, y, length] = nearestIn(box, row)
       for (let share = 6 / length; reach > AWAY[0] && share < 1; share += 0.1) {
@@ -263,15 +258,14 @@ const scatter = (() => {
     area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
     if (!size.width) return
     const g = clean(0)
-    lay()
-    drawAxes(g)
+    lay(g)
     const shown = JSON.stringify([scales, size, LEFT])
     if (shown !== formerScales) former = undefined
     formerScales = shown
     if (shownRows.length > MOST_SHAPES) {
       former = drawDensity(g, LOOKS.other.colour, shownRows, data.total, [0.5, 2000], countPoints, former)
-      drawAxes(g) // again: a density covers all
     }
+    drawAxes(g) // a density covers all before
     lines = []
     const front = frontOfTwo()
     drawFront(g, front)

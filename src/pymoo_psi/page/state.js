@@ -64,7 +64,7 @@ function soon() {
   waiting = true
   requestAnimationFrame(() => {
     if (!waiting) return
-    lead(false)
+    lead()
     if (pending) return
     pending = true // once the frame is painted
     requestAnimationFrame(() => setTimeout(() => { if (pending) follow() }, 0))
@@ -72,12 +72,12 @@ function soon() {
 }
 
 // Everything on the page from the state: first what decides, in the next frame; then the rest.
-function update(everything = false) {
-  lead(everything)
+function update() {
+  lead()
   follow()
 }
 
-function lead(everything) {
+function lead() {
   const keepFocus = focusKept()
   waiting = false
   const filter = JSON.stringify([state.limits, state.fixed, state.positions])
@@ -91,7 +91,7 @@ function lead(everything) {
   markDesigns()
   showRows()
   showVerdict()
-  showCharts(everything)
+  showCharts()
   keepFocus()
 }
 
@@ -149,7 +149,11 @@ function look(row) {
 
 // On a scale over decades the digits follow the size of the number, not the range of the column.
 const valueText = (column, value) => column.log && isNumber(value) ? short(value) : written(column, value)
-const cellText = (column, row) => valueText(column, column.values[row])
+function cellText(column, row) {
+  const texts = column.cells ??= new Map() // the same rows are written at every step
+  if (!texts.has(row)) texts.set(row, valueText(column, column.values[row]))
+  return texts.get(row)
+}
 const awayText = (column, value) => amount({...column, unit: column.unit === "%" ? "%" : ""}, abs(value), ranking) // as in the sentences
 const shareText = (share) => (isWithin(share) ? percent(abs(share)) : "beyond")
 

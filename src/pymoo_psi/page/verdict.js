@@ -2,20 +2,18 @@
 
 // What was computed when the page was made holds for the limits and ranges that it opened with.
 const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
-const isAsOpened = () => asked(state) === asked(initial.state)
+const isAsOpened = () => !data.more.length && asked(state) === asked(initial.state)
 const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
 
 // What the heading does not say yet: in what the proposal is the best, what it costs, and its probability.
 function leadText({row, standing, costs}) {
   const best = standing.replace(`Proposed: ${called(row)}`, "").replace(/^[.,] */, "")
   const [start] = data.sentences.confidence.split("{")
-  const sure = isAsOpened() && row === initialBest ? data.cautions.filter((text) => text.startsWith(start)) : []
+  const sure = isAsOpened() && row === proposedRow() ? data.cautions.filter((text) => text.startsWith(start)) : []
   return [upper(best), costs, ...sure].filter(Boolean).join(" ")
 }
 
-let initialBest = -1 // what was proposed when the page was made
 function showVerdict() {
-  if (initialBest < 0) initialBest = proposedRow()
   const chosen = chosenRow()
   const isChosen = chosen >= 0 && (inspected < 0 || inspected === chosen)
   show("reasoning", isChosen)
