@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -124,20 +123,6 @@ def test_a_ranking_comes_back_with_its_metadata(said, tmp_path):
     refusal = "it is without o.csv-metadata.json, which says what the columns are; put it beside"
     assert refusal in said("rank", "o.csv", code=2)
     said("rank", "o.csv", "--objectives", "a [µg],b", "--maximize", "b")
-
-
-def test_a_ranking_of_three_decimals_is_read_again(said):
-    Path("set.csv").write_text("name,a,b\nA,1.125,4.125\nB,2.375,3.125\nC,3.125,2.375\n")
-    said("rank", "set.csv", "--out", "o.csv")
-    assert said("rank", "o.csv") == said("rank", "set.csv").replace("set.csv", "o.csv")
-
-
-def test_no_column_takes_the_name_of_another(said):
-    Path("set.csv").write_text("name,mu1,mu1 (source),a,b\nA,1,5,1,2\nB,2,6,2,1\n")
-    said("rank", "set.csv", "--objectives", "a,b", "--out", "o.csv")
-    frame = pd.read_csv("o.csv").sort_values("row")
-    assert frame["mu1 (source) (source)"].tolist() == [1, 2]
-    assert frame["mu1 (source)"].tolist() == [5, 6]
 
 
 @posix

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi.cli import main
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Decision, Formulation
@@ -166,23 +165,26 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     )
 
 
-def test_a_file_may_be_called_as_an_option(capsys):
-    assert main(["rank", "study_key.csv"]) == 2
-    assert "error: study_key.csv: No such file" in capsys.readouterr().err
+NAMES = {
+    "an objective": ("row,cost,mass\n5,1,4\n3,2,2\n9,3,1\n", "row,cost", {"row": [3, 5, 9]}),
+    "a text": ("name,row,cost,mass\nA,upper,1,4\nB,lower,2,2\nC,upper,3,1\n", "cost,mass",
+               {"row": [1, 2, 3], "row (source)": ["upper", "lower", "upper"]}),
+    "two columns": ("name,mu1,mu1 (source),a,b\nA,1,5,1,2\nB,2,6,2,1\n", "a,b",
+                    {"mu1 (source) (source)": [1, 2], "mu1 (source)": [5, 6]}),
+    "a town": ("place,cost,mass\nBonn,1,4\nUlm,1.5,2\nBern,3,1\n", "cost,mass",
+               {"row": [1, 2, 3], "place (source)": ["Bonn", "Ulm", "Bern"]}),
+    "a rank": ("name,rank,pareto,cost\nA,1,1,2\nB,2,0,1\n", "rank,cost", {"rank": [1, 2]}),
+    "decimals": ("name,a,b\nA,1.125,4.125\nB,2.375,3.125\nC,3.125,2.375\n", "a,b",
+                 {"a": [1.125, 2.375, 3.125]}),
+}  # fmt: skip
 
 
-def test_an_objective_may_be_called_row(said):
-    Path("set.csv").write_text("row,cost,mass\n5,1,4\n3,2,2\n9,3,1\n")
-    printed = said("rank", "set.csv", "--objectives", "row,cost", "--long", "--out", "out.csv")
-    heading = next(line for line in printed.splitlines() if "place" in line)
-    assert heading.split()[:2] == ["design", "place"]
-    assert "row ↓" in heading
-    assert sorted(pd.read_csv("out.csv")["row"]) == [3, 5, 9]
-
-
-def test_a_text_called_row_is_beside_the_numbers_of_rows(said):
-    Path("set.csv").write_text("name,row,cost,mass\nA,upper,1,4\nB,lower,2,2\nC,upper,3,1\n")
-    said("rank", "set.csv", "--out", "out.csv")
-    frame = pd.read_csv("out.csv").sort_values("row")
-    assert frame["row"].tolist() == [1, 2, 3]
-    assert frame["row (source)"].tolist() == ["upper", "lower", "upper"]
+@pytest.mark.parametrize("name", NAMES)
+def test_no_column_takes_the_name_of_another_and_the_ranking_comes_back(said, name):
+    text, objectives, columns = NAMES[name]
+    first, *_ = columns
+    Path("set.csv").write_text(text)
+    printed = said("rank", "set.csv", "--objectives", objectives, "--long", "--out", "o.csv")
+    assert pd.read_csv("o.csv")[[*columns]].sort_values(first).to_dict("list") == columns
+    again = said("rank", "o.csv", "--long")
+    assert re.findall("Proposed: .*", again) == re.findall("Proposed: .*", printed)
