@@ -54,7 +54,7 @@ from pymoo_psi.problems._settings import (
     settings_of,
 )
 from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
-from pymoo_psi.table import Expression, Schema
+from pymoo_psi.table import Expression, Schema, unit_texts
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -166,10 +166,8 @@ class ProgramProblem(ElementwiseProblem):
         self.variables: Values = {name: setting.variable for name, setting in settings.items()}
         self.log: list[str] = [name for name, setting in settings.items() if setting.scale == "log"]
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
-        self.units: dict[str, str] = {}
-        for name, entry in (settings | self.outputs).items():
-            if entry.unit:
-                self.units[name] = entry.unit
+        units = {name: entry.unit for name, entry in (settings | self.outputs).items()}
+        self.units: dict[str, str] = unit_texts(units)
         directions = section("objectives", Directions, objectives)
         self.objectives: list[str] = [*directions.minimize, *directions.maximize]
         self.maximize: list[str] = [*directions.maximize]
@@ -190,14 +188,14 @@ class ProgramProblem(ElementwiseProblem):
 
         limit_texts = [limit.text for limit in self.limits]
         self.names: dict[str, str] = numbered("f", self.objectives) | numbered("g", limit_texts)
-        kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
+        arguments: Values = {"vars": self.variables}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
             # pymoo takes such variables as a vector, without names.
             self.names |= numbered("x", self.variables)
-            bounds = np.array([variable.bounds for variable in self.variables.values()])
-            super().__init__(n_var=len(bounds), xl=bounds[:, 0], xu=bounds[:, 1], **kwargs)
-        else:
-            super().__init__(vars=self.variables, **kwargs)
+            lower, upper = np.transpose([variable.bounds for variable in self.variables.values()])
+            arguments = {"n_var": len(lower), "xl": lower, "xu": upper}
+        n_limits = len(self.limits)
+        super().__init__(n_obj=len(self.objectives), n_ieq_constr=n_limits, **arguments, **kwargs)
 
     @classmethod
     def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
