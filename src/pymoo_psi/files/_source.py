@@ -517,23 +517,18 @@ def _table(
     objectives, variables = _names_of_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
+    roles = _roles(columns, objectives, variables, [*formulation.columns], labels)
     remarks = [*cells.remarks]
+    for name in variables:
+        if roles[name] != VARIABLE:
+            row = int(columns[name].gaps().argmax())
+            problem = columns[name].problem or cells.place(name, row)
+            remarks.append(f"{name} is no variable: {problem}.")
     data: Columns = {}
     described = {}
-    for name in dict.fromkeys([*objectives, *columns]):
-        column = columns[name]
-        role = NOTE
-        if name in objectives:
-            role = OBJECTIVE
-        elif name in variables and not column.problem and not column.gaps().any():
-            role = VARIABLE
-        elif name in formulation.columns or (column.numbers is not None and name not in labels):
-            role = OUTPUT
-        if name in variables and role != VARIABLE:
-            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
-            remarks.append(f"{name} is no variable: {problem}.")
-        data[name] = _values(column, role)
-        described[name] = _described(column, role, data[name], stated, formulation)
+    for name, role in roles.items():
+        data[name] = _values(columns[name], role)
+        described[name] = _described(columns[name], role, data[name], stated, formulation)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -560,6 +555,35 @@ def _table(
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
     return replace(table, remarks=tuple(remarks))
+
+
+def _roles(
+    columns: Mapping[str, TextColumn],
+    objectives: Names,
+    variables: Names,
+    needed: Names,
+    labels: Names,
+) -> dict[str, str]:
+    """Return the roles of columns by name, the objectives first.
+
+    Args:
+        columns: The columns.
+        objectives: The names of the objectives.
+        variables: Those of the variables; a column with gaps is none.
+        needed: Those of columns that the formulation computes with or limits.
+        labels: Those of columns that name or number designs.
+    """
+    roles = {}
+    for name in dict.fromkeys([*objectives, *columns]):
+        column = columns[name]
+        roles[name] = NOTE
+        if name in objectives:
+            roles[name] = OBJECTIVE
+        elif name in variables and not column.problem and not column.gaps().any():
+            roles[name] = VARIABLE
+        elif name in needed or (column.numbers is not None and name not in labels):
+            roles[name] = OUTPUT
+    return roles
 
 
 def _described(
