@@ -1,5 +1,7 @@
 """Names, directions and units that a problem or an argument tells, and outputs that its model gives."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from pymoo.optimize import minimize
@@ -113,6 +115,19 @@ def test_outputs_are_those_of_the_model(study_file):
         infills.set("mark", 1.0)  # of the user, no output
         told.tell(infills=told.evaluator.eval(told.problem, infills))
     assert told.table.equals(whole)
+
+
+@pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
+def test_individuals_are_those_of_a_tolerant_problem(failed_as):
+    """So that an optimiser may start from them, whoever has evaluated them."""
+    tolerant = partial(FailureTolerant, ONE, failed_as=failed_as)
+    told, run = PSI(16), minimize(tolerant(), PSI(16)).algorithm
+    told.setup(tolerant())
+    told.tell(infills=told.evaluator.eval(told.problem, told.ask()))
+    assert told.table.equals(run.table)
+    for pop in (told.pop, run.pop):
+        F, G = tolerant().evaluate(pop.get("X"), return_values_of=["F", "G"])
+        np.testing.assert_array_equal(np.hstack([pop.get("F"), pop.get("G")]), np.hstack([F, G]))
 
 
 def test_an_output_of_some_designs_may_have_a_unit():

@@ -244,6 +244,8 @@ class Model:
         n_ieq = self.inner.n_ieq_constr
         rows = []
         for row in values:
+            if row["failure"]:  # FailureTolerant gives such a design values, too
+                row = {"failure": row["failure"]}
             if "G" in row:
                 row = row | {"G": row["G"][:n_ieq]}
             rows.append(row)

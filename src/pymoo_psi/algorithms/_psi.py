@@ -41,6 +41,8 @@ from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
 from pymoo_psi.problems import (
     NO_OUTPUTS,
+    FailureTolerant,
+    columns_of_values,
     design_space,
     evaluate_designs,
     layers,
@@ -153,7 +155,10 @@ class PointAlgorithm(WithTable, Algorithm):
         if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
             received = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", received, "make another")
-        problem = with_requirements(untolerant(problem), self.options.requirements)
+        required = with_requirements(untolerant(problem), self.options.requirements)
+        if isinstance(problem, FailureTolerant):  # individuals have its constraints
+            required = FailureTolerant(required, failed_as=problem.failed_as)
+        problem = required
         known = ("verbose", "progress", "pf")  # pf: only pymoo's examples give it
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
@@ -290,7 +295,13 @@ class PointAlgorithm(WithTable, Algorithm):
         config = Individual.default_config()  # one for all, which takes less time
         designs = model.space.designs(tests.X.copy())
         violation = model.total_violation(tests)[:, None]
-        rows = zip(tests.numbers.tolist(), designs, violation, model.values(tests), strict=True)
+        values_of_tests = model.values(tests)
+        if isinstance(self.problem, FailureTolerant):  # failed ones have other values for pymoo
+            out = columns_of_values(model.problem, values_of_tests)
+            out = self.problem.tolerated(designs, out, ["F", "G"])
+            for values, F, G in zip(values_of_tests, out["F"], out["G"], strict=True):
+                values |= {"F": F, "G": G}
+        rows = zip(tests.numbers.tolist(), designs, violation, values_of_tests, strict=True)
         individuals = []
         for number, x, cv, values in rows:  # `set` takes twice as long
             individual = Individual(config)
@@ -355,7 +366,10 @@ class _Evaluator(Evaluator):
     """pymoo's evaluator for asking and telling, which keeps designs that fail as failed."""
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        out = evaluate_designs(untolerant(problem), pop.get("X"))
+        X = pop.get("X")
+        out = evaluate_designs(untolerant(problem), X)
+        if isinstance(problem, FailureTolerant):
+            out = problem.tolerated(X, out, ["F", "G", "H"])
         for name, column in out.items():
             pop.set(name, column)
         outputs = tuple(name for name in out if name not in NO_OUTPUTS)

@@ -41,6 +41,7 @@ _PART = 64
 _FAILED = {"F": np.inf, "G": 0.0, "H": 0.0}
 # Constraint violation of a failed design: above any other, and finite for sums and ratios.
 _VIOLATION = 1e10
+FailedAs = Literal["constraint", "penalty"]
 
 
 def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
@@ -347,12 +348,11 @@ class FailureTolerant(WrappedProblem):
     same_front = True
     tolerates_failures = True
 
-    def __init__(
-        self, problem: Any, *, failed_as: Literal["constraint", "penalty"] = "constraint"
-    ) -> None:
+    def __init__(self, problem: Any, *, failed_as: FailedAs = "constraint") -> None:
         require_problem(problem)
         problem = with_requirements(untolerant(problem))
-        self.failed_as: str = known_name("failed_as", failed_as, ("constraint", "penalty"))
+        known_name("failed_as", failed_as, ("constraint", "penalty"))
+        self.failed_as: FailedAs = failed_as
         self.failures: list[EvaluationError] = []
         self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
         n_ieq_constr = problem.n_ieq_constr
@@ -400,6 +400,6 @@ class FailureTolerant(WrappedProblem):
 def untolerant(problem: Any) -> Any:
     """Return a problem without the ``FailureTolerant`` around it.
 
-    PSI records failures itself, in its table: there no constraint is to be added for them.
+    Tables record failures themselves: there no constraint is to be added for them.
     """
     return problem.wrapped if isinstance(problem, FailureTolerant) else problem
