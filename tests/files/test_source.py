@@ -363,7 +363,7 @@ OTHER_WORDS = ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehle
         ("Versuch,a\n7,3\n8,4\n9,4\n", {}, {}, ["counts the rows"]),
         ("Versuch,a\n7,3\n8,4\n8,5\n", {}, {}, []),
         ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,6,3\n", {}, {}, []),
-        ("car,price,design,range\nA,1,7,9\nB,2,9,7\nC,3,9,5\n", {}, {}, ["design is taken to number"]),
+        ("car,price,design,range\nA,1,7,9\nB,2,9,7\nC,3,9,5\n", {}, {}, ["price, .*counts the rows", "design is taken to number"]),
         ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", {}, {}, []),
         ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds times"]),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),
