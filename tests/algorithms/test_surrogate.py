@@ -72,11 +72,11 @@ def undisturbed():
 @pytest.mark.parametrize("limit", [(5.0, 30.0), *rarely((None, 20.0), (60.0, None))])
 def test_a_maximised_objective_is_its_negative(limit):
     """Its limits and fixed range, too: maximised under its name, f1 is -F, and no design differs."""
-    turned = tuple(None if end is None else -end for end in reversed(limit))
     asked = Formulation(limits={"f1": limit}, ranges={"f1": (0, 136), "f2": (4, 50)})
+    turned = tuple(None if end is None else -end for end in reversed(limit))
+    turned = Formulation(limits={"f1": turned}, ranges={"f1": (-136, 0), "f2": (4, 50)})
     plain = run(BNH, 28, formulation=asked).table
-    asked = Formulation(limits={"f1": turned}, ranges={"f1": (-136, 0), "f2": (4, 50)})
-    maximised = run(BNH, 28, maximize=["f1"], formulation=asked).table
+    maximised = run(BNH, 28, maximize=["f1"], formulation=turned).table
     np.testing.assert_array_equal(maximised.X, plain.X)
     np.testing.assert_array_equal(maximised.column("f1"), -plain.column("f1"))
     assert plain.feasible()[20:].mean() > 0.7

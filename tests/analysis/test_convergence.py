@@ -5,7 +5,6 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, investigate, lp_tau, rank_of_efficiency
-from pymoo_psi._numbers import percent
 from pymoo_psi.analysis import convergence, convergence_sentence
 from pymoo_psi.table import Schema
 from tests.helpers.refusals import refused
@@ -42,15 +41,6 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
 
 def test_rows_in_another_order_are_the_same_tests(bnh):
     assert convergence(bnh.take(np.argsort(bnh.F[:, 0]))).equals(convergence(bnh))
-
-
-def test_the_sentence_has_the_numbers_of_the_last_doubling(bnh):
-    found = convergence(bnh)
-    said = convergence_sentence(found)
-    before, last = found["mu1"].iloc[-2:]
-    assert f"came {percent(1 - last / before)} nearer to the best values" in said
-    share = percent(found["hypervolume"].iloc[-2])
-    assert f"the hypervolume was {share} of its present value before" in said
 
 
 @pytest.mark.parametrize("columns", [1, 2])

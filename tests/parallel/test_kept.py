@@ -44,20 +44,17 @@ def data():
 """
 
 
-FILES = {
-    "model.py": MODEL,
-    "helper.py": "FACTOR = 1",
-    "late.py": "def offset(): return 0",
-    "data.txt": "0",
-}
-
-
 class Folder:
     """A folder with the files of a model, which is the current one."""
 
     def __init__(self, path):
         self.path = path
-        for name, text in FILES.items():
+        for name, text in {
+            "model.py": MODEL,
+            "helper.py": "FACTOR = 1",
+            "late.py": "def offset(): return 0",
+            "data.txt": "0",
+        }.items():
             self.write(name, text)
         self.model = importlib.import_module("model")
 
@@ -68,9 +65,8 @@ class Folder:
         importlib.reload(sys.modules["helper"])
         importlib.reload(self.model)
 
-    def tests(self, scale=1.0, **options):
-        options = {"n_jobs": 2} | options
-        return investigate(self.model.Model(scale), 600, **options)
+    def tests(self, scale=1.0, n_jobs=2, **options):
+        return investigate(self.model.Model(scale), 600, n_jobs=n_jobs, **options)
 
 
 @pytest.fixture
@@ -283,19 +279,17 @@ def test_workers_with_two_versions_are_refused(tmp_path, runner):
     assert done.stdout.startswith("helper has changed during the run")
 
 
-LIBRARIES = ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")
-
-
 def test_libraries_of_workers_share_the_cores(monkeypatch):
     """Unless the user limits them."""
-    expected = {f"{library}_NUM_THREADS": "4" for library in LIBRARIES}
+    libraries = ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")
+    expected = {f"{library}_NUM_THREADS": "4" for library in libraries}
     expected |= {"VECLIB_MAXIMUM_THREADS": "4", "LOKY_MAX_CPU_COUNT": "4", "MKL_NUM_THREADS": "3"}
     for name in expected:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("MKL_NUM_THREADS", "3")
     monkeypatch.setattr(os, "cpu_count", lambda: 9)
-    (limits,) = ProcessRunner(2)(lambda x: {name: os.environ[name] for name in expected}, [1])
-    assert limits == expected
+    limits = ProcessRunner(2)(lambda x: {name: os.environ[name] for name in expected}, [1])
+    assert limits == [expected]
 
 
 MAIN = """

@@ -46,7 +46,6 @@ class Random(UniformSampling):
 # lower and upper bounds, requirements, coefficients and constants of the last variables, each of
 # which follows from the variables before
 THREE = ([0, 0, 0.0], [0.6, 0.7, 0.5], ["a + b + c = 1"], [([-1, -1], 1)])
-FOUR = ([0, 0.1, 0, 0.05], [0.5, 0.6, 0.4, 0.3], ["a + b + c + d = 1"], [([-1, -1, -1], 1)])
 FIVE = (
     [0, 0.1, 0, 0.05, 0],
     [0.5, 0.4, 0.4, 0.3, 0.1],
@@ -66,7 +65,14 @@ COUPLED = (
     {"mix": "a + b + c = 1", "total": "d = 2*a + b"},
     [([-1, -1], 1), ([2, 1, 0], 0)],
 )
-CASES = {"3": THREE, "4": FOUR, "5": FIVE, "8": EIGHT, "weighted": WEIGHTED, "coupled": COUPLED}
+CASES = {
+    "3": THREE,
+    "4": ([0, 0.1, 0, 0.05], [0.5, 0.6, 0.4, 0.3], ["a + b + c + d = 1"], [([-1, -1, -1], 1)]),
+    "5": FIVE,
+    "8": EIGHT,
+    "weighted": WEIGHTED,
+    "coupled": COUPLED,
+}
 cases = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 
 

@@ -316,13 +316,13 @@ def test_numbers_are_read_as_programs_write_them(tmp_path, content, settings, ex
     assert read_output(tmp_path, content, settings) == expected
 
 
-NO_NUMBERS = ("1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000", "\u0663")
-
-
 @pytest.mark.parametrize(
     ("content", "settings", "flaw"),
     [
-        *((f"f = {text}\n", NUMBER, "is no plain number") for text in NO_NUMBERS),
+        *(
+            (f"f = {text}\n", NUMBER, "is no plain number")
+            for text in ("1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000", "\u0663")
+        ),
         ("w m\n1 5 10", COLUMN, "not one column 'm'"),  # R: names of rows in front
         ("     w   m\n0  5  10\n1  6  11", COLUMN, "not one column 'm'"),  # pandas
         ("tip speed m\n5 10\n", COLUMN, "not one column 'm'"),

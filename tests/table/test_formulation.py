@@ -52,13 +52,11 @@ def beam_tests(failed=()):
     out = model(X)
     F = np.column_stack([out["mass"], -out["gain"]])
     G, H = np.column_stack([out["stress"], out["bend"]]), out["volume"][:, None]
-    heat = out["heat"].copy()
-    for number in failed:  # as an evaluation leaves what fails
-        F[number - 1], G[number - 1], H[number - 1], heat[number - 1] = np.inf, 0, 0, np.nan
-    reasons = dict.fromkeys(failed, "it broke")
+    for row in (number - 1 for number in failed):  # as an evaluation leaves what fails
+        F[row], G[row], H[row], out["heat"][row] = np.inf, 0, 0, np.nan
     return TestTable.of(
-        np.arange(1, COUNT + 1), X, F, G, H,
-        outputs={"heat": heat}, reasons=reasons, schema=SCHEMA,
+        np.arange(1, COUNT + 1), X, F, G, H, outputs={"heat": out["heat"]},
+        reasons=dict.fromkeys(failed, "it broke"), schema=SCHEMA,
     )  # fmt: skip
 
 
@@ -110,17 +108,15 @@ def formulations(draw):
     computed = draw(st.lists(st.sampled_from(list(COMPUTED)), unique=True, max_size=2))
     columns = ["mass", "gain", "heat", *CONSTRAINTS, *computed]
     criteria = draw(st.lists(st.sampled_from(columns), unique=True, max_size=3))
-    named = criteria or ["mass", "gain"]
-    turned = draw(st.lists(st.sampled_from(named), unique=True))
+    turned = draw(st.lists(st.sampled_from(criteria or ["mass", "gain"]), unique=True))
     omitted = draw(st.lists(st.sampled_from(CONSTRAINTS), unique=True, max_size=2))
     kept = {*CONSTRAINTS}.difference(omitted, criteria)
-    more = {"gain", *turned}
     free = [n for n in [*columns, "width", "wall kg"] if n not in kept]
     limits = {}
     for name in draw(st.lists(st.sampled_from(free), unique=True, max_size=3)):
         low, high = sorted(draw(st.tuples(*[st.sampled_from([-1.0, 0.0, 0.2, 0.5, 1, 2.0])] * 2)))
         pairs = [(low, high), (None, high), (low, None)]
-        pairs += [] if name in more else [high]
+        pairs += [] if name in {"gain", *turned} else [high]
         limits[name] = draw(st.sampled_from(pairs))
     asked = Formulation(
         objectives=criteria,
