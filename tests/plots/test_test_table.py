@@ -132,7 +132,7 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
     (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
     np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
     assert sum(map(len, points(ax).values())) == 4
-    assert {"2 beyond the limit", "1 outside the axes"} < {*ax.get_legend_handles_labels()[1]}
+    assert {"2 beyond the limit", "1 of them outside"} < {*ax.get_legend_handles_labels()[1]}
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
     groups = [line for line in ax.lines if line.get_linestyle() == "None"]
     assert max(line.zorder for line in lines) < min(line.zorder for line in groups)
@@ -166,6 +166,12 @@ def test_the_front_of_two_objectives_is_a_staircase():
     assert (np.diff(corners, axis=0) == 0).any(axis=1).all()
     for point in corners:
         assert (point >= F).all(axis=1).any()
+    F[7] = -0.1  # the best in both, and so the only corner
+    frame = pd.DataFrame({"a": F[:, 0], "b": F[:, 1], "c": -F.sum(axis=1)})
+    ax, *_ = shown(plot_objectives(read_table(frame), objectives=["a", "b", "c"]))
+    a, b = F.max(axis=0)
+    corners = [[-0.1, b], [-0.1, -0.1], [a, -0.1]]
+    np.testing.assert_array_equal(line_of(ax, "best trade-offs"), corners)
 
 
 def test_the_pairs_that_conflict_most_are_drawn():

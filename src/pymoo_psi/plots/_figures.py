@@ -247,7 +247,7 @@ def plot_objectives(
     they are all pairs. The key names the proposed or marked design. Of eight Pareto-optimal designs
     and fewer each has its place in the ranking beside it, and its name below the panels. The line
     is a staircase: it joins what designs reach in the two objectives, and there is no design
-    between two of them; it is a single point where one design is the best in both.
+    between two of them. It has a single corner where one design is the best in both.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a

@@ -189,6 +189,8 @@ class Points:
         for row in marked:
             label = f"{self.word}: {literal(self.named[row][1], _LETTERS)}"
             axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
+        if PARETO in self.groups and x.sign * y.sign != 0:
+            _draw_front(axes, x, y, visible & self.groups[PARETO][1])
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
             if n:
@@ -208,8 +210,6 @@ class Points:
                     if n == 1:
                         label = "_"  # not in the key
                 axes.plot(x.places[rows], y.places[rows], label=label, **looks)
-        if PARETO in self.groups and x.sign * y.sign != 0:
-            _draw_front(axes, x, y, visible & self.groups[PARETO][1])
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
@@ -226,7 +226,7 @@ class Points:
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
                 up = np.clip(y.places[rows], *y.ends)
-                label = f"{self.n_outside} outside the axes"
+                label = f"{self.n_outside} of them outside"
                 axes.plot(across, up, marker, label=label, **_OUTSIDE)
 
     @property
@@ -278,16 +278,21 @@ class Points:
 def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
     """Draw the staircase of two objectives: there is no design between two of them.
 
-    Its designs are points of the line; a single one is the best in both objectives.
+    Its designs are points of the line. A single one, the best in both objectives, is a corner.
     """
     u, v = x.places[rows], y.places[rows]
     front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
     front = front[np.argsort(x.sign * u[front], kind="stable")]
     across, up = u[front].repeat(2)[1:], v[front].repeat(2)[:-1]
+    n_before = 0  # corners before the first design
+    if len(front) == 1:
+        across = np.append(across[[0, 0]], x.sign * (x.sign * u).max())
+        up = np.append(y.sign * (y.sign * v).max(), up[[0, 0]])
+        n_before = 1
     style = _FRONT
     if len(u) > _MANY:
         style = _FRONT_OF_MANY
-    axes.plot(across, up, label="best trade-offs of the two", markevery=2, **style)
+    axes.plot(across, up, label="best trade-offs of the two", markevery=(n_before, 2), **style)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)

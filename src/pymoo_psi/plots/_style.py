@@ -53,8 +53,7 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = (3.5, 5.5, 8.0)  # points from a point to its name
-_FIRST_REACHES = (5.0, 8.0, 12.0, 16.0)  # and from the first one, which is larger
+_REACHES = (3.5, 5.0, 8.0, 12.0, 16.0)  # points from a point to its name
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
@@ -80,7 +79,6 @@ _LETTER_WIDTH = 4.0  # points, about
 _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
-_LETTERS_OF_MARK = 6  # in a key
 # Where better values are, by the sign of an objective.
 _BETTER = {
     "x": {1: "← {}, less is better", -1: "{}, more is better →", 0: "{}"},
@@ -410,7 +408,7 @@ def curves() -> Iterator[Style]:
 
 
 def add_key(figure: Drawing, *axes: Axes) -> None:
-    """Write what is labelled in axes in a line above all of them, or in two columns.
+    """Write what is labelled in axes above all of them.
 
     Of the same label there is one mark of each kind, one over the other.
     """
@@ -419,30 +417,29 @@ def add_key(figure: Drawing, *axes: Axes) -> None:
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
             marks.setdefault(label, {}).setdefault(type(mark), mark)
-    n_letters = sum(len(label) + _LETTERS_OF_MARK for label in marks)
-    width = figure.get_figwidth() * 72
-    n_columns = len(marks)
-    if n_letters * _LETTER_WIDTH > width:
-        n_columns = 3
-    if width < NARROW / 25.4 * 72:
-        n_columns = 2
+    handles = [tuple(kinds.values()) for kinds in marks.values()]
     figure.legends.clear()
-    handles: list[Any] = [tuple(kinds.values()) for kinds in marks.values()]
-    figure.legend(handles, list(marks), loc="outside upper left", ncols=n_columns)
+    _add_legend(figure, handles, list(marks), loc="outside upper left")
 
 
 def add_list(figure: Drawing, names: Sequence[str]) -> None:
     """Write names in columns below all axes, after the key above them."""
-    if not names:
-        return
     figure.fitted += ((add_list, figure, names),)  # again in another width
-    longest = max(map(len, names)) + 2
-    n_columns = max(int(figure.get_figwidth() * 72 / (longest * _LETTER_WIDTH)), 1)
-    n_columns = -(-len(names) // -(-len(names) // n_columns))  # as few as hold them in as many rows
     handles = [Line2D([], [], linestyle="none") for _ in names]
-    figure.legend(
-        handles, names, loc="outside lower left", ncols=n_columns, handlelength=0, handletextpad=0
-    )
+    _add_legend(figure, handles, names, loc="outside lower left", handlelength=0, handletextpad=0)
+
+
+def _add_legend(
+    figure: Drawing, handles: Sequence[Any], labels: Sequence[str], **options: Any
+) -> None:
+    """Add a legend in as few rows as the width of the figure allows."""
+    n = len(labels)
+    for n_rows in range(1, n + 1):
+        n_columns = -(-n // n_rows)  # rounded up
+        legend = figure.legend(handles, labels, ncols=n_columns, **options)
+        if n_columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            break
+        legend.remove()
 
 
 def height_of_key(figure: Drawing) -> float:
@@ -513,15 +510,26 @@ def _place(
             paths.append(line.get_transform().transform_path(line.get_path()))
     own = [name for name, *_ in names]
     taken = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
-    reaches: tuple[float, ...] = _FIRST_REACHES
-    for name, texts, row in names:
+    for k, (name, texts, row) in enumerate(names):
         name.set_visible(True)  # an invisible one has no size
+        reaches: Sequence[float] = _REACHES
         others = np.delete(dots, row, axis=0)
+        rivals = others
+        if k == 0:  # its point is larger, and has the same colour
+            reaches = _REACHES[1:]
+            rivals = others[:0]
         for text in texts:
             name.set_text(text)
             size = np.asarray(extent(name).padded(point).size)
             boxes = _boxes_around(dots[row], size, reaches, point)
-            costs = [_cost(axes, dots[row], box, others, paths, taken) for box in boxes]
+            costs = []
+            for box in boxes:
+                cost = _cost(axes, box, others, paths, taken)
+                distance = _distance(dots[row], box)
+                cost += distance / point
+                if (_distance(rivals, box) < distance).any():  # it would name the nearest point
+                    cost += _BAD
+                costs.append(cost)
             best = int(np.argmin(costs))
             if costs[best] < _BAD:
                 break
@@ -529,7 +537,6 @@ def _place(
         name.xyann = tuple((boxes[best].p0 - dots[row]) / point + 1)
         if name.get_visible():
             taken.append(boxes[best].padded(_GAP * point, 0))
-        reaches = _REACHES
 
 
 def _boxes_around(dot: Array, size: Array, reaches: Sequence[float], point: float) -> list[Bbox]:
@@ -548,31 +555,19 @@ def _distance(dots: Array, box: Bbox) -> Any:
 
 
 def _cost(
-    axes: Axes,
-    dot: Array,
-    box: Bbox,
-    others: Array,
-    paths: Sequence[Line],
-    taken: Sequence[Bbox],
+    axes: Axes, box: Bbox, dots: Array, paths: Sequence[Line], taken: Sequence[Bbox]
 ) -> float:
-    """Return the cost of a box as the place of a name, in points of distance from its point.
-
-    It is infinite if there is no room.
-    """
+    """Return the cost of what is under a box; it is infinite if there is no room."""
     point = axes.figure.dpi / 72
     area = axes.bbox
     if not np.all([box.min > area.min, box.max < area.max]):
         return np.inf
     if any(other.overlaps(box) for other in taken):
         return np.inf
-    distance = _distance(dot, box)
-    away = _distance(others, box)
-    n_bad = np.sum(away < _MARK * point)
-    if distance <= _REACHES[-1] * point:  # one farther off is told by its colour
-        n_bad += (away < distance).any()  # it would name the nearest point
+    n_bad = np.sum(_distance(dots, box) < _MARK * point)
     for path in paths:
         n_bad += path.intersects_bbox(box.padded(_CLEAR * point), filled=False)
-    return float(distance / point + _BAD * n_bad)
+    return float(_BAD * n_bad)
 
 
 def literal(name: object, most: int = 40) -> str:
