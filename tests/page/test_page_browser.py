@@ -176,39 +176,6 @@ def page_file(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def opened(browser, page_file):
-    reader = Reader(browser)
-    reader.open(page_file.as_uri())
-    return reader
-
-
-@pytest.fixture
-def reader(opened):
-    """The page in the state it opened with."""
-    if opened.page.viewport_size != WINDOW:
-        opened.page.set_viewport_size(WINDOW)
-    opened.page.emulate_media(media="null")
-    opened.reset()
-    opened.page.evaluate("scrollTo(0, 0)")
-    opened.page.mouse.move(2, 880)
-    opened.settle()
-    yield opened
-    assert opened.trouble == []
-
-
-@pytest.fixture
-def laid_open(reader):
-    """The page with a choice, a comparison and a limit, nothing folded."""
-    folds = "[...document.querySelectorAll('details')]"
-    were = reader.page.evaluate(f"{folds}.map((fold) => fold.open)")
-    reader.set(chosen=reader.shown[2], pins=reader.shown[3:5], limits={"mass": [None, 0.8]})
-    reader.page.evaluate(f"{folds}.forEach((fold) => {{ fold.open = true }})")
-    reader.until("D.resting")
-    yield reader
-    reader.page.evaluate(f"(were) => {folds}.forEach((fold, k) => {{ fold.open = were[k] }})", were)
-
-
-@pytest.fixture(scope="module")
 def window(browser):
     return Reader(browser)
 
@@ -219,6 +186,7 @@ def visit(window):
 
     def opened(path, **size):
         window.page.set_viewport_size(WINDOW | size)
+        window.page.emulate_media(media="null")
         window.page.goto("about:blank")  # a page that is there already would only get its address
         window.open(path.as_uri())
         window.settle()
@@ -241,9 +209,20 @@ def show(visit, tmp_path):
 
 
 @pytest.fixture
-def fresh(visit, page_file):
+def reader(visit, page_file):
     """The page as it is when it was opened just now."""
     return visit(page_file)
+
+
+@pytest.fixture
+def laid_open(reader):
+    """The page with a choice, a comparison and a limit, nothing folded."""
+    reader.set(chosen=reader.shown[2], pins=reader.shown[3:5], limits={"mass": [None, 0.8]})
+    reader.page.evaluate(
+        "document.querySelectorAll('details').forEach((one) => { one.open = true })"
+    )
+    reader.until("D.resting")
+    return reader
 
 
 def minimised(frame):
@@ -352,28 +331,28 @@ def test_the_nearest_better_designs_are_named(reader):
 # Nothing is lost
 
 
-def test_undo_and_redo(fresh):
-    states = [fresh.state]
-    fresh.type_limit("mass [kg], at most", "0.7")
-    states.append(fresh.state)
+def test_undo_and_redo(reader):
+    states = [reader.state]
+    reader.type_limit("mass [kg], at most", "0.7")
+    states.append(reader.state)
     # A drag is one step, however many positions it passes.
-    fresh.drag("[aria-label='cost, total, upper limit']", (0.015, 0.5), (0.4, 0.5))
-    states.append(fresh.state)
+    reader.drag("[aria-label='cost, total, upper limit']", (0.015, 0.5), (0.4, 0.5))
+    states.append(reader.state)
     assert "cost, total" in states[2]["limits"]
-    fresh.click("#count")
-    fresh.press("Control+z")
-    assert fresh.state == states[1]
-    fresh.click("#undo")
-    assert fresh.state == states[0]
-    assert fresh.page.is_disabled("#undo")
-    fresh.press("Control+y", "Control+Shift+Z")
-    assert fresh.state == states[2]
-    assert fresh.page.is_disabled("#redo")
+    reader.click("#count")
+    reader.press("Control+z")
+    assert reader.state == states[1]
+    reader.click("#undo")
+    assert reader.state == states[0]
+    assert reader.page.is_disabled("#undo")
+    reader.press("Control+y", "Control+Shift+Z")
+    assert reader.state == states[2]
+    assert reader.page.is_disabled("#redo")
     # In a field that nobody has typed in the browser would blank another.
-    fresh.type_limit("mass [kg], at most", "0.6")
-    fresh.field("cost, total, at least").press("Control+z")
-    fresh.settle()
-    assert fresh.state == states[2]
+    reader.type_limit("mass [kg], at most", "0.6")
+    reader.field("cost, total, at least").press("Control+z")
+    reader.settle()
+    assert reader.state == states[2]
 
 
 def test_nothing_is_chosen_until_somebody_chooses(reader):
@@ -425,50 +404,50 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
         member("Ben", [6, 3], {}),
         member("Cy", [8], {"cost, total, at most": "120"}, keys=True),
     ]
-    fresh = visit(page_file)
-    opened = fresh.state
+    reader = visit(page_file)
+    opened = reader.state
     for some in (files[2], files):  # in another order, and one of them twice
-        fresh.page.set_input_files("#file", some)
-        fresh.page.locator("#messages p", has_text="Positions are added.").wait_for()
-        fresh.click("#messages button:text('Close')")
+        reader.page.set_input_files("#file", some)
+        reader.page.locator("#messages p", has_text="Positions are added.").wait_for()
+        reader.click("#messages button:text('Close')")
     # Nothing else has changed.
-    assert fresh.state | {"positions": []} == opened
-    assert [one["name"] for one in fresh.state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
-    positions = fresh.page.locator("#position-list li")
+    assert reader.state | {"positions": []} == opened
+    assert [one["name"] for one in reader.state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
+    positions = reader.page.locator("#position-list li")
     assert positions.locator("b").all_inner_texts() == ["Ann", "Ben", "Cy"]
     assert "“Ann wants it.”" in positions.first.inner_text()
     assert "with mass at most 0.9 kg" in positions.first.inner_text()
-    held = fresh.state["positions"]
-    fresh.set(positions=[*held, {"name": "Dan", "chosen": "ghost"}])
-    assert "Dan wants ghost, which is not among these designs." in fresh.text("#position-list")
-    fresh.click(fresh.page.get_by_label("Show: Dan"))
-    assert fresh.state["chosen"] is None
-    beyond = fresh.page.locator("#position-list .beyond")
+    held = reader.state["positions"]
+    reader.set(positions=[*held, {"name": "Dan", "chosen": "ghost"}])
+    assert "Dan wants ghost, which is not among these designs." in reader.text("#position-list")
+    reader.click(reader.page.get_by_label("Show: Dan"))
+    assert reader.state["chosen"] is None
+    beyond = reader.page.locator("#position-list .beyond")
     for limits, texts in (({}, []), ({"mass": [None, 0.01]}, ["beyond mass at most 0.01 kg"] * 3)):
-        fresh.set(positions=held, limits=limits)
+        reader.set(positions=held, limits=limits)
         assert beyond.all_inner_texts() == texts
-    fresh.set(limits={})
+    reader.set(limits={})
     # Decided for what Ben holds; Cy agrees nevertheless, Ann dissents.
-    fresh.click(fresh.page.get_by_label("Show: Ben"))
-    of_ben = fresh.state["chosen"]
-    assert fresh.state["reason"] == "Ben wants it."
-    assert fresh.page.get_by_label("Ben agrees").is_checked()
-    fresh.page.get_by_label("Cy agrees").check()
-    fresh.click("#decide")
-    assert f"for {of_ben} by Ben and Cy. Dissent: Ann." in fresh.text("#decided")
+    reader.click(reader.page.get_by_label("Show: Ben"))
+    of_ben = reader.state["chosen"]
+    assert reader.state["reason"] == "Ben wants it."
+    assert reader.page.get_by_label("Ben agrees").is_checked()
+    reader.page.get_by_label("Cy agrees").check()
+    reader.click("#decide")
+    assert f"for {of_ben} by Ben and Cy. Dissent: Ann." in reader.text("#decided")
     path = tmp_path / "all.json"
-    path.write_text(fresh.download("#save"), "utf-8")
+    path.write_text(reader.download("#save"), "utf-8")
     decision = Decision.read_json(path)
     assert decision.decided["dissent"] == ["Ann"]
     table = read_table(beams(), decision)
     assert positions_frame(table).set_index("name").loc["Ben", "choice"] == of_ben
-    fresh.until("D.resting")
+    reader.until("D.resting")
     expected = separation_sentences(table)[:3]
-    assert fresh.page.locator("#separation li").all_inner_texts()[:3] == expected
+    assert reader.page.locator("#separation li").all_inner_texts()[:3] == expected
     # Another choice undoes the decision.
-    fresh.page.locator("#table-body button").first.focus()
-    fresh.press("ArrowDown", "c")
-    assert fresh.state["decided"] is None
+    reader.page.locator("#table-body button").first.focus()
+    reader.press("ArrowDown", "c")
+    assert reader.state["decided"] is None
     # The rest of a file is taken if it is asked for.
     another = visit(page_file)
     another.page.set_input_files("#file", path)
@@ -500,28 +479,30 @@ def test_a_saved_decision_directs_the_next_tests(visit, tmp_path, said, in_folde
     assert re.sub('src="[^"]*"', "", Path("r.html").read_text("utf-8")) == report
 
 
-def test_a_saved_page_and_a_link_show_the_state(fresh, visit, page_file, tmp_path):
-    fresh.type_limit("mass [kg], at most", "0.7")
-    fresh.click("#adding summary")
-    fresh.page.fill("#position-name", "light")
-    fresh.click("#keep")
-    fresh.set(limits={}, chosen=fresh.shown[3], reason="</script><b>So be it.</b>", hidden=["mass"])
-    state, shown, address = fresh.state, fresh.shown, fresh.page.url
+def test_a_saved_page_and_a_link_show_the_state(reader, visit, page_file, tmp_path):
+    reader.type_limit("mass [kg], at most", "0.7")
+    reader.click("#adding summary")
+    reader.page.fill("#position-name", "light")
+    reader.click("#keep")
+    reader.set(
+        limits={}, chosen=reader.shown[3], reason="</script><b>So be it.</b>", hidden=["mass"]
+    )
+    state, shown, address = reader.state, reader.shown, reader.page.url
     assert address.startswith(f"{page_file.as_uri()}#")
     path = tmp_path / "saved.html"
-    path.write_text(fresh.download("#save-page"), "utf-8", newline="")
+    path.write_text(reader.download("#save-page"), "utf-8", newline="")
     for opened in (address, path.as_uri()):
-        fresh.page.goto("about:blank")
-        fresh.open(opened)
-        assert (fresh.state, fresh.shown) == (state, shown)
-    fresh.click(fresh.page.get_by_label("Show: light"))
-    assert fresh.state["limits"] == {"mass": [None, 0.7]}
-    assert fresh.state["chosen"] is None
-    fresh.page.evaluate("location.hash = '#%7B%22limits%22%3A%7B%7D%7D'")
-    fresh.until("Object.keys(D.state().limits).length === 0")
-    fresh.reset()
-    assert fresh.state == state
-    assert fresh.page.url.rstrip("#") == path.as_uri()
+        reader.page.goto("about:blank")
+        reader.open(opened)
+        assert (reader.state, reader.shown) == (state, shown)
+    reader.click(reader.page.get_by_label("Show: light"))
+    assert reader.state["limits"] == {"mass": [None, 0.7]}
+    assert reader.state["chosen"] is None
+    reader.page.evaluate("location.hash = '#%7B%22limits%22%3A%7B%7D%7D'")
+    reader.until("Object.keys(D.state().limits).length === 0")
+    reader.reset()
+    assert reader.state == state
+    assert reader.page.url.rstrip("#") == path.as_uri()
 
 
 def test_relaxing_and_fixed_ranges(reader, tmp_path):
@@ -607,12 +588,12 @@ def test_axes_over_decades_are_logarithmic(show):
     assert reader.ask(middle) < 0.05
 
 
-def test_charts_are_pictures_to_copy(fresh):
+def test_charts_are_pictures_to_copy(reader):
     for part in ("#copy-rows", "#scatter-plot button:text('Copy')"):
-        with fresh.page.expect_download() as download:
+        with reader.page.expect_download() as download:
             # Where the clipboard is forbidden, the picture is saved.
-            fresh.page.evaluate("() => { navigator.clipboard.write = () => { throw 0 } }")
-            fresh.click(part)
+            reader.page.evaluate("() => { navigator.clipboard.write = () => { throw 0 } }")
+            reader.click(part)
         content = Path(download.value.path()).read_bytes()
         assert content.startswith(b"\x89PNG")
         assert len(content) > 10_000
@@ -655,7 +636,7 @@ def test_hovering_tells_label_and_values(reader):
     assert reader.page.evaluate("document.activeElement.id") == "reason"
 
 
-def test_ticks_are_told_apart_and_say_their_values(opened):
+def test_ticks_are_told_apart_and_say_their_values(reader):
     """Also where values differ far behind the point, or lie over decades."""
     rng = np.random.default_rng(11)
     scales = [{"low": 1e6, "high": 1e6 + 1e-3, "log": False}]
@@ -663,7 +644,7 @@ def test_ticks_are_told_apart_and_say_their_values(opened):
         low = float(rng.normal() * 10.0 ** rng.integers(-12, 13))
         high = low + abs(low) * float(10.0 ** rng.uniform(-8, 4))
         scales.append({"low": low, "high": high, "log": low > 0 and bool(rng.integers(2))})
-    told = opened.page.evaluate("(all) => all.map((s) => tickTexts(s, 5))", scales)
+    told = reader.page.evaluate("(all) => all.map((s) => tickTexts(s, 5))", scales)
     for scale, ticks in zip(scales, told, strict=True):
         assert 0 < len(ticks) < 21
         for tick in ticks:
@@ -832,8 +813,8 @@ HOSTILE = [
 ]
 
 
-@pytest.fixture(scope="module")
-def attacked(browser, tmp_path_factory):
+@pytest.fixture
+def attacked(show):
     """A page all of whose names, labels and texts are hostile."""
     rng = np.random.default_rng(1)
     frame = pd.DataFrame(rng.random((30, 3)), columns=HOSTILE[:3])
@@ -841,12 +822,7 @@ def attacked(browser, tmp_path_factory):
     frame["number"] = [f"{HOSTILE[i % 4]} {i}" for i in range(30)]
     frame = frame.set_index("number").rename_axis(HOSTILE[0] + " label")
     asked = Formulation(HOSTILE[:2], units=dict.fromkeys(HOSTILE, HOSTILE[0]))
-    page = decision_page(read_table(frame, asked, variables=HOSTILE[2:]), title=HOSTILE[2])
-    path = tmp_path_factory.mktemp("page") / "page.html"
-    page.save(path)
-    reader = Reader(browser)
-    reader.open(path.as_uri())
-    return reader
+    return show(decision_page(read_table(frame, asked, variables=HOSTILE[2:]), title=HOSTILE[2]))
 
 
 def test_names_are_text(attacked):
@@ -884,6 +860,8 @@ def test_what_got_in_nevertheless_loads_and_runs_nothing(attacked):
                 try {{ {attack} }} catch {{ /* refused at once */ }} }})"""
         )
         assert attacked.page.title() == before
+    assert attacked.trouble
+    attacked.trouble.clear()  # reports of what was refused
 
 
 def test_exported_texts_are_no_formulas(show, tmp_path):

@@ -8,7 +8,7 @@ const controls = new Map()
 let isUnfolded = false
 
 // The end of its limits beyond which an objective gets worse: 0 is the lower one.
-const worseEnd = (column) => isObjective(column) && column.maximize ? 0 : 1
+const worseEnd = ({maximize}) => (maximize ? 0 : 1)
 // The axis of an objective to be minimised runs from its greatest value at the left: right is better.
 const isTurned = (column) => isObjective(column) && !column.maximize
 
@@ -102,9 +102,9 @@ function rowOfColumn(column) {
     input.setAttribute("aria-describedby", note.id)
   })
   thumbs.forEach((input, k) => listenToThumb(input, column, k))
-  const worse = worseEnd(column)
-  if (worse) note.before(inputs[0].parentElement)
   if (isObjective(column)) {
+    const worse = worseEnd(column)
+    if (worse) note.before(inputs[0].parentElement)
     sense.prepend(maximize ? "more is better" : "less is better")
     inputs[1 - worse].parentElement.classList.add("other")
     grip.ariaLabel = `Move ${name}`
