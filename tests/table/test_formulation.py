@@ -360,6 +360,7 @@ def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
         (lambda: beam_tests().under(Formulation(computed={"heat": "mass"})), "a name in computed must be unlike other columns, got 'heat'"),
         (lambda: beam_tests().under({}), "formulation must be of type Formulation, got dict"),
         (lambda: TWO.under(computed={"loss": "head + 1"}), "must be one of 'f1', 'f2', 'x1', got 'head'"),
+        (lambda: TWO.with_notes({"pi": ["A", "B"]}).under(computed={"area": "pi * f1"}), "'pi' holds 'A'"),
         (lambda: limits_of("price<=50 range>=300"), "join limits by commas"),
         (lambda: Decision(positions=[{"name": "A", "aspiration": {"mass": np.nan}}]), "'mass' in aspiration of a position must be a finite number"),
     ],
@@ -394,11 +395,6 @@ def test_units_of_a_decision_are_those_of_its_limits():
     assert under.status.tolist() == ["ok", "infeasible"]
     metres = replace(table, evaluated=table.schema.with_units({"x1": "m"}))
     refused("unit of 'x1' must be that of the formulation, mm, got 'm'", metres.under, asked)
-
-
-def test_a_column_of_texts_is_no_constant():
-    table = TestTable.of([1], [[0.1]], [[2.0]]).with_notes({"pi": ["Ann"]})
-    refused("'pi' holds 'Ann'", lambda: table.under(computed={"area": "pi * f1**2"}).F)
 
 
 TWO = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
