@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import AnyArray, Columns, Integers, Mask, Received, counted, invalid
+from pymoo_psi._validation import Columns, Integers, Mask, Received, Rows, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import table_of_run
@@ -89,7 +88,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
     if not model.noisy:
-        _require_same_results(tested, [results[name] for name in model.schema.variables])
+        _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
     remarks = [*table.remarks]
@@ -115,9 +114,8 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     return replace(tests, remarks=(f"{taken}.", *remarks))
 
 
-def _require_same_results(tests: TestTable, variables: Sequence[AnyArray]) -> None:
-    """Refuse tests of a design that differ in results, given the columns of the variables."""
-    first = first_of(zip(*(cells.tolist() for cells in variables), strict=True))
+def _require_same_results(tests: TestTable, first: Rows) -> None:
+    """Refuse tests of a design that differ in results, given the first test of each design."""
     if (tests.F[first] != tests.F).any():
         rule = "one of each design if the model is not noisy"
         remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
