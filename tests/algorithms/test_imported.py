@@ -119,7 +119,8 @@ def test_expressions_are_those_of_the_columns_of_a_model_alone(wrap, options):
         {"f": {}, "twice": {"expression": "2*a"}},
         {"minimize": ["f", "twice"]},
     )
-    results = pd.DataFrame({"a": [1.0], "f": [5.0], "twice": [20.0], "g1": [0.0]})
+    results = {"a": [1.0], "log10 a": [1.0], "f": [5.0], "twice": [20.0], "g1": [0.0]}
+    results = pd.DataFrame(results)
     assert import_tests(wrap(model), results, options).F.tolist() == [[5, 20]]
 
 
