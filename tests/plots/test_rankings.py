@@ -61,7 +61,7 @@ def test_few_lines_have_names_and_darker_ones_are_explained(n, last, width):
     assert_readable(figure)
     (ax,) = figure.axes
     last = last or {8: 3}.get(n)
-    darker = f" Places up to {last} are darker."
+    darker = f" Lines up to place {last} are stronger."
     assert figure.caption.endswith(darker if last else " of them.")
     (lines,) = [c for c in ax.collections if isinstance(c, LineCollection)]
     widths = np.sort(lines.get_linewidths())

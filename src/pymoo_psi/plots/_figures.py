@@ -408,7 +408,7 @@ def plot_ranking(
             measure = "in its fixed range"
         darker = ""
         if not is_near.all():
-            darker = f"Places up to {last} are darker."
+            darker = f"Lines up to place {last} are stronger."
         figure.describe(
             title,
             f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "

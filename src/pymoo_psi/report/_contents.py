@@ -70,9 +70,9 @@ _MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not 
 _KEPT = "/:;,=+"  # characters of a drawing that an address may have
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
 _TICKS = 1000  # places on an axis that can be told apart
-# A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
+# A number, its unit, a date, or nothing. Columns of such cells are aligned to the right.
 _NUMBER = re.compile(
-    r"[-+−]?[\d.,\u00a0]+(e[-+−]?\d+)?([ \u00a0]%)?|[–—∞]|[-−]?inf|nan|\d{4}-\d\d-\d\d|"
+    r"[-+−]?[\d.,\u00a0]*\d(e[-+−]?\d+)?([ \u00a0]\S+)?|[–—∞]|[-−]?inf|nan|\d{4}-\d\d-\d\d|"
 )
 
 
