@@ -242,6 +242,13 @@ def test_workers_get_proposals_while_others_are_tested(study_file, workers, opti
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
 
 
+def test_proposals_are_added_after_points_whose_number_counts(study_file):
+    run(BNH, 24, study=study_file, sampling="lhs")
+    longer = run(BNH, 28, study=study_file, sampling="lhs")
+    assert longer.evaluator.n_eval == 4
+    assert longer.table.equals(run(BNH, 28, sampling="lhs").table)
+
+
 @pytest.mark.slow
 def test_another_run_of_a_study_learns_from_the_first(study_file):
     first = run(BNH, 28, study=study_file)

@@ -388,7 +388,10 @@ def run_of_sequence(
         raise invalid(
             "more", "used with a sequence that can be continued", Received(sampling._name())
         )
-    table = table_of_run(model, options, lambda: sampling.identity(n_points, options.seed) + method)
+    n_sampled = min(n_points, n_first or n_points)
+    table = table_of_run(
+        model, options, lambda: sampling.identity(n_sampled, options.seed) + method
+    )
     store = Store(table)
     if options.study is not None:
         store = StudyStore(table, options, model)
