@@ -19,7 +19,7 @@ from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.analysis import even_part, sensitivities
 from pymoo_psi.files import read_table, write_table
 from pymoo_psi.study import Study
-from pymoo_psi.table import Schema
+from pymoo_psi.table import Formulation, Schema
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
@@ -56,6 +56,16 @@ def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
         algorithm.next()
     assert len(investigate(model, 8, study=study_file, more=True)) == 32
     assert len(investigate(model, 8, study=study_file, more=True)) == 40
+
+
+@pytest.mark.parametrize("asked", [{"limits": "heat<=0.5"}, {"computed": {"cold": "-heat"}}])
+def test_tests_are_retried_that_lack_what_is_asked(asked, model, study_file):
+    investigate(Model(lambda x: {"F": results(x)["F"]}, n_var=2), 8, study=study_file)
+    options = {"study": study_file, "formulation": Formulation(**asked), "retry": "incomplete"}
+    for _ in range(2):  # the second time nothing
+        heat = investigate(model, 12, **options)["heat"]
+        np.testing.assert_array_equal(heat, investigate(Model(results, n_var=2), 12)["heat"])
+        assert len(model.calls) == 12
 
 
 def test_results_in_another_unit_are_refused(model, study_file):

@@ -451,7 +451,7 @@ class PSI(PointAlgorithm):
             points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study.
         retry: ``"failed"`` evaluates failed tests again; ``"incomplete"`` evaluates tests that lack
-            a newer objective or a newer output with a limit.
+            a newer objective, or a newer output that the limits or the formulation use.
         names: Names for variables, objectives and constraints, by their default names: ``{"x1":
             "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots and limits
             use them. By default those of the problem's attribute ``names``.

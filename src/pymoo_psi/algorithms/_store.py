@@ -205,8 +205,9 @@ class StudyStore(Store):
             return has_failed
         is_retried = np.zeros(len(tests), dtype=bool)
         if self._options.retry == "incomplete":
-            for name in (*self.empty.schema.objectives, *self._model.default_limits):
-                is_retried |= np.isnan(tests.column(name))
+            table = self._model.under_so_far(tests)
+            for name in (*self.empty.schema.objectives, *self._model.formulation.columns):
+                is_retried |= np.isnan(table.column(name))
         return is_retried & ~has_failed
 
     def whole(self) -> TestTable:
