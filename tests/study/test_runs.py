@@ -115,14 +115,15 @@ def test_a_study_says_when_and_where_runs_began(model, study_file):
     }
 
 
-@pytest.mark.parametrize("name", ["run", "origin", "seconds"])
+@pytest.mark.parametrize("name", ["run", "test_point", "origin", "seconds"])
 def test_added_columns_replace_no_values(name, study_file, model):
     """Such an objective is refused; a further output is left out, which is said."""
     options = {"study": study_file, "names": {"f1": name}}
     refused(f"a column of a study.*'{name}'", investigate, model, 4, **options)
     assert not study_file.exists()
     problem = Model(lambda x: {"F": [x[0], 1 - x[0]], name: x[0] - x[1]}, n_var=2)
-    with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
-        table = investigate(problem, 4, study=study_file)
-    np.testing.assert_array_equal(table[name], table.X[:, 0] - table.X[:, 1])
-    assert name not in read_table(study_file).schema.names
+    for part in (problem, Restricted(problem, {"x1": (0.5, 1)})):
+        with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
+            table = investigate(part, 4, study=study_file)
+        np.testing.assert_array_equal(table[name], table.X[:, 0] - table.X[:, 1])
+        assert name not in read_table(study_file).schema.outputs

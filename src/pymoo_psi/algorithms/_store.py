@@ -249,6 +249,7 @@ class StudyStore(Store):
             if name in ADDED:
                 del columns[name]
                 warn_of_output(name, "in the study, which adds a column of this name")
+        columns[POINT] = tests.numbers
         model = self._model
         return self.study.append(
             columns,
@@ -274,9 +275,9 @@ class StudyStore(Store):
         numbers, first = np.unique(numbers, return_index=True)
         tests = tests.take(first)
         if n_runs > 1:
-            notes = {POINT: tests.numbers.tolist()}
-            if RUN not in tests.schema.names:
-                notes[RUN] = [self.run] * len(tests)
+            notes = {POINT: tests.numbers.tolist(), RUN: [self.run] * len(tests)}
+            for name in notes.keys() & {*tests.schema.names}:  # an output
+                del notes[name]
             tests = tests.with_notes(notes)
         return replace(renumbered(tests, numbers), n_stored=n_stored)
 

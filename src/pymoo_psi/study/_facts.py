@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import StudyMismatchError
 
-ADDED = ("run", "origin", "seconds")  # columns that a study adds to those of a model
+ADDED = ("run", "test_point", "origin", "seconds")  # columns that a study adds to those of a model
 NUMBERS = ("test", "run", "test_point")
 NOT_VALUES = (*NUMBERS, "status", "reason", "origin", "seconds")  # columns that are not in a head
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs", "notes")
