@@ -12,6 +12,8 @@ const worseEnd = ({maximize}) => (maximize ? 0 : 1)
 // The axis of an objective to be minimised runs from its greatest value at the left: right is better.
 const isTurned = (column) => isObjective(column) && !column.maximize
 
+const betterText = ({maximize}) => (maximize ? "more is better" : "less is better")
+
 // Objectives as the reader has put them in order, without those that are hidden.
 function objectivesInOrder() {
   const {rows, hidden} = state
@@ -83,7 +85,7 @@ function listenToThumb(input, column, k) {
 }
 
 function rowOfColumn(column) {
-  const {label, name, field, maximize, unit} = column
+  const {label, name, field, unit} = column
   const {low, high} = scaleOf(column)
   if (!(high > low) && !isObjective(column)) {
     return make("p.constant", label, `: ${column.values.some(isNumber) ? `${valueText(column, low)} for all designs` : "no values"}`)
@@ -105,7 +107,7 @@ function rowOfColumn(column) {
   if (isObjective(column)) {
     const worse = worseEnd(column)
     if (worse) note.before(inputs[0].parentElement)
-    sense.prepend(maximize ? "more is better" : "less is better")
+    sense.prepend(betterText(column))
     inputs[1 - worse].parentElement.classList.add("other")
     grip.ariaLabel = `Move ${name}`
     listenToGrip(grip, column)

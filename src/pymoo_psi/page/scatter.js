@@ -5,8 +5,7 @@ const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
 const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
-const MOST_FAULTS = 7 // of a place: it covers a point, is nearer to another one, covers a line
-const CLEARLY = 1.25 // so many times as far from any other point is a name, so that one sees whose it is
+const CLEAR = 10 // pixels around a point, more than between a name and its own, so that one sees whose it is
 const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
 const plottable = data.columns.filter(({texts}) => !texts)
 // The columns across and up.
@@ -90,8 +89,9 @@ const scatter = (() => {
     const [across, up] = numbers
     for (const {value, text} of across) drawText(g, text, x(value), bottom + 14, "center")
     for (const {value, text} of up) drawText(g, text, LEFT - 6, y(value), "right")
-    drawText(g, columns[0].label, size.width, bottom + 32, "right")
-    drawText(g, columns[1].label, 0, 7, "left")
+    const [name, nameUp] = columns.map((column) => [column.label, isObjective(column) && betterText(column)].filter(Boolean).join(", "))
+    drawText(g, name, size.width, bottom + 32, "right")
+    drawText(g, nameUp, 0, 7, "left")
     drawLine(g, INK.grid, LEFT, TOP, LEFT, bottom)
     drawLine(g, INK.grid, LEFT, bottom, right, bottom)
   }
@@ -164,8 +164,6 @@ const scatter = (() => {
 
   // Points beyond the window are at its edge.
   function explainMarks(front, n_rejected) {
-    const better = columns.filter(isObjective).map(({name, maximize}) => `${maximize ? "higher" : "lower"} ${name}`)
-    renew(section.querySelector(".hint"), better.length && `Better: ${listed(better)}.`)
     const known = picked(shownRows, isKnown)
     const beyond = known.length - picked(known, isInside).length
     const missing = shownRows.length - known.length
@@ -183,9 +181,9 @@ const scatter = (() => {
     ])
   }
 
-  // Names beside their points: none covers another, a point or a line, and none is nearer
-  // to another point than to its own; farther away a name has a line to its point. Where there is no such place it
-  // is left out, but marked designs and those one step away have their names in any case.
+  // Names beside their points, or farther away with a line to them: none covers another, a point or a line.
+  // Where there is no such place a name is left out, but those of marked designs and of steps from what is
+  // proposed may cover lines, and with a line of their own points.
   function drawNames(g, front) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
@@ -193,16 +191,14 @@ const scatter = (() => {
     const further = [...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...holders.keys()].filter((row) => left.mask[row])
     const rows = [...new Set([...wanted, ...further])].filter(isInside)
     const others = shownRows.length <= MOST_OBSTACLES ? picked(shownRows, isKnown) : []
-    const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - 6, y: v(row) - 6, width: 12, height: 12}))
+    const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR, y: v(row) - CLEAR, width: 2 * CLEAR, height: 2 * CLEAR}))
     boxes = []
     const ties = []
-    // Names are never covered, points and lines only by names that must be there.
-    const faultOf = (place, isWanted) => {
+    const faultOf = (place) => {
       const covers = (obstacles) => [place, ...place.tie].some((spot) => !isFree(spot, obstacles))
-      if (covers([...boxes, ...ties])) return Infinity
-      const isNear = isNearest(place, points, place.tie.length || isWanted ? 1 : CLEARLY)
-      if (!isNear && !place.tie.length) return Infinity
-      return 4 * covers(points) + 2 * !isNear + !isFree(place, lines)
+      const isOnPoint = covers(points)
+      if (covers([...boxes, ...ties]) || (isOnPoint && !place.tie.length)) return Infinity
+      return 2 * isOnPoint + !isFree(place, lines)
     }
     for (const row of rows) {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
@@ -210,9 +206,9 @@ const scatter = (() => {
       const isWanted = wanted.includes(row)
       const words = wrapped(g, [called(row), ...people].join(" · "), (right - LEFT) * 0.6)
       const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
-      const faults = places.map((place) => faultOf(place, isWanted))
+      const faults = places.map(faultOf)
       const least = min(...faults)
-      if (least > (isWanted ? MOST_FAULTS : 0)) continue
+      if (isWanted ? least === Infinity : least > 0) continue
       const name = places[faults.indexOf(least)]
       boxes.push(name)
       ties.push(...name.tie)
@@ -227,12 +223,6 @@ const scatter = (() => {
     const gap = a.width ? 6 : 2 // names side by side are not to be read as one
     return !others.some((b) => a.row !== b.row && a.x < b.x + b.width + gap && b.x < a.x + a.width + gap && a.y < b.y + b.height && b.y < a.y + a.height)
   }
-  // The place in a box that is nearest to a point, and how far it is.
-  function nearestIn({x, y, width, height}, row) {
-    const [across, down] = [min(max(u(row), x), x + width), min(max(v(row), y + 3), y + height - 3)]
-    return [across, down, hypot(across - u(row), down - v(row))]
-  }
-  const isNearest = (box, points, times) => points.every(({row}) => row === box.row || nearestIn(box, row)[2] >= times * nearestIn(box, box.row)[2])
 
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
   function placesOf(row, words, width) {
@@ -243,9 +233,10 @@ const scatter = (() => {
       const box = {row, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
       const tie = []
-      const [x, y, length] = nearestIn(box, row)
-      for (let share = 6 / length; reach > AWAY[0] && share < 1; share += 0.1) {
-        tie.push({row, x: u(row) + share * (x - u(row)), y: v(row) + share * (y - v(row)), width: 0, height: 0})
+      const dx = min(max(0, box.x - u(row)), box.x + width - u(row)) // to the nearest place in the box
+      const dy = min(max(0, box.y + 3 - v(row)), box.y + height - 3 - v(row))
+      for (let share = 6 / hypot(dx, dy); reach > AWAY[0] && share < 1; share += 0.1) {
+        tie.push({row, x: u(row) + share * dx, y: v(row) + share * dy, width: 0, height: 0})
       }
       places.push({...box, tie})
     }
