@@ -95,8 +95,8 @@ def test_what_has_no_tests_of_the_problem_is_refused(lab, options, frame, messag
 
 
 @pytest.mark.parametrize("form", ["study", "csv", *rarely("table", "frame")])
-def test_every_test_of_a_noisy_model_is_taken_once(form, tmp_path):
-    first, options = tmp_path / "a.db", RunOptions(study=tmp_path / "b.db")
+def test_every_test_of_a_noisy_model_is_taken_once(form, options, tmp_path):
+    first = tmp_path / "a.db"
     investigate(queue(), 8, repeat=3, study=first)
     tests = read_table(first, average_by=False)
     tests.to_csv(tmp_path / "a.csv")
@@ -119,8 +119,7 @@ def test_expressions_are_those_of_the_columns_of_a_model_alone(wrap, options):
         {"f": {}, "twice": {"expression": "2*a"}},
         {"minimize": ["f", "twice"]},
     )
-    results = {"a": [1.0], "log10 a": [1.0], "f": [5.0], "twice": [20.0], "g1": [0.0]}
-    results = pd.DataFrame(results)
+    results = pd.DataFrame({"f": [5.0], "twice": 20.0, "g1": 0.0, "a": 1.0, "log10 a": 1.0})
     assert import_tests(wrap(model), results, options).F.tolist() == [[5, 20]]
 
 
@@ -185,17 +184,16 @@ def kiln(x):
 
 
 @pytest.mark.parametrize("of_two_runs", [False, True])
-def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, tmp_path):
+def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, options, tmp_path):
     """Those of a frame, too; a binary variable has no bounds."""
     problem = Model(kiln, vars={"x": Real(bounds=(0, 1)), "lid": Binary()}, n_obj=1)
     study = tmp_path / "a.db"
-    table = investigate(problem, 16, study=study)
-    source = study
+    investigate(problem, 16, study=study)
     if of_two_runs:
         minimize(problem, SurrogatePSI(4, study=study))
-        table = read_table(study)
-        source = table.to_frame()
-    tests = import_tests(problem, source, RunOptions(study=tmp_path / "b.db"))
+    table = read_table(study)
+    source = table.to_frame() if of_two_runs else study
+    tests = import_tests(problem, source, options)
     ran = table.status != "failed"
     np.testing.assert_array_equal(tests["heat"], table["heat"][ran])
     assert [remark.split()[0] for remark in tests.remarks] == [f"{ran.sum()}", f"{(~ran).sum()}"]

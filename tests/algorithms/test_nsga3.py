@@ -155,15 +155,12 @@ class Tours(ElementwiseProblem):
         out["F"] = DISTANCES[:, x, np.roll(x, 1)].sum(axis=1)
 
 
-SAMPLED = {"sampling": PermutationRandomSampling()}
-
-
 @pytest.mark.parametrize(
     ("make", "options"),
     [
-        (lambda study: Tours(), SAMPLED),
-        (lambda study: Tours(high=8), SAMPLED),
-        (lambda study: Restricted(Tours(), {}), SAMPLED),
+        (lambda study: Tours(), {"sampling": PermutationRandomSampling()}),
+        (lambda study: Tours(high=8), {"sampling": PermutationRandomSampling()}),
+        (lambda study: Restricted(Tours(), {}), {"sampling": PermutationRandomSampling()}),
         (lambda study: Recorded(Tours(permutation=True), study=study), {}),  # it says so
     ],
 )
@@ -173,10 +170,15 @@ def test_permutations_stay_permutations(make, options, study_file):
     assert len(np.unique(X, axis=0)) > 10
 
 
-JOBS = FlowshopScheduling(np.random.default_rng(1).random((3, 6)))
-
-
-@pytest.mark.parametrize("problem", [create_random_tsp_problem(6), JOBS, Tours(), Tours(high=8)])
+@pytest.mark.parametrize(
+    "problem",
+    [
+        create_random_tsp_problem(6),
+        FlowshopScheduling(np.random.default_rng(1).random((3, 6))),
+        Tours(),
+        Tours(high=8),
+    ],
+)
 @pytest.mark.parametrize(
     "search",
     [
@@ -194,8 +196,7 @@ def test_permutations_are_no_independent_integers(problem, search):
 @pytest.mark.parametrize(("n", "high", "budget"), [(4, 3, 1), (8, 6, 5), (8, 20, 333)])
 def test_integers_with_other_bounds_are_no_permutations(n, high, budget):
     """And a budget is used exactly, also one below the size of a population."""
-    options = {"n_var": n, "xu": high, "vtype": int}
-    problem = Model(lambda x: {"F": [x.sum(), x.prod()]}, **options)
+    problem = Model(lambda x: {"F": [x.sum(), x.prod()]}, n_var=n, xu=high, vtype=int)
     assert len(investigate(problem, 8)) == 8
     assert nsga3(problem, budget, seed=1).algorithm.evaluator.n_eval == budget
 

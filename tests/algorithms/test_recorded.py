@@ -35,10 +35,6 @@ def failing_step(x):
     return step(x)
 
 
-def of_one_objective(x):
-    return {"F": x[0] + x[2] ** 2}
-
-
 def beam(x):
     cost = {"oak": 1.0, "steel": 3.0, "foam": 0.5}[x["metal"]]
     return {"F": [cost * x["width"] + x["n"], (5 - x["width"]) ** 2 / (1 + x["hollow"])]}
@@ -66,15 +62,17 @@ def cmaes():
     return CMAES(x0=np.full(3, 0.4))
 
 
-SINGLE = partial(model, of_one_objective, n_obj=1, n_ieq_constr=0)
-MIXED = partial(Model, beam, vars=VARIABLES)
+SINGLE = partial(model, lambda x: {"F": x[0] + x[2] ** 2}, n_obj=1, n_ieq_constr=0)
 RUNS = {
     "nsga2": (model, lambda: NSGA2(10)),
     "nsga3": (model, nsga3),
     "nsga3-failing": (partial(model, failing_step), nsga3),
     "de": (SINGLE, lambda: DE(10)),
     "cmaes": (SINGLE, cmaes),
-    "mixed": (MIXED, lambda: MixedVariableGA(10, survival=RankAndCrowding())),
+    "mixed": (
+        partial(Model, beam, vars=VARIABLES),
+        lambda: MixedVariableGA(10, survival=RankAndCrowding()),
+    ),
 }
 
 

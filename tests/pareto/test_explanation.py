@@ -108,7 +108,6 @@ def test_rounding_is_no_difference():
 
 DENSE = np.arange(1025) / 1024
 DENSE = np.column_stack([DENSE, (1 - DENSE) ** 2])
-HUNDRED = [[0.0, 100.0], [49.0, 51.0], [49.5, 50.4], [50.0, 50.0], [100.0, 0.0]]
 
 
 @pytest.mark.parametrize(
@@ -116,7 +115,8 @@ HUNDRED = [[0.0, 100.0], [49.0, 51.0], [49.5, 50.4], [50.0, 50.0], [100.0, 0.0]]
     [
         (DENSE, 512, [501, 523]),  # 11 / 1024; 0.25 -> 0.2394
         (DENSE, 5, [4, 11]),  # in f1 nothing is so much better
-        (HUNDRED, 3, [1, 4]),  # better by a hundredth exactly
+        # Better by a hundredth exactly.
+        ([[0.0, 100.0], [49.0, 51.0], [49.5, 50.4], [50.0, 50.0], [100.0, 0.0]], 3, [1, 4]),
     ],
 )
 def test_a_step_is_a_hundredth_of_the_range(F, row, neighbours):

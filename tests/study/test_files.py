@@ -29,8 +29,6 @@ from tests.helpers.studies import (
     read,
 )
 
-PAGE = 4096
-
 
 @pytest.fixture
 def study(tmp_path):
@@ -39,21 +37,19 @@ def study(tmp_path):
     return study
 
 
-def calls(path):
-    study = Study(path)
-    return (
-        lambda: read(path),
-        lambda: study.begin(HEAD),
-        lambda: study.append(block(1, 1)),
-        lambda: study.contents()[1],
-    )
+CALLS = (
+    read,
+    lambda path: Study(path).append(block(1, 1)),
+    lambda path: Study(path).contents()[1],
+    lambda path: Study(path).begin(HEAD),
+)
 
 
-def refused_and_left(path, message):
-    """Require that every call refuses the file, and changes nothing in its folder."""
+def refused_and_left(path, message, calls=CALLS, error=StudyCorruptError):
+    """Require that calls refuse the file, and change nothing in its folder."""
     before = contents(path.parent)
-    for call in calls(path):
-        refused(message, call, error=StudyCorruptError)
+    for call in calls:
+        refused(message, call, path, error=error)
     assert contents(path.parent) == before
 
 
@@ -69,10 +65,8 @@ def test_a_study_is_open_only_while_it_is_used(study):
 
 
 def test_reading_creates_nothing(tmp_path):
-    read, _, append, columns = calls(tmp_path / "none.db")
-    for call in (read, append, columns):
-        refused(r"none.db does not exist; check the name", call, error=StudyAccessError)
-    assert os.listdir(tmp_path) == []
+    message = "none.db does not exist; check the name"
+    refused_and_left(tmp_path / "none.db", message, CALLS[:3], StudyAccessError)
 
 
 FOREIGN = {
@@ -86,9 +80,8 @@ FOREIGN = {
 
 @pytest.mark.parametrize("make", FOREIGN.values(), ids=FOREIGN)
 def test_a_foreign_file_is_left_alone(tmp_path, make):
-    path = tmp_path / "mine.db"
-    make(path)
-    refused_and_left(path, r"mine.db is no study of .*; it was left as it is")
+    make(tmp_path / "mine.db")
+    refused_and_left(tmp_path / "mine.db", r"mine.db is no study of .*; it was left as it is")
 
 
 # A study whose file is replaced while a run writes
@@ -98,18 +91,17 @@ def test_a_replaced_study_is_noticed(study, tmp_path):
     study.append(block(9, 4))
     begun(tmp_path / "other").append(block(1, 20))  # of the same problem
     os.replace(tmp_path / "other", study.path)
-    before = contents(tmp_path)
-    for call in (lambda: study.append(block(13, 4)), lambda: study.contents()[1]):
-        refused("has taken its place, and was left as it is", call, error=StudyMismatchError)
-    assert contents(tmp_path) == before
+    calls = (lambda path: study.append(block(13, 4)), lambda path: study.contents()[1])
+    message = "has taken its place, and was left as it is"
+    refused_and_left(Path(study.path), message, calls, StudyMismatchError)
 
 
 # An ordinary database: what users add stays, except what changes tests
 
 
 def test_views_of_users_stay_when_columns_are_added(study_file):
-    study, added = begun(study_file), block(9, 4)
-    study.append(block(1, 8), origin="LP-tau", seconds=0.5)
+    study, expected, added = begun(study_file), block(1, 8), block(9, 4)
+    study.append(expected, origin="LP-tau", seconds=0.5)
     edit(
         study_file,
         "CREATE VIEW light AS SELECT f2, origin, seconds FROM tests "
@@ -119,7 +111,6 @@ def test_views_of_users_stay_when_columns_are_added(study_file):
         "INSERT INTO notes VALUES (7, 'noisy')",
     )
     study.append(added | {"heat": added["f1"]})
-    expected = block(1, 8)
     with closing(sqlite3.connect(study_file)) as db:
         assert db.execute("SELECT * FROM notes").fetchall() == [(7, "noisy")]
         light = db.execute("SELECT * FROM light").fetchall()
@@ -186,14 +177,12 @@ def whole(tmp_path_factory):
 
 def is_reported(path):
     """Damage is reported by an error that names the file, and the file is as it was."""
-    before = contents(path.parent)
-    refused(re.escape(str(path)), read, path, error=StudyError)
-    assert contents(path.parent) == before
+    refused_and_left(path, re.escape(str(path)), [read], StudyError)
 
 
 def test_a_file_that_was_cut_is_recognised(study_file, whole):
-    assert len(whole) >= 6 * PAGE
-    edges = {k + d for k in range(0, len(whole), PAGE) for d in (-1, 0, 1)}
+    assert len(whole) >= 6 * 4096
+    edges = {k + d for k in range(0, len(whole), 4096) for d in (-1, 0, 1)}  # of pages
     for n in {*edges, *range(0, 120, 7)} & {*range(len(whole))}:
         study_file.write_bytes(whole[:n])
         is_reported(study_file)

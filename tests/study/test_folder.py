@@ -104,17 +104,14 @@ def test_a_share_of_another_problem_is_no_part_of_a_folder(tmp_path, tmp_path_fa
 
 @pytest.mark.parametrize("content", [b"", b"no study", b"SQLite format 3\0 and nothing else"])
 def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
-    shares(tmp_path, 3, 12, [1, 3])
     (tmp_path / "notes.txt").write_bytes(b"these are none")
+    refused("holds no study", read_folder, tmp_path, error=StudyAccessError)
+    shares(tmp_path, 3, 12, [1, 3])
     assert len(read_folder(tmp_path)[1]["x"]) == 8
     (tmp_path / "share-2-of-3.db").write_bytes(content)
     refused(
         r"share-2-of-3.db .*move (it|this one) away", read_folder, tmp_path, error=StudyCorruptError
     )
-
-
-def test_a_folder_without_a_study_is_refused(tmp_path):
-    refused("holds no study", read_folder, tmp_path, error=StudyAccessError)
 
 
 def test_a_study_is_never_written_over_another(study_file):
