@@ -39,9 +39,11 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.plots._points import NAMED, PARETO, opened_table, points_of_table
 from pymoo_psi.plots._style import (
+    ABOVE,
     ACCENT,
     BESIDE,
     INK,
+    NOTE,
     WIDTH,
     Drawing,
     Style,
@@ -589,7 +591,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
         >>> from pymoo_psi.analysis import sensitivities
         >>> table = investigate(VectorizedSphereChute(0.4), 256)
         >>> figure = plot_sensitivities(sensitivities(table, ["f1", "f2"]))
-        >>> [ax.get_title() for ax in figure.axes]
+        >>> [ax.get_title(loc="left") for ax in figure.axes]
         ['f1', 'f2']
     """
     index = sensitivities.index
@@ -606,7 +608,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
             name = literal(column, 24)
             if estimates["first_order"].isna().all():
                 name += ": constant"
-            ax.set_title(name)
+            ax.set_title(name, loc="left")
         figure.supxlabel("share of the variance")  # the label of one panel may be wider than it
         figure.describe(
             title,
@@ -676,6 +678,7 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
         ax.fill_between(values, low, high, color=ACCENT, alpha=0.2, linewidth=0)
         ax.plot(values, expected, color=ACCENT)
     ax.axvline(design, color="black", linewidth=0.8, linestyle="--")
+    ax.annotate("design", (design, 1), (0, 2), ABOVE, ha="center", va="bottom", **NOTE)
     return options
 
 

@@ -22,8 +22,7 @@ from pymoo_psi.pareto import nondominated
 from pymoo_psi.plots._style import (
     ABOVE,
     ACCENT,
-    BESIDE,
-    HALO,
+    NOTE,
     Drawing,
     Style,
     literal,
@@ -52,7 +51,6 @@ _NARROW = 0.12  # share of a vertical axis that has no room for the name of a li
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
 _WHOLE = 1.5  # an axis shows all designs if it is at most so many times as long as for the feasible
 _BEYOND = 0.25  # else it shows those that are nearer than this share of the feasible range
-_NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
 # How groups are drawn. Those of a higher zorder are on top.
 _INFEASIBLE: Style = {"marker": "x", "color": "0.5", "markersize": 3.2, "zorder": 2.8}
 _OUTSIDE: Style = {
@@ -147,13 +145,13 @@ class Column:
         """
         text = literal(f"limit {number(limit)} {self.unit}")
         if letter == "x":
-            axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **_NOTE)
+            axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **NOTE)
             return
         side: Style = {"va": "bottom", "xytext": (-2, 2)}
         place = axes.get_yaxis_transform().transform((1, limit))
         if axes.transAxes.inverted().transform(place)[1] > 1 - _NARROW:
             side = {"va": "top", "xytext": (-2, -2)}
-        axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", **side, **_NOTE)
+        axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", **side, **NOTE)
 
 
 @dataclass(frozen=True, eq=False)

@@ -66,6 +66,8 @@ _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
+# Names of lines that are no axes.
+NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
 # Names beside points.
 _NAME: Style = BESIDE | {
     "fontsize": 7,
@@ -129,6 +131,8 @@ _SETTINGS: Any = {
     "ytick.color": "0.45",
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
     "lines.linewidth": 1.2,
