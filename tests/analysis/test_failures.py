@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import TestTable, investigate
+from pymoo_psi._validation import counted
 from pymoo_psi.analysis import failure_sentences
 from tests.helpers.models import Model
 
@@ -44,7 +45,7 @@ def test_a_planted_rule_on_failures_is_found(value, word, wrong):
         assert (is_met != is_beyond).mean() >= 1 - 0.01 * wrong
         n_avoided, n_rejected = (~is_met & has_failed).sum(), (~is_met & ~has_failed).sum()
         assert f"avoided {n_avoided} of {has_failed.sum()} failures" in sentence
-        assert sentence.endswith(f" rejected {n_rejected} others.")
+        assert sentence.endswith(f" rejected {counted(n_rejected, 'other test')}.")
 
 
 def test_failures_at_random_or_in_balls_have_no_rule():

@@ -242,7 +242,7 @@ def failure_sentences(table: TestTable) -> list[str]:
         return []
     return [
         f"The requirement {rule} would have avoided {n_right} of {has_failed.sum()} failures in "
-        f"the last {len(table)} tests, and rejected {n_beyond - n_right} others."
+        f"the last {len(table)} tests, and rejected {counted(n_beyond - n_right, 'other test')}."
     ]
 
 

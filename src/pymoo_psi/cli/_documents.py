@@ -162,10 +162,13 @@ def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Nam
     if len(ranking.rows) > _N_IN_DETAIL:
         say(f"… {len(ranking.rows) - _N_IN_DETAIL} more: --out FILE.csv")
     why = explain(ranking)
+    steps = list(why.sentences[2:])
+    if steps:
+        steps.insert(0, "One step away:")
     sentences = [
         *proposal(table, found),
         *(f"Caution: {caution}" for caution in found),
-        *(f"One step from it, {step}" for step in why.sentences[2:]),
+        *steps,
         weights_sentence(ranking, why.row),
         *switching_sentences(table),
         f"Places are by the distance from the best values. {measured_in(ranking)}.",
@@ -185,8 +188,8 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     places[~ranking.pareto[rows]] = "dominated"
     designs = table.take(ranking.rows[rows])
     schema = table.schema
-    word = schema.label or TEST
-    names = [name.removeprefix(f"{TEST} ") for name in designs.names]
+    word = (schema.label or TEST).replace("_", " ")
+    names = [name.removeprefix(f"{word} ") for name in designs.names]
     columns = [Series(names, name=word), Series(places, name="place")]
     formats = number_formats(table)
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
