@@ -168,7 +168,7 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     n_new = (table.take(table.pareto())["run"] == 2).sum()
     (best,) = table.best().names
     assert f"s.db: 108 tests of 2 runs; {table.feasible().sum()} are within the limit" in printed
-    assert f"; {len(optimal)} of them are not dominated: " in " ".join(printed.split())
+    assert f"; {len(optimal)} of them are not dominated." in " ".join(printed.split())
     assert re.search(f"This run: 12 tests, of which {n_new} (is|are) not dominated", printed)
     assert f"Proposed: {best} (f1 " in printed
     assert best == before or f"(before: {before})" in printed

@@ -129,13 +129,12 @@ def within_limits(table: TestTable) -> str:
     return " within the limits"
 
 
-def counts_sentence(table: TestTable, subject: str = "", *, explained: bool = False) -> str:
+def counts_sentence(table: TestTable, subject: str = "") -> str:
     """Return how many tests there are, within the limits, and not dominated.
 
     Args:
         table: The tests.
         subject: What they are tests of, if that is said.
-        explained: Whether it is said what "not dominated" means.
     """
     words = table.schema.words
     n_within = int(table.feasible().sum())
@@ -163,8 +162,6 @@ def counts_sentence(table: TestTable, subject: str = "", *, explained: bool = Fa
             text += "; none of them is dominated"
         else:
             text += f"; {number(n_optimal)} of them {_are(n_optimal)} not dominated"
-        if explained:
-            text += ": no other is at least as good in all objectives and better in one"
     return f"{text}."
 
 

@@ -227,7 +227,7 @@ def _least_regret(
         rest = sentence("others regret", share=percent(greatest[others[0]]))
     return sentence(
         "least regret",
-        design=capital(design),
+        design=design,
         name=positions[who]["name"],
         share=percent(greatest[best]),
         objective=table.schema.objectives[objective],

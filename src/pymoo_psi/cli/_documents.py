@@ -133,7 +133,7 @@ def run_rank(options: Options) -> int:
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
         more = ""
     found = cautions_of_distances(table.feasible_ranking())
-    head = [*table.remarks, counts_sentence(table, explained=True), *decision_remarks(path, table)]
+    head = [*table.remarks, counts_sentence(table), *decision_remarks(path, table)]
     head += decision_sentences(table.decision.decided)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))

@@ -328,7 +328,7 @@ def _say_result(
     table = result.table
     ranking = table.feasible_ranking()
     found = cautions_of_distances(ranking)
-    head = [*table.remarks, counts_sentence(table, subject, explained=True)]
+    head = [*table.remarks, counts_sentence(table, subject)]
     if len(table) < len(result.tests):
         n_tests = counted(len(result.tests), "test")
         head.insert(0, f"{n_tests} in all, {counted(len(table), 'design')} ranked.")

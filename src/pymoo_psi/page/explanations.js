@@ -2,7 +2,7 @@
 
 const TIE = 1e-9 // as in pareto
 const STEP = 0.01
-const MOST_COSTS = 4
+const MOST_COSTS = 5
 
 // A sentence with its parts; one that begins with a design has a capital.
 function sentence(name, parts = {}) {
@@ -161,7 +161,7 @@ function standingOf({front, best, frame}, row) {
   const design = data.names[row]
   if (front.length === 1) return sentence("single", {design})
   const names = data.objectives.filter((_, j) => frame.low[j] < frame.high[j] && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const text = sentence("optimum", {design, best: names.length ? sentence("best", {objectives: listed(names)}) : ""})
+  const text = sentence("optimum", {design, best: names.length ? sentence("best", {objectives: listed(names)}) : sentence("nearest")})
   return best.length > 1 ? `${text} ${sentence("ties", {count: best.length})}` : text
 }
 

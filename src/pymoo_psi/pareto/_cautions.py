@@ -120,11 +120,11 @@ def cautions(
     ``constant``    Objectives, but not all, are equal for all Pareto-optimal designs.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
                     least distance to the ideal point, as on a sphere around it.
-    ``tie``         A design that differs by more than a tenth of a range is also an optimum.
-    ``near tie``    Such a design is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of the range of the
                     Pareto-optimal designs: it is no compromise. If normalised, the set bulges away
                     from the ideal point.
+    ``tie``         A design that differs by more than a tenth of a range is also an optimum.
+    ``near tie``    Such a design is at most 1 % farther.
     ``outlier``     Without a single other design that more than doubles a range, or without all
                     that are unlike the others, the optimum would be elsewhere, by more than a
                     tenth of a range.
@@ -134,7 +134,7 @@ def cautions(
                     :func:`acceptability`.
     =============== ============================================================================
 
-    ``tie`` to ``unstable`` are omitted for ``equidistant`` sets, where all of them hold. For
+    ``extreme`` to ``unstable`` are omitted for ``equidistant`` sets, where all of them hold. For
     ``outlier`` and ``unstable``, each design that is best or worst in an objective, except the
     optimum, is left out in turn, and the others are ranked again, including those that it
     dominated. In a Pareto set no other design can move the optimum. With dominated designs one
@@ -342,9 +342,9 @@ class _Checks:
         if many and np.ptp(self.d[near], axis=0).max() > 0.5:
             yield _caution("equidistant", near=len(near), count=len(self.rows))
             return
-        yield from self.tie(near)
         if len(self.rows) > 2:  # each of two designs is an extreme
             yield from self.worst()
+        yield from self.tie(near)
         yield from self.moved()
 
     def of_weights(self) -> Iterator[Caution]:

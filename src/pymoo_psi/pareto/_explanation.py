@@ -43,7 +43,7 @@ _TIE = 1e-9
 # A step is at least this share of the range: on a dense front, the least step is hardly another
 # design.
 _STEP = 0.01
-_MOST_COSTS = 4  # objectives named in a sentence, those with the greatest shares of a range
+_MOST_COSTS = 5  # objectives named in a sentence, those with the greatest shares of a range
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -286,7 +286,7 @@ class Explanation:
             place = ranking.place[self.row]
             design = capital(design)
             return sentence("ranked", design=design, best=best, place=place, front=n_optimal)
-        return sentence("optimum", design=design, best=best)
+        return sentence("optimum", design=design, best=best or sentence("nearest"))
 
     @property
     def ties(self) -> str:
