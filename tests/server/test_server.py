@@ -343,13 +343,16 @@ def test_a_run_answers_in_the_study(tested):
     for action in ("search", "pause", "more"):
         with Study(tested).changes() as study:
             study.steer({"name": "Bo", "action": action, "count": 8, "formulation": {}})
+    assert len(investigate(BNH, 4, study=tested)) == 4  # of the 8 that the run has
     assert len(investigate(BNH, 9, study=tested)) == 17
     search, *others = steering_answers(tested)
     assert re.search("refused.*surrogates", search)
     assert others == ["waits for the run; over when the run began", "17 tests in all"]
-    # The same call goes on as before.
-    for n_points in (9, 12, 17, 20):
-        assert len(investigate(BNH, n_points, study=tested)) == max(17, n_points)
+    # The same call goes on as before; one of fewer points has these.
+    for n_points, n_tests in ((9, 17), (12, 17), (17, 17), (20, 20), (8, 8)):
+        table = investigate(BNH, n_points, study=tested)
+        assert len(table) == n_tests
+        assert bool(table.remarks) == (n_tests > n_points)
 
 
 def test_a_round_cut_off_is_tested_later(study_file):

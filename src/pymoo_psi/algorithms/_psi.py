@@ -110,7 +110,7 @@ class PointAlgorithm(WithTable, Algorithm):
         """
         if self.n_tested == 0:
             return self._tests
-        return self._under(self._run.store.numbered(self._tests))
+        return self._under(self._run.numbered(self._tests))
 
     @property
     def _tests(self) -> TestTable:
@@ -658,7 +658,7 @@ def investigate(
     model = run.model
     if is_noisy:
         table = PieceTask(model, keep).needed(averaged_repeats(table))
-    table = model.under(run.store.numbered(table))
+    table = model.under(run.numbered(table))
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
     if keep != "all":  # whether all tests that are left out have failed is unknown

@@ -67,6 +67,7 @@ class Run:
     Attributes:
         n_taken: The tests of how many points it has returned.
         n_called: For how many of these the model was called.
+        remarks: What people have added to it.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class Run:
         self.store = store
         self.n_taken: int = 0
         self.n_called: int = 0
+        self.remarks: list[str] = []
         self._points = Points.none()  # those whose tests were not taken, by number
         # Of the study, while points are evaluated, which may go on between two calls.
         self._lock: ExitStack | None = None
@@ -221,6 +223,10 @@ class Run:
         is_left[np.searchsorted(self._points.numbers, numbers)] = False
         self._points = self._points.at(is_left)
 
+    def numbered(self, tests: TestTable) -> TestTable:
+        """Return tests of the run with the numbers that they have in the study."""
+        return replace(self.store.numbered(tests), remarks=tuple(self.remarks))
+
     # What people ask for
 
     def _follow_requests(self) -> None:
@@ -252,13 +258,19 @@ class Run:
             within = f"{objectives} within {', '.join(limits) or 'no limits'}"
             return {"answer": f"{within}, from the next proposal"}
         if action == "more":
+            n_further = further_tests(request["count"])
             total = request.get("points")
-            if total is None:
-                total = self.n_points + further_tests(request["count"])
+            n_before = self.store.n_planned  # the points of the run that it was made to
+            if total is not None:
+                n_before = total - n_further
+            if self.n_points < n_before:
+                return {"answer": request["answer"]}
+            total = total or self.n_points + n_further
             if total > self.n_points:
                 self.source.extend(total - self.n_points)
                 self.store.plan(total)
                 self.n_points = total
+                self.remarks.append(f"{request['name']} has asked for {n_further} of the tests.")
             return {"answer": f"{total} tests in all", "points": total}
         self._steered = action
         self.executor.queue.is_paused = action != "continue"

@@ -52,9 +52,11 @@ class Store:
         empty: This table.
         origin: Where the designs come from, for the readers of the study.
         advice: What is kept when a run is interrupted, and how it goes on.
+        n_planned: How many points earlier calls have planned for the run.
     """
 
     advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
+    n_planned = 0
 
     def __init__(self, table: TestTable) -> None:
         self.empty = table
@@ -159,6 +161,8 @@ class StudyStore(Store):
         facts, run = self.study.begin(head, identity, share, model.completed)
         self.run = run.number
         self._planned = run.planned
+        for _, last in run.planned:
+            self.n_planned = max(self.n_planned, last - options.first + 1)
         self._has_other_runs = len(facts.runs) > 1
         if model.noisy:  # tests of the same design all count, also in a folder of shares
             self.remember_once("noisy", True)
