@@ -1,11 +1,12 @@
 """The rule on variables that separates failed tests from others is found, and none where none is."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from pymoo_psi import TestTable, investigate
-from pymoo_psi._validation import counted
 from pymoo_psi.analysis import failure_sentences
 from tests.helpers.models import Model
 
@@ -45,7 +46,7 @@ def test_a_planted_rule_on_failures_is_found(value, word, wrong):
         assert (is_met != is_beyond).mean() >= 1 - 0.01 * wrong
         n_avoided, n_rejected = (~is_met & has_failed).sum(), (~is_met & ~has_failed).sum()
         assert f"avoided {n_avoided} of {has_failed.sum()} failures" in sentence
-        assert sentence.endswith(f" rejected {counted(n_rejected, 'other test')}.")
+        assert re.search(rf" rejected {n_rejected} other tests?\.$", sentence)
 
 
 def test_failures_at_random_or_in_balls_have_no_rule():
