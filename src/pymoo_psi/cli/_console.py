@@ -106,21 +106,20 @@ def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
     for name, values in frame.items():
         texts = [*map(_cell, values)]
         is_text = not any(map(_NUMBER.match, texts))
-        columns.append(_aligned([str(name), *texts], left=is_text))
+        columns.append(_aligned([_one_line(name), *texts], left=is_text))
     keys = [_GAP.join(row) for row in zip(*columns[:n_keys], strict=True)]
-    rest = columns[n_keys:]
-    while rest:
-        lines = keys
-        while rest and (lines is keys or _columns(lines[0] + _GAP + rest[0][0]) <= text_width()):
-            lines = [line + _GAP + text for line, text in zip(lines, rest.pop(0), strict=True)]
-        print_text("\n".join(line.rstrip() for line in lines))
-        if rest:
-            print_text("")
+    lines = keys
+    for column in columns[n_keys:]:
+        if lines is not keys and _columns(f"{lines[0]}{_GAP}{column[0]}") > text_width():
+            print_text("\n".join([*map(str.rstrip, lines), ""]))
+            lines = keys
+        lines = [_GAP.join(pair) for pair in zip(lines, column, strict=True)]
+    print_text("\n".join(map(str.rstrip, lines)))
 
 
 def _cell(value: Any) -> str:
     if not isinstance(value, float):
-        return str(value)
+        return _one_line(value)
     if math.isnan(value):
         return ""
     return number(value, 6)
