@@ -55,11 +55,8 @@ def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: 
     assert [tuple(answer) for answer in reader.state["answers"]] == person.answers
     reader.press("Escape")
     assert not reader.page.is_visible("#questions")
-    reader.click("#adding summary")
-    reader.field("Name of the position").fill("Ann")
-    reader.click("#keep")
-    path = tmp_path / "d.json"
-    path.write_text(reader.download("#save"), "utf-8")
+    reader.keep_position("Ann")
+    path = reader.save(tmp_path / "d.json")
     decision = Decision.read_json(path)
     assert [tuple(answer) for answer in decision.positions[0]["answers"]] == person.answers
     CARS.to_csv(tmp_path / "cars.csv", index_label="car")
@@ -82,9 +79,7 @@ def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F81
         ("Ben", [["Coast", ">", "Town"], ["Tour", ">", "Lane"], ["Gone", ">", "Town"]]),
     ):
         reader.set(answers=answers)
-        reader.click("#adding summary")
-        reader.field("Name of the position").fill(name)
-        reader.click("#keep")
+        reader.keep_position(name)
         person = Preferences(read_table(CARS, ASKED))
         for one, _, other in answers[:2]:
             person.answer(one, other)
