@@ -27,18 +27,20 @@ def last_place(text):
     return Fraction(10) ** exponent
 
 
+def texts_of(values):
+    column = NumberFormat.of(values)
+    return [column.text(value) for value in values]
+
+
 @given(COLUMNS)
 def test_a_text_is_off_by_half_its_last_digit(values):
-    column = NumberFormat.of(values)
-    for value in values:
-        text = column.text(value)
+    for value, text in zip(values, texts_of(values), strict=True):
         assert abs(read(text) - Fraction(value)) <= last_place(text) / 2
 
 
 @given(COLUMNS)
 def test_texts_keep_the_order_of_numbers(values):
-    column = NumberFormat.of(values)
-    numbers = [read(column.text(value)) for value in sorted(values)]
+    numbers = [*map(read, texts_of(sorted(values)))]
     assert numbers == sorted(numbers)
 
 
@@ -53,8 +55,7 @@ def test_ends_of_a_column_differ_unless_nearly_equal(values):
 
 @given(COLUMNS)
 def test_a_column_has_one_style(values):
-    column = NumberFormat.of(values)
-    texts = [column.text(value) for value in values]
+    texts = texts_of(values)
     decimals = {len(text.partition("e")[0].partition(".")[2]) for text in texts if text != "0"}
     assert len(decimals) <= 1
     assert len({"e" in text for text in texts if text != "0"}) <= 1
@@ -63,9 +64,9 @@ def test_a_column_has_one_style(values):
 
 @given(st.lists(st.integers(-(10**6), 10**6), min_size=1))
 def test_integers_stay_integers(values):
-    column = NumberFormat.of(values)
-    for value in values:
-        assert column.text(value).replace("\N{NO-BREAK SPACE}", "") == str(value)
+    assert "|".join(texts_of(values)).replace("\N{NO-BREAK SPACE}", "") == "|".join(
+        map(str, values)
+    )
 
 
 @pytest.mark.parametrize(
@@ -85,8 +86,7 @@ def test_integers_stay_integers(values):
     ],
 )
 def test_numbers_as_a_reader_expects_them(values, texts):
-    column = NumberFormat.of(values)
-    assert [column.text(value) for value in values] == texts
+    assert texts_of(values) == texts
 
 
 def test_an_outlier_changes_no_format_of_the_others():

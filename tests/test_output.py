@@ -51,8 +51,7 @@ def test_names_are_data_in_a_notebook(table, view):
 
 def test_runs_are_shown_as_their_tables(tmp_path):
     problem = Recorded(SphereChute(), study=tmp_path / "a.db")
-    result = minimize(problem, PSI(12))
-    for one in (result.algorithm, problem):
+    for one in (minimize(problem, PSI(12)).algorithm, problem):
         text, rows = shown(one)
         assert text.startswith(f"{type(one).__name__} TestTable(12 tests")
         assert len(rows) == ROWS + 2

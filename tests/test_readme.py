@@ -146,8 +146,7 @@ def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
         return "".join(capsys.readouterr())
 
     monkeypatch.chdir(tmp_path)
-    listed = {line.split()[0] for line in printed().splitlines()[:-1]}
-    assert listed == set(GUIDES) - {"index"}
+    assert {line.split()[0] for line in printed().splitlines()[:-1]} == {*GUIDES} - {"index"}
     assert printed("tutorial").rstrip() == GUIDES["tutorial"].rstrip()
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)

@@ -55,8 +55,8 @@ def test_proposals_are_near_a_limit_that_no_design_keeps():
 @pytest.mark.parametrize("edge", [0.5, *rarely(0.7)])
 def test_designs_that_would_fail_are_avoided(edge):
     """Half of the bounds is beyond, and the best designs are."""
-    made = designs(failing(valley, lambda x: x[0] > edge))[40:]
-    assert (made[:, 0] > edge).mean() < 0.15
+    X = designs(failing(valley, lambda x: x[0] > edge))
+    assert (X[40:, 0] > edge).mean() < 0.15
 
 
 @pytest.mark.slow
@@ -95,8 +95,8 @@ def test_a_search_leaves_the_small_region_where_the_first_tests_do_not_fail():
 def test_random_failures_are_not_avoided():
     """Nothing is learned from them, so that the surroundings of the front are tested again."""
 
-    made = designs(failing(valley, lambda x: crc32(x.tobytes()) % 5 == 0))[40:]
-    assert share_near_the_front(made) >= 0.5
+    X = designs(failing(valley, lambda x: crc32(x.tobytes()) % 5 == 0))
+    assert share_near_the_front(X[40:]) >= 0.5
 
 
 @pytest.mark.slow

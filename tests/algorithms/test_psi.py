@@ -224,5 +224,4 @@ def test_a_budget_of_evaluations_is_kept_exactly(algorithm):
     ("problem", "least"), [(Required(CHUTE, {"r": "x1 <= 1"}), 60), (teeth(), 6)]
 )
 def test_points_without_an_evaluation_do_not_use_up_a_budget(problem, least):
-    algorithm = minimize(problem, PSI(1000), ("n_eval", least)).algorithm
-    assert algorithm.evaluator.n_eval == least
+    assert minimize(problem, PSI(1000), ("n_eval", least)).algorithm.evaluator.n_eval == least

@@ -31,8 +31,8 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
         assert step["mu1"] == pytest.approx(np.linalg.norm((front.F[best] - last.ideal) / span))
     assert found["hypervolume"].is_monotonic_increasing  # each front dominates the one before
     assert found["hypervolume"].iloc[-1] == 1
-    ranges = {"f1": (0, 1e-3), "f2": (0, 1e-3)}  # the whole front is beyond them
-    fixed = convergence(asked.under(ranges=ranges))
+    # The whole front is beyond these.
+    fixed = convergence(asked.under(ranges={"f1": (0, 1e-3), "f2": (0, 1e-3)}))
     assert fixed["hypervolume"].tolist() == found["hypervolume"].tolist()
     np.testing.assert_array_equal(found["moved"][1:] == 0, np.diff(found["optimum"]) == 0)
     steps = np.abs(np.diff(bnh.F[found["optimum"] - 1], axis=0)) / (last.nadir - last.ideal)

@@ -81,8 +81,7 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
     (tighter,) = re.findall(r"price must be (below|above) (-?[\d ]+), (.) is proposed", text)
     assert tighter == {1: ("below", "1299", "A"), -1: ("above", "-1299", "A")}[sign]
     for value, stays in ((1299, True), (1298, False)):
-        pair = {1: (None, value), -1: (-value, None)}[sign]
-        assert ("B" in first(table, price=pair)) == stays
+        assert ("B" in first(table, price={1: (None, value), -1: (-value, None)}[sign])) == stays
 
 
 @pytest.mark.parametrize(

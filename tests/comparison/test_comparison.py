@@ -277,6 +277,5 @@ def test_an_unsuitable_algorithm_is_found_in_its_first_run(problem, tmp_path):
 
 @pytest.mark.parametrize(("algorithms", "largest"), [(["psi", "surrogate"], 256), (["psi"], 4096)])
 def test_surrogates_take_fewer_evaluations_by_default(algorithms, largest, tmp_path):
-    problem = counted(stop=largest)
-    interrupted(compare, problem, algorithms=algorithms, folder=tmp_path, seeds=1)
+    interrupted(compare, counted(stop=largest), algorithms=algorithms, folder=tmp_path, seeds=1)
     assert [path.name for path in tmp_path.glob("*.db")] == [f"psi_{largest}.db"]

@@ -71,8 +71,7 @@ def test_figures_for_journals(tmp_path):
     """TrueType fonts in PDF, the width in mm, and the figure as it was."""
     figure = Figure(figsize=(7.0, 3.5))
     figure.add_subplot().set_title("Title")
-    folder = tmp_path / "new" / "folder"
-    (path,) = save_figures([("one", figure)], folder, suffix=".pdf", width=90)
+    (path,) = save_figures([("one", figure)], tmp_path / "new" / "folder", suffix=".pdf", width=90)
     content = path.read_bytes()
     assert (b"/Type0" in content, b"/Type3" in content) == (True, False)
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", content)

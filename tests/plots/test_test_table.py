@@ -84,8 +84,7 @@ def test_what_is_far_is_left_out_and_reported(osy):
 
 
 def test_limits_are_shaded_or_named(chute):
-    limited = chute.under(limits={"f1": 2.2, "f4": (None, 60)})
-    ax = plane(limited, objectives=["f1", "f4"])
+    ax = plane(chute.under(limits={"f1": 2.2, "f4": (None, 60)}), objectives=["f1", "f4"])
     shade = ax.patches[0]
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
     assert ax.get_ylim()[1] < 60
@@ -198,8 +197,7 @@ def test_figures_have_the_width_that_is_asked_for(chute, case, tmp_path):
     assert_readable(figure)
     save_figures({"same": figure}, tmp_path, width=width, dpi=20)
     if plot is plot_objectives:
-        columns = {round(ax.get_position().x0, 1) for ax in shown(figure)}
-        assert len(columns) == width // 90
+        assert len({round(ax.get_position().x0, 1) for ax in shown(figure)}) == width // 90
     refused("width must be 10 to 1000 mm", plot, chute, width=3.5)
 
 

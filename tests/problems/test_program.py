@@ -428,8 +428,7 @@ def test_limits_hold_whatever_objectives_are_called(tmp_path, asked):
 
 def test_shares_of_two_expressions_are_no_table(tmp_path):
     for factor, part in ((2, 1), (2, 2), (3, 1)):
-        problem = echo((1, 2), e=f"{factor}*n")
-        investigate(problem, 4, study=tmp_path / "shares", share=(part, 2))
+        investigate(echo((1, 2), e=f"{factor}*n"), 4, study=tmp_path / "shares", share=(part, 2))
     refused("has e = 2", read_table, tmp_path / "shares", error=StudyMismatchError)
 
 

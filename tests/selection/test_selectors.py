@@ -87,8 +87,8 @@ def test_compromise_programming_agrees_with_the_oracle(F, p, normalize, data):
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 def test_rounding_errors_count_by_weight(unit):
     F = np.array([[0.0, 1e6 + 1], [1.001e-6, 1e6]]) * unit
-    selector = CompromiseProgramming(1, weights=[1, 1e-6], normalize=False)
-    assert selector.do(F).tolist() == [0]  # it is nearer by 1e-9, and rounding errs by 1e-16
+    # The first is nearer by 1e-9, and rounding errs by 1e-16.
+    assert CompromiseProgramming(1, weights=[1, 1e-6], normalize=False).do(F).tolist() == [0]
     shares = np.arange(50) / 49 * unit
     line = np.column_stack([shares, unit - shares])  # of one sum
     assert len(CompromiseProgramming(1, normalize=False).do(line)) == 50

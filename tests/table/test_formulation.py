@@ -170,8 +170,7 @@ def test_a_formulation_takes_the_place_of_the_one_before(first, second, limits, 
     assert before.under(Formulation()).data is table.data
     assert before.under(Formulation()).equals(table)
     loosened = before.under(limits=limits).under(normalize=normalize)
-    whole = table.under(replace(first[0], limits=limits, normalize=normalize))
-    assert loosened.equals(whole)
+    assert loosened.equals(table.under(replace(first[0], limits=limits, normalize=normalize)))
 
 
 def test_directions_that_are_read_are_those_of_the_columns():
