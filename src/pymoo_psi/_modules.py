@@ -27,6 +27,7 @@ REMEDY = "reload it and what imports it (importlib.reload) and make the problem 
 
 _INSTALLED = (os.path.dirname(os.__file__), os.path.dirname(__file__))
 _NOTED: dict[str, bytes] = {}  # the hash of the file of a module as it was imported last
+_RELOADED: set[str] = set()  # modules that were imported with another content before
 _LOOKED_AT: set[str] = set()  # modules that are noted or not of users; there are thousands
 
 
@@ -49,7 +50,10 @@ def find_spec(name: str, path: Any = None, target: Any = None) -> ModuleSpec | N
 def _note(name: str, file: str | None) -> None:
     if file and not file.startswith(_INSTALLED) and "-packages" not in file:
         with suppress(OSError):  # it is none
-            _NOTED[name] = version_of(file)
+            version = version_of(file)
+            if name in sys.modules and _NOTED.setdefault(name, version) != version:
+                _RELOADED.add(name)
+            _NOTED[name] = version
 
 
 def version_of(file: str) -> bytes:
@@ -73,21 +77,27 @@ def versions() -> dict[str, bytes]:
 def require_unchanged(model: Any) -> None:
     """Refuse a problem or a function if a file has changed since it was imported.
 
-    The files are that of its class, those of all modules whose names occur in it, and so on.
+    The files are that of its class, those of all modules whose names occur in it, and so on. A
+    problem of a former class has the former code, even if the file was reloaded.
 
     Raises:
         ArgumentValueError: A file has changed.
     """
     current = versions()
     names = []
+    former = set()  # modules whose current class is another one
     while model is not None:
-        names.append(getattr(model, "__module__", ""))
+        name = getattr(model, "__module__", "")
+        names.append(name)
+        kind = type(model)
+        if name in _RELOADED and getattr(sys.modules.get(name), kind.__name__, kind) is not kind:
+            former.add(name)
         model = getattr(model, "wrapped", None)
     for name in names:  # which grows
         file = getattr(sys.modules.get(name), "__file__", None) or ""
         if name not in current or not os.path.isfile(file):
             continue
-        if version_of(file) != current[name]:
+        if name in former or version_of(file) != current[name]:
             file = os.path.basename(file)
             raise ArgumentValueError(
                 f"the problem cannot be run: {file} has changed since it was imported; {REMEDY}"

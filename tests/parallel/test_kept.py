@@ -138,6 +138,7 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     refused(CHANGED, folder.tests, **options)
     refused(CHANGED, investigate, problem, 600, **options)
     folder.reload()
+    refused(CHANGED, investigate, problem, 600)  # it has the former class
     require(folder.tests(**options), 1)
 
 
