@@ -91,7 +91,7 @@ def print_text(text: str) -> None:
 def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
     """Print a frame with numbers in 6 digits and blanks for missing values.
 
-    The columns of a table that is too wide continue below.
+    Texts are cut to half of the width. The columns of a table that is too wide continue below.
 
     Args:
         frame: The rows.
@@ -104,9 +104,9 @@ def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
     say(title)
     columns = []
     for name, values in frame.items():
-        texts = [*map(_cell, values)]
-        is_text = not any(map(_NUMBER.match, texts))
-        columns.append(_aligned([_one_line(name), *texts], left=is_text))
+        texts = [_cell(name), *map(_cell, values)]
+        is_text = not any(map(_NUMBER.match, texts[1:]))
+        columns.append(_aligned(texts, left=is_text))
     keys = [_GAP.join(row) for row in zip(*columns[:n_keys], strict=True)]
     lines = keys
     for column in columns[n_keys:]:
@@ -119,7 +119,7 @@ def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
 
 def _cell(value: Any) -> str:
     if not isinstance(value, float):
-        return _one_line(value)
+        return shortened(_one_line(value), (text_width() - len(_GAP)) // 2)
     if math.isnan(value):
         return ""
     return number(value, 6)
@@ -270,7 +270,7 @@ def _fitting(
 
 
 def _one_line(name: object) -> str:
-    return " ".join(str(name).split())
+    return re.sub(r"[^\S\u00a0]+", " ", str(name)).strip()  # numbers keep their blanks
 
 
 def _columns(text: str) -> int:
