@@ -7,7 +7,7 @@ let hoveredRow = -1
 
 function markDesigns() {
   marks = [...data.prototypes].map((row) => ({row, look: "prototype"}))
-  for (const name of state.pins) marks.push({row: rowOf(name), look: "pinned"})
+  for (const name of state.pins) marks.push({row: rowOf(name), look: "compared"})
   if (ranking.count) marks.push({row: proposedRow(), look: "best"})
   if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
   if (inspected >= 0) marks.push({row: inspected, look: "inspected"})

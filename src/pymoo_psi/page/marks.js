@@ -7,7 +7,7 @@ const LOOKS = {
   best: {shape: "dot", size: 6.5},
   prototype: {shape: "plus", size: 5, dashes: [3, 3]},
   chosen: {shape: "diamond", size: 8},
-  pinned: {shape: "frame", size: 6, dashes: [3, 3]},
+  compared: {shape: "frame", size: 6, dashes: [3, 3]},
   inspected: {shape: "corners", size: 9, dashes: [9, 3]},
 }
 const INK = {}

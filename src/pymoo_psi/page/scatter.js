@@ -159,23 +159,23 @@ const scatter = (() => {
       drawShape(g, {...look, size: shownRows.length > 100 ? 2 : look.size}, u(row), v(row))
     }
     for (const {row, look} of marks) if (isKnown(row)) drawShape(g, LOOKS[look], u(row), v(row))
-    return rejected.length
+    return rejected
   }
 
   // Points beyond the window are at its edge.
-  function explainMarks(front, n_rejected) {
+  function explainMarks(front, rejected) {
     const known = picked(shownRows, isKnown)
     const beyond = known.length - picked(known, isInside).length
     const missing = shownRows.length - known.length
     drawn = {points: known.length, missing, beyond}
-    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - n_rejected, "beyond a limit"], [missing, "without a value"]]
+    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, "beyond a limit"], [missing, "without a value"]]
       .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
     const isHatched = columns.some(limitOf)
     const looks = new Set(marks.map(({look}) => look))
     legend("key", [
-      ...["chosen", "pinned", "prototype"].filter((look) => looks.has(look)).map((look) => [icon(LOOKS[look]), look]),
+      ...["chosen", "inspected", "compared", "prototype"].filter((look) => looks.has(look)).map((look) => [icon(LOOKS[look]), look]),
       front.length > 1 && [swatch("step"), "best trade-offs of the two"],
-      (isHatched || n_rejected) && [[isHatched && swatch("hatch"), n_rejected && icon(LOOKS.rejected)], "beyond a limit"],
+      (isHatched || rejected.length) && [[isHatched && swatch("hatch"), rejected.length && icon(LOOKS.rejected)], "beyond a limit"],
       undrawn.length && [[], `not drawn: ${listed(undrawn)}`],
       beyond && [[], `${exact(beyond)} at the edge, outside of the axes`],
     ])
@@ -184,13 +184,14 @@ const scatter = (() => {
   // Names beside their points, or farther away with a line to them: none covers another, a point or a line.
   // Where there is no such place a name is left out, but those of marked designs and of steps from what is
   // proposed may cover lines, and with a line of their own points.
-  function drawNames(g, front) {
+  function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
     const wanted = [...[...marked].reverse(), ...verdict?.steps.map(({row}) => row) ?? []]
     const further = [...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...holders.keys()].filter((row) => left.mask[row])
     const rows = [...new Set([...wanted, ...further])].filter(isInside)
-    const others = shownRows.length <= MOST_OBSTACLES ? picked(shownRows, isKnown) : []
+    const visible = joined(picked(shownRows, isKnown), rejected)
+    const others = visible.length <= MOST_OBSTACLES ? visible : []
     const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR, y: v(row) - CLEAR, width: 2 * CLEAR, height: 2 * CLEAR}))
     boxes = []
     const ties = []
@@ -261,8 +262,9 @@ const scatter = (() => {
     const front = frontOfTwo()
     drawFront(g, front)
     columns.forEach((column, k) => drawLimits(g, column, k))
-    explainMarks(front, drawPoints(g))
-    drawNames(g, front)
+    const rejected = drawPoints(g)
+    explainMarks(front, rejected)
+    drawNames(g, front, rejected)
   }
 
   function mark(row) {
