@@ -92,10 +92,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
 
 
 def limit_words(table: TestTable) -> list[str]:
-    """Return the constraints and then the limits of a table in words: "price at most 1400 €".
-
-    Texts that a limit allows and no design has are named, as they may be misspelt.
-    """
+    """Return the constraints and then the limits of a table in words: "price at most 1400 €"."""
     schema = table.schema
     units = schema.units
     texts = []
@@ -111,12 +108,18 @@ def limit_words(table: TestTable) -> list[str]:
         else:
             texts.append(f"{name} = 0 within {number(schema.eq_tolerance)}")
     for name, limit in table.limits.items():
-        text = limit.in_words(name, units.get(name, ""))
+        texts.append(limit.in_words(name, units.get(name, "")))
+    return texts
+
+
+def _missing_texts(table: TestTable) -> str:
+    """Return which texts limits allow and no design has, as they may be misspelt."""
+    text = ""
+    for name, limit in table.limits.items():
         missing = limit.missing(table.column(name))
         if missing:
-            text += f" (no {schema.words['row']} has {listed(missing, 'or')})"
-        texts.append(text)
-    return texts
+            text += f"; no {table.schema.words['row']} has {listed(missing, 'or')} as {name}"
+    return text
 
 
 def within_limits(table: TestTable) -> str:
@@ -162,7 +165,7 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
             text += "; none of them is dominated"
         else:
             text += f"; {number(n_optimal)} of them {_are(n_optimal)} not dominated"
-    return f"{text}."
+    return f"{text}{_missing_texts(table)}."
 
 
 def _are(n: int) -> str:
@@ -176,7 +179,7 @@ def none_left_reason(table: TestTable) -> str:
     if not n_tests:
         return f"{counted(len(table), words['row'])}, all {words['failed']}."
     limits = ", ".join(limit_words(table))
-    text = f"none of {n_tests} is{within_limits(table)} ({limits})."
+    text = f"none of {n_tests} is{within_limits(table)} ({limits}){_missing_texts(table)}."
     mask, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
     would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)
