@@ -299,9 +299,6 @@ def test_page_report_and_ranking_count_the_same_designs():
     assert (found["count"], len(found["front"])) == (8, ranking.pareto.sum())
     assert found["remarks"] == []
     assert "among the 8 designs within the limit" in Reader(decision_report(table)).text
-    refused("a limit of a page", decision_page, offers_by_name())
-
-
-def offers_by_name():
     frame = pd.DataFrame({"name": ["A", "B"], "cost": [1, 2], "mass": [2, 1]})
-    return read_table(frame, Formulation(["cost", "mass"], limits={"name": ["A"]}))
+    by_name = read_table(frame, Formulation(["cost", "mass"], limits={"name": ["A"]}))
+    refused("a limit of a page", decision_page, by_name)

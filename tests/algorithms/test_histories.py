@@ -12,7 +12,6 @@ from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
 from pymoo_psi.problems import ProgramRun
 from tests.helpers.draws import rarely
 
-N_STEPS = 6
 POINTS = lp_tau(32, 2)
 
 
@@ -155,7 +154,7 @@ class History:
 def test_a_study_has_what_a_dictionary_has(seed, noisy, study_file):
     history = History(seed, study_file, noisy)
     steps = [history.from_elsewhere, history.ask, history.tell, history.solve]
-    for step in history.rng.choice(len(steps), N_STEPS):
+    for step in history.rng.choice(len(steps), 6):
         steps[step]()
         tests = history.stored()
         assert tests.keys() == history.results.keys()

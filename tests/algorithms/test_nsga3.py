@@ -34,9 +34,6 @@ from pymoo_psi.problems import seed_ties
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
-BNH = get_problem("bnh")
-
-
 CONSTRAINED = """
 import sys
 import numpy as np
@@ -134,7 +131,7 @@ def test_reference_directions_fit(n_obj, n_points):
     [
         (lambda: nsga3(get_problem("dtlz2"), 0), "n_evaluations must be an integer >= 1, got 0"),
         (lambda: nsga3(get_problem("sphere"), 9), "at least 2 for NSGA-III, got 1; use PSI"),
-        (lambda: nsga3(BNH, 9, popsize=3), "'popsize'; did you mean 'pop_size'"),
+        (lambda: nsga3(get_problem("bnh"), 9, popsize=3), "'popsize'; did you mean 'pop_size'"),
     ],
 )  # fmt: skip
 def test_bad_arguments(make, message):

@@ -18,10 +18,6 @@ from tests.helpers.models import Model, Sum
 from tests.helpers.processes import posix, until
 
 
-def shuffled(x):
-    time.sleep((x[0] * 977.0) % 0.01)
-
-
 @pytest.mark.parametrize(
     ("study", "make"),
     [
@@ -32,7 +28,7 @@ def shuffled(x):
 )
 def test_the_order_of_arrival_changes_no_table(tmp_path, study, make):
     plain = minimize(Sum(), PSI(100)).algorithm.table
-    problem = Sum(shuffled, elementwise_runner=make(2))
+    problem = Sum(lambda x: time.sleep(x[0] * 977 % 0.01), elementwise_runner=make(2))
     path = tmp_path / "s.db" if study else None
     assert investigate(problem, 60, study=path, block_size=7).equals(plain.take(np.arange(60)))
     result = minimize(problem, PSI(100, study=path, block_size=9))

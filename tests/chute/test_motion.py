@@ -134,8 +134,6 @@ class TestShapes:
         assert m.time[1, 1] == motion(0.3, 1.0, ChuteParameters(mu=0.4), model=model).time
 
 
-slopes = st.floats(0, 2)
-speeds = st.floats(0.1, 6)
 parameters = st.builds(
     ChuteParameters,
     mu=st.floats(0.05, 2),
@@ -145,7 +143,7 @@ parameters = st.builds(
 )
 
 
-@given(u1=slopes, v_p=speeds, p=parameters)
+@given(u1=st.floats(0, 2), v_p=st.floats(0.1, 6), p=parameters)
 def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
     """Eq. (2.20) from η = 0, with dω_Y/dη in its consistent form, by solve_ivp."""
 

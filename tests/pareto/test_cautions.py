@@ -171,10 +171,10 @@ def test_an_objective_listed_twice_is_named_if_it_counts(noise, draws):
 VALLEY = np.column_stack([3 + X[::4], 5 + (1 - X[::4]) ** 2])
 
 
-MARKS = (-9999.0, -99999.0, -1e30, -1.0, -4000.0)
-
-
-@pytest.mark.parametrize("bad", [[mark, other] for mark in MARKS for other in (mark, 5.1)])
+@pytest.mark.parametrize(
+    "bad",
+    [[mark, other] for mark in (-9999.0, -99999.0, -1e30, -1.0, -4000.0) for other in (mark, 5.1)],
+)
 @pytest.mark.parametrize("dominated", [0, 1])
 def test_a_mark_of_failure_that_wins_leads_all_cautions(bad, dominated):
     """In all objectives it dominates the others, in one of them it is an end of the set."""

@@ -84,7 +84,6 @@ def test_a_dense_front_is_no_chain_of_ties():
 
 
 FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
-SAME = FRAME.set_axis(["a", "a"], axis=1)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +98,7 @@ SAME = FRAME.set_axis(["a", "a"], axis=1)
         (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
         ([[1e308, 0], [-1e308, 1]], {}, ValueError, "F must be of finite range"),
-        (SAME, {"maximize": ["a"]}, ValueError, "maximize must be names that only one column has"),
+        (FRAME.set_axis(["a", "a"], axis=1), {"maximize": ["a"]}, ValueError, "maximize must be names that only one column has"),
     ],
 )  # fmt: skip
 def test_mistakes(F, options, kind, message):

@@ -16,8 +16,6 @@ from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
 from tests.helpers.draws import rarely
 from tests.helpers.refusals import refused
 
-LIMITS = {"f1": 2.9, "f4": 5.0}  # with wide ranges of the feasible, so that all tests are shown
-
 
 def points(ax):
     """What is drawn in a plane, by the name of the group behind its number."""
@@ -48,7 +46,8 @@ def line_of(ax, label):
     return line.get_xydata()
 
 
-@pytest.mark.parametrize("limits", [None, LIMITS])
+# With wide ranges of the feasible, so that all tests are shown.
+@pytest.mark.parametrize("limits", [None, {"f1": 2.9, "f4": 5.0}])
 def test_every_test_is_in_its_group_in_every_plane(chute, limits):
     figure = plot_objectives(chute.under(limits=limits), objectives=["f1", "f2", "f3", "f4"])
     names = in_groups(chute, limits)

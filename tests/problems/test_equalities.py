@@ -183,8 +183,16 @@ def test_an_equality_is_as_accurate_as_its_terms():
     np.testing.assert_allclose(problem.evaluate(X, return_values_of=["G"])[:, 0], [0, 0, 1, 1.1])
 
 
-BOUNDS = {"x": Real(bounds=(1, 9)), "y": Real(bounds=(1, 9)), "n": Integer(bounds=(1, 5))}
-MIXED = Model(lambda x: {"F": x["n"]}, vars=BOUNDS | {"s": Choice(options=["a", "b"])}, n_obj=1)
+MIXED = Model(
+    lambda x: {"F": x["n"]},
+    vars={
+        "x": Real(bounds=(1, 9)),
+        "y": Real(bounds=(1, 9)),
+        "n": Integer(bounds=(1, 5)),
+        "s": Choice(options=["a", "b"]),
+    },
+    n_obj=1,
+)
 
 
 @pytest.mark.parametrize(

@@ -48,15 +48,15 @@ def plain(results=one, **options):
 vectorised = partial(plain, rows)
 
 
-GEAR = {
-    "teeth": Integer(bounds=(8, 30)),
-    "module": Real(bounds=(0, 8)),
-    "steel": Choice(options=["a", "b"]),
-}
-
-
 def mixed():
-    problem = Model(lambda x: {"F": [x["teeth"], x["module"]]}, vars=GEAR)
+    problem = Model(
+        lambda x: {"F": [x["teeth"], x["module"]]},
+        vars={
+            "teeth": Integer(bounds=(8, 30)),
+            "module": Real(bounds=(0, 8)),
+            "steel": Choice(options=["a", "b"]),
+        },
+    )
     problem.requirements = ["teeth <= 2*module + 10", "module >= 1"]
     return problem
 

@@ -31,7 +31,6 @@ def linear(load=0.0, elementwise=False):
 
 
 SIGMA = np.array([0.1, 0.2])
-NORMAL = {"x1": stats.norm(0, 0.1), "x2": stats.norm(0, 0.2)}
 X = lp_tau(9, 2, first=2)
 
 
@@ -51,7 +50,8 @@ def tail(q):
 )
 def test_linear_models_with_normal_tolerances_have_closed_forms(make, statistic, factor, within):
     robust = Robust(
-        make, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
+        make, tolerances={"x1": stats.norm(0, 0.1), "x2": stats.norm(0, 0.2)},
+        uncertainty={"load": stats.norm(0.3, 0.1)},
         statistics=statistic, n_scenarios=255, failure_probability=0.25,
     )  # fmt: skip
     F, G = robust.evaluate(X)

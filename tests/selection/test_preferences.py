@@ -18,7 +18,6 @@ from pymoo_psi import (
 from pymoo_psi.selection import compare_selectors
 from tests.helpers.refusals import refused
 
-F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
 sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
     lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
 )
@@ -109,7 +108,7 @@ def test_directions_do_not_matter(F):
     [
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
         (lambda: CompromiseProgramming(weights=[1, -1]), ValueError, "weights must be a list of numbers >= 0"),
-        (lambda: ReferencePoint([1, 2, 3]).do(F3), ValueError, r"point must be of shape \(2,\)"),
+        (lambda: ReferencePoint([1, 2, 3]).do(np.eye(2)), ValueError, r"point must be of shape \(2,\)"),
     ],
 )  # fmt: skip
 def test_mistakes(call, kind, message):
