@@ -69,6 +69,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ("solve bnh --algorithm nsga4", "'nsga4' is not one of 'psi'"),
         ("solve bnh --bounds x9=1:2", "error: --bounds must be one of"),
         ("solve bnh --log x1", "x1 in --log must be a real variable whose lower bound is above 0"),
+        ("solve bnh --noisy --study n.db", "--noisy must be left out for a problem that is called"),
         ("solve bnh --repeat 3", "error: --repeat must be 1"),
         ("solve bnh --points +8", "error: --points +N must be used with a study"),
         ("solve bnh --maximize f9", "error: --maximize must be one of"),

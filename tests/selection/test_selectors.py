@@ -137,6 +137,19 @@ def test_rows_are_those_of_all_designs():
     assert [rows.tolist() for rows in chosen.values()] == [[2], [2, 3], [3, 2, 4], [], []]
 
 
+class OfThree:
+    """A selector such as pymoo's HighTradeoffPoints, which fails on fewer than three designs."""
+
+    def do(self, F):
+        return F[2:].min(axis=0)
+
+
+def test_selectors_of_others_meet_small_fronts():
+    assert compare_selectors([[1.0, 1.0], [2.0, 3.0]], {"h": OfThree()})["h"].tolist() == [0]
+    message = r"selectors\['h'\] must be a selector that can choose among 2 designs, got zero-size"
+    refused(message, compare_selectors, [[1.0, 2.0], [2.0, 1.0]], {"h": OfThree()})
+
+
 def test_rows_of_a_table_are_those_of_all_tests():
     F = [[9, 9], [0, 3], [1, 1], [3, 0]]
     table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), F).under(limits={"f1": 8})

@@ -176,6 +176,8 @@ def none_left_reason(table: TestTable) -> str:
     """Say why no design is left, and without which limit one would be."""
     words = table.schema.words
     n_tests = (~table.failed()).sum()
+    if not len(table):
+        return f"there are no {words['row']}s."
     if not n_tests:
         return f"{counted(len(table), words['row'])}, all {words['failed']}."
     limits = ", ".join(limit_words(table))

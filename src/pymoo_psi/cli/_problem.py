@@ -43,6 +43,8 @@ from pymoo_psi.problems import (
     design_space,
     layers,
     problem_name,
+    streams,
+    without_requirements,
 )
 from pymoo_psi.table import entries_of
 
@@ -91,6 +93,9 @@ def load_problem(
     if log:
         problem.log = entries_of(log)
     if noisy:
+        if not streams(without_requirements(problem)):  # refused before a study is made
+            rule = "left out for a problem that is called for many designs at once"
+            raise invalid("--noisy", rule, Received(name), "make it an ElementwiseProblem")
         problem.noisy = True
     layers(problem)[-1].command_words = command
     if not bounds:

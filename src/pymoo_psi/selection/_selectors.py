@@ -22,7 +22,9 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import (
     Array,
     Entries,
+    Received,
     Rows,
+    counted,
     finite_array,
     invalid,
     mapping,
@@ -330,7 +332,8 @@ def compare_selectors(
         be none.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` is invalid, or weights do not fit.
+        ArgumentValueError: ``F`` or ``maximize`` is invalid, weights do not fit, or a selector of
+            another package fails on so few designs.
         ArgumentTypeError: ``selectors`` is not a mapping, or one of them has no method ``do``.
 
     Example:
@@ -353,14 +356,25 @@ def compare_selectors(
             continue
         selector, weights = _with_weights(name, selector, values.shape[1])
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-            if isinstance(selector, Decomposition):
-                rows: Any = np.argmin(selector.do(distances.copy(), weights))
+            if len(front) == 1:  # some cannot scale it
+                rows: Any = [0]
+            elif isinstance(selector, Decomposition):
+                rows = np.argmin(selector.do(distances.copy(), weights))
             else:
-                rows = selector.do(values.copy())
+                rows = _chosen_by(name, selector, values.copy())
         if rows is None:
             rows = []
         chosen[name] = _rows_of(F, ranking, np.atleast_1d(front[rows]))
     return chosen
+
+
+def _chosen_by(name: str, selector: Any, values: Array) -> Any:
+    """Return what a selector of another package chooses; some need three designs or more."""
+    try:
+        return selector.do(values)
+    except ValueError as error:
+        rule = f"a selector that can choose among {counted(len(values), 'design')}"
+        raise invalid(f"selectors[{name!r}]", rule, Received(error)) from error
 
 
 def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
