@@ -109,7 +109,7 @@ def test_the_proposed_design_is_in_all_axes():
     x = np.linspace(0, 1, 30)
     ax = plane(read_table(pd.DataFrame({"f1": x, "f2": np.append(-50, 1 - x[1:])})))
     assert_readable(ax.figure)
-    assert line_of(ax, "proposed: row 1").tolist() == [[0, -50]]
+    assert line_of(ax, "proposed: 1. row 1").tolist() == [[0, -50]]
     assert ax.get_ylim()[0] < -50
     assert "1. row 1" in [text.get_text() for text in ax.texts if text.get_visible()]
 
@@ -232,7 +232,7 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert figure.caption.startswith("OSY. ")
     key = [text.get_text() for text in figure.legends[0].get_texts()]
     assert {"1024 in all", f"{table.pareto().sum()} not dominated"} <= {*key}
-    assert sum(text.startswith("proposed: test ") for text in key) == 1
+    assert sum(text.startswith("proposed: 1. test ") for text in key) == 1
     assert len({*key}) == len(key)
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1

@@ -204,20 +204,24 @@ def _column_names(argument: str, names: Names | None, default: Names, schema: Sc
 
 def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     """Draw the share of each group in each interval."""
-    is_log = table.schema[bars.variable].kind is Kind.LOG
-    groups = [(PARETO, bars.pareto, table.pareto(), _OPTIMAL)]
     feasible = table.feasible()
-    if not feasible.all():
-        groups.insert(0, ("within the limits", bars.feasible, feasible, _WITHIN))
-    # The intervals of a dependent column span the feasible designs; others are outside.
-    is_dependent = bars.variable not in table.schema.variables
-    if feasible.all() or not is_dependent:
-        groups.insert(0, ("in all", bars.tested, feasible | True, _ALL))
-    if is_log or (is_dependent and spans_decades(bars.edges)):
+    groups = [
+        (len(table), "in all", bars.tested, _ALL),
+        (feasible.sum(), "within the limits", bars.feasible, _WITHIN),
+        (table.pareto().sum(), PARETO, bars.pareto, _OPTIMAL),
+    ]
+    is_variable = bars.variable in table.schema.variables
+    is_log = spans_decades(bars.edges)
+    if is_variable:
+        is_log = table.schema[bars.variable].kind is Kind.LOG
+    if is_log:
         set_log(axes, "x", (1.0,))
-    for name, counts, rows, style in groups:
-        shares = 100.0 * counts / max(rows.sum(), 1)
-        axes.stairs(shares, bars.edges, label=f"{rows.sum()} {name}", **style)
+    if feasible.all():
+        del groups[1]
+    elif not is_variable:
+        del groups[0]  # the intervals span the feasible designs; others are outside
+    for n, name, counts, style in groups:
+        axes.stairs(100.0 * counts / max(n, 1), bars.edges, label=f"{n} {name}", **style)
 
 
 def _outside(histograms: Sequence[Histogram]) -> str:
@@ -290,7 +294,7 @@ def plot_objectives(
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
         add_key(figure, *(ax for ax, *_ in planes))
-        add_list(figure, [points.name_of(row) for row, (place, _) in points.named.items() if place])
+        add_list(figure, [name for name, place in points.named.values() if place])
         figure.describe(title, points.counts(table))
     figure.resize(width)
     return figure

@@ -25,6 +25,7 @@ from pymoo_psi.plots._style import (
     BESIDE,
     Drawing,
     Style,
+    add_key,
     add_letters,
     curves,
     head_axes,
@@ -231,8 +232,7 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
                 Points(columns, groups).draw(ax, first, second)
                 ax.xaxis.set_label_text(_LABELS[first])
                 ax.yaxis.set_label_text(_LABELS[second])
-        key = axes[0].get_legend_handles_labels()
-        figure.legend(*key, loc="outside upper left", ncols=2)
+        add_key(figure, axes[0])
         points = counted(len(ranked), "point")
         add_letters(figure)
         figure.describe(

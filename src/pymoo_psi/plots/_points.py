@@ -70,15 +70,8 @@ _PARETO: Style = _HOLLOW | {
     "zorder": 3.5,
 }
 # The best trade-offs: below the points, but above many of them.
-_FRONT: Style = {
-    "color": "0.5",
-    "linewidth": 0.9,
-    "marker": "o",
-    "markersize": 2.4,
-    "markeredgewidth": 0.0,
-    "zorder": 3.2,
-}
-_FRONT_OF_MANY = _FRONT | {"color": "0.15", "linewidth": 0.7, "zorder": 3.6}
+_FRONT: Style = {"color": "0.5", "linewidth": 0.9, "zorder": 3.2}
+_FRONT_OF_MANY: Style = {"color": "0.15", "linewidth": 0.9, "zorder": 3.6}
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "o",
@@ -161,8 +154,8 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs.
-        named: Place and name of designs by their row, that which is marked first. The place is a
-            text, empty if not all Pareto-optimal designs have names.
+        named: Name and place of designs by their row, that which is marked first. If not all
+            Pareto-optimal designs have names, the place is empty; else it is in the name, too.
         word: "proposed" or "marked".
     """
 
@@ -185,7 +178,7 @@ class Points:
         visible = x.visible & y.visible
         marked = list(self.named)[:1]
         for row in marked:
-            label = f"{self.word}: {literal(self.named[row][1], _LETTERS)}"
+            label = f"{self.word}: {self.named[row][0]}"
             axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
         if PARETO in self.groups and x.sign * y.sign != 0:
             _draw_front(axes, x, y, visible & self.groups[PARETO][1])
@@ -237,20 +230,10 @@ class Points:
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write the place of each design beside it, and the name of the first one in the accent."""
         places = np.column_stack([self.columns[first].places, self.columns[second].places])
-        names = {}
-        for row, (place, _) in self.named.items():
-            names[row] = [place]
+        names: dict[int, Sequence[str]] = {row: texts[1:] for row, texts in self.named.items()}
         for row in list(names)[:1]:
-            names[row].insert(0, self.name_of(row))
+            names[row] = self.named[row]
         name_points(figure, axes, places, names, {"color": ACCENT, "fontweight": "bold"})
-
-    def name_of(self, row: int) -> str:
-        """Return the name of a design behind its place."""
-        place, name = self.named[row]
-        name = literal(name, _LETTERS)
-        if place:
-            name = f"{place}. {name}"
-        return name
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -265,8 +248,8 @@ class Points:
             text += f": {groups}"
         if self.n_outside:
             text += f". {counted(self.n_outside, 'design')} outside the axes"
-        for _, name in list(self.named.values())[:1]:
-            text += f". The blue dot is {name}"
+        for row in list(self.named)[:1]:
+            text += f". The blue dot is {table.names[row]}"
         limits = written_limits(table.limits, table.schema.units)
         if limits:
             text += f". Limits are dashed: {', '.join(limits)}"
@@ -276,24 +259,25 @@ class Points:
 def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
     """Draw the staircase of two objectives: there is no design between two of them.
 
-    Its designs are points of the line. A single one, the best in both objectives, is a corner.
+    A single one, the best in both objectives, is a corner of what all of them reach.
     """
-    u, v = x.places[rows], y.places[rows]
-    front = np.flatnonzero(nondominated(np.column_stack([x.sign * u, y.sign * v])))
-    front = front[np.argsort(x.sign * u[front], kind="stable")]
-    across, up = u[front].repeat(2)[1:], v[front].repeat(2)[:-1]
-    n_before = 0  # corners before the first design
+    F = np.column_stack([x.places[rows], y.places[rows]]) * [x.sign, y.sign]
+    front = F[nondominated(F)]
+    front = front[np.argsort(front[:, 0], kind="stable")]
+    stairs = front.repeat(2, axis=0)
+    across, up = stairs[1:, 0], stairs[:-1, 1]
     if len(front) == 1:
-        across = np.append(across[[0, 0]], x.sign * (x.sign * u).max())
-        up = np.append(y.sign * (y.sign * v).max(), up[[0, 0]])
-        n_before = 1
+        worst = F.max(axis=0)
+        across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
     style = _FRONT
-    if len(u) > _MANY:
+    if len(F) > _MANY:
         style = _FRONT_OF_MANY
-    axes.plot(across, up, label="best trade-offs of the two", markevery=(n_before, 2), **style)
+    axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **style)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
-        axes.errorbar(u, v, xerr=x.errors[rows], yerr=y.errors[rows], **bars)
+        axes.errorbar(
+            x.places[rows], y.places[rows], xerr=x.errors[rows], yerr=y.errors[rows], **bars
+        )
 
 
 def groups_in_words(groups: Groups) -> str:
@@ -347,7 +331,13 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         "dominated": (_DOMINATED, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    named = {row: (places.get(row, ""), table.names[row]) for row in rows}
+    named = {}
+    for row in rows:
+        place = places.get(row, "")
+        name = literal(table.names[row], _LETTERS)
+        if place:
+            name = f"{place}. {name}"
+        named[row] = (name, place)
     return Points(columns, groups, named, word)
 
 

@@ -53,7 +53,8 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = (3.5, 5.0, 8.0, 12.0, 16.0)  # points from a point to its name
+_REACHES = (4.5, 8.0, 12.0, 16.0)  # points from a point to its name
+_NEAR = 10.0  # from here on a name has to have the colour of its point, or there is no other room
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
@@ -78,6 +79,7 @@ _NAME: Style = BESIDE | {
 }
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _LETTER_WIDTH = 4.0  # points, about
+_WIDEST = 0.98  # share of the width for a key
 _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
@@ -441,7 +443,7 @@ def _add_legend(
     for n_rows in range(1, n + 1):
         n_columns = -(-n // n_rows)  # rounded up
         legend = figure.legend(handles, labels, ncols=n_columns, **options)
-        if n_columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+        if n_columns == 1 or legend.get_window_extent().width <= _WIDEST * figure.bbox.width:
             break
         legend.remove()
 
@@ -514,26 +516,12 @@ def _place(
             paths.append(line.get_transform().transform_path(line.get_path()))
     own = [name for name, *_ in names]
     taken = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
-    for k, (name, texts, row) in enumerate(names):
+    for name, texts, row in names:
         name.set_visible(True)  # an invisible one has no size
-        reaches: Sequence[float] = _REACHES
-        others = np.delete(dots, row, axis=0)
-        rivals = others
-        if k == 0:  # its point is larger, and has the same colour
-            reaches = _REACHES[1:]
-            rivals = others[:0]
         for text in texts:
             name.set_text(text)
-            size = np.asarray(extent(name).padded(point).size)
-            boxes = _boxes_around(dots[row], size, reaches, point)
-            costs = []
-            for box in boxes:
-                cost = _cost(axes, box, others, paths, taken)
-                distance = _distance(dots[row], box)
-                cost += distance / point
-                if (_distance(rivals, box) < distance).any():  # it would name the nearest point
-                    cost += _BAD
-                costs.append(cost)
+            boxes = _boxes_around(dots[row], extent(name).padded(point).size, point)
+            costs = [_cost(axes, dots, row, box, paths, taken) for box in boxes]
             best = int(np.argmin(costs))
             if costs[best] < _BAD:
                 break
@@ -543,35 +531,48 @@ def _place(
             taken.append(boxes[best].padded(_GAP * point, 0))
 
 
-def _boxes_around(dot: Array, size: Array, reaches: Sequence[float], point: float) -> list[Bbox]:
+def _boxes_around(dot: Array, size: ArrayLike, point: float) -> list[Bbox]:
     """Return the boxes of a text around a point, the nearest first."""
     boxes = []
-    for reach in reaches:
+    for reach in _REACHES:
         for side in _SIDES:
-            low = dot + reach * point * side[:2] - side[2:] * size
+            low = dot + reach * point * side[:2] - side[2:] * np.asarray(size)
             boxes.append(Bbox([low, low + size]))
     return boxes
 
 
-def _distance(dots: Array, box: Bbox) -> Any:
-    """Return how far points are from a box."""
-    return np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
-
-
 def _cost(
-    axes: Axes, box: Bbox, dots: Array, paths: Sequence[Line], taken: Sequence[Bbox]
+    axes: Axes,
+    dots: Array,
+    row: int,
+    box: Bbox,
+    paths: Sequence[Line],
+    taken: Sequence[Bbox],
 ) -> float:
-    """Return the cost of what is under a box; it is infinite if there is no room."""
+    """Return the cost of a box as the place of a name, in points of distance from its dot.
+
+    It is infinite if there is no room.
+
+    Args:
+        axes: The axes.
+        dots: ``(n, 2)`` all dots.
+        row: The row of that of the name.
+        box: The box.
+        paths: Lines, which names avoid.
+        taken: Boxes of texts.
+    """
     point = axes.figure.dpi / 72
-    area = axes.bbox
-    if not np.all([box.min > area.min, box.max < area.max]):
+    is_inside = np.all([box.min > axes.bbox.min, box.max < axes.bbox.max])
+    if not is_inside or any(other.overlaps(box) for other in taken):
         return np.inf
-    if any(other.overlaps(box) for other in taken):
-        return np.inf
-    n_bad = np.sum(_distance(dots, box) < _MARK * point)
+    distances = np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
+    away = np.delete(distances, row)
+    n_bad = np.sum(away < _MARK * point)
+    if distances[row] < _NEAR * point:
+        n_bad += (away < distances[row]).any()  # it would name the nearest dot
     for path in paths:
         n_bad += path.intersects_bbox(box.padded(_CLEAR * point), filled=False)
-    return float(_BAD * n_bad)
+    return float(distances[row] / point + _BAD * n_bad)
 
 
 def literal(name: object, most: int = 40) -> str:
