@@ -159,9 +159,9 @@ def app() -> None:
       pymoo-psi page front.csv
 
     Exit codes: 0 success; 1 no feasible design (solve, report), or a failed trial of a program; 2 a
-    usage or input error, reported in one line; 130 interrupted. Tables fit the terminal, or the
-    width in COLUMNS; in a pipe or a file 80 columns. A result replaces an older result of the same
-    name, but never an input file or a study.
+    usage or input error, reported in one line; 130 interrupted. Tables fit the terminal or the
+    width in COLUMNS, and 80 columns in a pipe or a file. A result replaces an older result of the
+    same name, but never an input file or a study.
     """
 
 
@@ -211,7 +211,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], No
         type=click.IntRange(0),
         default=1,
     ),
-    _file("study", "FILE.db", "Keep every test here, and answer with all of them."),
+    _file("study", "FILE.db", "Keep every test here, and rank all of them."),
     *_OF_PROBLEM,
     _flag("noisy", text="The model is stochastic: tests of the same design differ."),
     _count("repeat", "K", "Test each design of a noisy model K times (psi).", default=1),
@@ -226,7 +226,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], No
     _choice(
         "retry",
         "failed|incomplete",
-        "Test designs again that failed, or whose outputs are incomplete.",
+        "Test again the designs that failed or whose outputs are incomplete.",
     ),
     _file("out", "FILE", "Write the Pareto set here (.csv, .xlsx)."),
     _flag("new", text="Write an example FILE.toml to edit."),
@@ -308,7 +308,7 @@ def tell() -> None:
     "_documents",
     _FILE,
     _file("out", "FILE", "Write all designs here (.csv, .xlsx)."),
-    _flag("long", text="Show all columns, cautions, and on what the proposal depends."),
+    _flag("long", text="Show all columns and cautions, and what the proposal depends on."),
     *_READING,
 )
 def rank() -> None:
@@ -339,7 +339,7 @@ def rank() -> None:
     *_READING,
 )
 def prefer() -> None:
-    """Find the design that a person wants by a few questions.
+    """Find the design that a person prefers by a few questions.
 
     Each question shows two designs and where they differ. One key answers: a or b for the design
     you would rather have, e if they are equally good, s to skip, u to undo the last answer, q to
