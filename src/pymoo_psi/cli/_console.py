@@ -132,7 +132,6 @@ def say_ranking(
     table: TestTable,
     found: Sequence[Caution],
     head: Names,
-    reasons: Names,
     notes: Names,
     following: Names,
     *,
@@ -145,8 +144,7 @@ def say_ranking(
         table: The tests.
         found: The cautions, of which the most serious one is printed.
         head: Lines before the designs.
-        reasons: Lines after the proposal and its costs.
-        notes: Lines at the end, before the next command.
+        notes: Lines after the proposal and the caution, before the next command.
         following: The next command: its first words, and its options; empty if it comes later.
         all_by: The option or command that shows all cautions.
         more: Where designs are that are not shown.
@@ -154,7 +152,7 @@ def say_ranking(
     ranking = table.feasible_ranking()
     columns = text_width()
     above = wrapped(head, columns).splitlines()
-    sentences = [*proposal(table, found), *reasons]
+    sentences = proposal(table, found)
     if found:
         text = f"Caution: {found[0].sentence}"
         if len(found) > 1:

@@ -75,19 +75,17 @@ _N_IN_DETAIL = 40  # designs
 _HTML = (".html", ".htm")
 
 
-def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) -> pd.DataFrame:
-    """Rank the feasible designs, write them if a file is named, and return them by place.
+def write_ranking(table: TestTable, out: Path, only_pareto: bool = False) -> int:
+    """Write the feasible designs by place, and return how many there are.
+
+    The columns: ``place``; ``test`` or, of a file, ``row`` unless values have this name; texts
+    carried along; variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``,
+    ``pareto`` unless dominated designs are left out.
 
     Args:
         table: The tests.
-        out: The file, if any; it is written before anything is printed, which may fail.
+        out: The file; it is written before anything is printed, which may fail.
         only_pareto: Whether dominated designs are left out.
-
-    Returns:
-        Columns: ``place``; ``test`` or, of a file, ``row`` unless values have this name; texts
-        carried along;
-        variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``
-        unless dominated designs are left out.
     """
     ranking = table.feasible_ranking()
     designs = table.take(ranking.rows)
@@ -108,9 +106,8 @@ def ranked_frame(table: TestTable, out: Path | None, only_pareto: bool = False) 
     frame = ranking_frame(ranking, columns)
     if only_pareto:
         frame = frame[frame["pareto"]].drop(columns="pareto")
-    if out is not None:
-        write_frame(frame, out, designs)
-    return frame
+    write_frame(frame, out, designs)
+    return len(frame)
 
 
 def _beside_ranking(name: str, schema: Schema) -> str:
@@ -129,7 +126,7 @@ def run_rank(options: Options) -> int:
     notes: list[str] = []
     more = ": --out FILE.csv"
     if options.out is not None:
-        n_written = len(ranked_frame(table, options.out))
+        n_written = write_ranking(table, options.out)
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
         more = ""
     found = cautions_of_distances(table.feasible_ranking())
@@ -149,7 +146,7 @@ def run_rank(options: Options) -> int:
         say_next(following)
     else:
         notes += separation[-1:]
-        say_ranking(table, found, head, [], notes, following, all_by="--long", more=more)
+        say_ranking(table, found, head, notes, following, all_by="--long", more=more)
     return 0
 
 

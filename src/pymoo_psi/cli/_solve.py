@@ -47,7 +47,7 @@ from pymoo_psi.cli._console import (
     shortened,
     write_frame,
 )
-from pymoo_psi.cli._documents import ranked_frame
+from pymoo_psi.cli._documents import write_ranking
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
 from pymoo_psi.cli._source import (
     decision_in,
@@ -152,7 +152,7 @@ def run_solve(options: Options) -> int:
             say(f"{options.out} is not written.")
         return 1
     if out is not None:
-        ranked_frame(result.table, out, only_pareto=True)
+        write_ranking(result.table, out, only_pareto=True)
     _say_result(options, subject, result, is_new, reasons)
     return 0
 
@@ -334,9 +334,9 @@ def _say_result(
         head.insert(0, f"{n_tests} in all, {counted(len(table), 'design')} ranked.")
     if not is_new.all():
         head.append(_added(result, is_new))
-    last = []
+    notes = [*reasons]
     if options.out is not None:
-        last.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
+        notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
     formulated = typed_options(OF_FORMULATION)
     if options.study is not None:
         following = command("pymoo-psi", "page", str(options.study), *formulated)
@@ -345,7 +345,7 @@ def _say_result(
     else:
         following = ["the same command with --study FILE.db, which keeps the tests"]
     where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
-    say_ranking(table, found, head, reasons, last, following, all_by=where)
+    say_ranking(table, found, head, notes, following, all_by=where)
 
 
 def _added(result: Result, is_new: Mask) -> str:
