@@ -248,7 +248,7 @@ class Explanation:
         Example:
             >>> for line in explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1).sentences:
             ...     print(line)
-            Proposed: design 1.
+            Proposed: design 1, the nearest to the best values.
             What it costs against the best: 3 in f2 (38 % of its range) and 1 in f1 (25 %).
             Design 2: f2 3 lower. But f1 3 higher.
             Design 0: f1 1 lower. But f2 5 higher.
@@ -394,7 +394,7 @@ def explain(
         >>> import pandas as pd
         >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
         >>> print(explain(F, "B", maximize=["yield"], units={"cost": "€"}))
-        Proposed: B.
+        Proposed: B, the nearest to the best values.
         What it costs against the best: 10 in yield (33 % of its range) and 1 € in cost
         (25 %).
         C: yield 10 higher. But cost 3 € higher.
