@@ -39,7 +39,6 @@ function endOf(array, sign, rows = null) {
   else for (let k = 0; k < array.length; k++) end = sign * array[k] < end ? sign * array[k] : end
   return sign * end + 0 // no -0
 }
-const leastOf = (array, rows) => endOf(array, 1, rows)
 
 // The rows in the order of their values, missing ones last; equal ones stay as they are. They are
 // sorted by the leading bits of their numbers first, as a comparing function takes thirty times as

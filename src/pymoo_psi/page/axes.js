@@ -14,7 +14,7 @@ const axes = (() => {
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
   let former // the density
-  const {size, clean, fit} = layers(plot, 3, () => draw(true))
+  const {size, clean, fit} = layers(plot, 3)
   const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
 
   // Where the axes are; asking for it makes the browser lay out the page.
@@ -144,14 +144,13 @@ const axes = (() => {
   }
 
   function draw(all) {
-    const isNew = all || !columnsShown
-    if (isNew) {
+    if (all) {
       measure()
       former = undefined
     }
     if (!size.width || !columnsShown.length) return void (clean(0), clean(1))
     lay()
-    if (isNew) drawAxes()
+    if (all) drawAxes()
     drawLeft()
     mark(hoveredRow)
   }
@@ -176,10 +175,7 @@ const axes = (() => {
   for (const {column, axis} of controls.values()) if (axis) {
     listenTo(axis, (x, y) => rowAt(x, y + heights[columnsShown.indexOf(column)] - axis.clientHeight / 2))
   }
-  new ResizeObserver(() => {
-    columnsShown = null
-    if (verdict !== undefined) draw(true)
-  }).observe($("rows-area"))
+  whenResized($("rows-area"), () => draw(true))
   return {draw, mark,
     spot: (row, name) => { const {values, x, y} = lanes.find(({column}) => column.name === name); return [x(values[row]), y] }}
 })()

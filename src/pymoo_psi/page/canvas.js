@@ -2,8 +2,8 @@
 
 const FONT = `12px ${getComputedStyle(document.body).fontFamily}`
 
-// Canvases on top of each other that fill their parent; redraw is called when its size changes.
-function layers(parent, count, redraw) {
+// Canvases on top of each other that fill their parent as it was when `fit` was called last.
+function layers(parent, count) {
   const canvases = Array.from({length: count}, () => make("canvas", {ariaHidden: true}))
   parent.append(...canvases)
   const size = {width: 0, height: 0}
@@ -17,7 +17,6 @@ function layers(parent, count, redraw) {
       // Once: a font makes the browser style the whole page.
       Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
     }
-    if (verdict !== undefined) redraw()
   }
   const clean = (k) => {
     const g = canvases[k].getContext("2d")
@@ -26,9 +25,12 @@ function layers(parent, count, redraw) {
     g.globalAlpha = 1
     return g
   }
-  new ResizeObserver(fit).observe(parent)
-  fit()
   return {size, clean, fit}
+}
+
+// Draw anew when the size of an element changes.
+function whenResized(element, redraw) {
+  new ResizeObserver(() => { if (verdict !== undefined) redraw() }).observe(element)
 }
 
 function drawLine(g, colour, x0, y0, x1, y1, lineWidth = 1) {

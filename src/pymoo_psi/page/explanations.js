@@ -107,7 +107,7 @@ function explain(ranking, row) {
   // The nearest of some rows; among those that tie, the least by a key.
   const nearest = (rows, key) => {
     const away = rows.map(distance).map((value) => (Number.isNaN(value) ? Infinity : value))
-    const reach = leastOf(away) * (1 + TIE)
+    const reach = endOf(away, 1) * (1 + TIE)
     return rows.filter((_, k) => away[k] <= reach).reduce((a, b) => (key[b] < key[a] ? b : a))
   }
   const neighbours = F.map((column, j) => {

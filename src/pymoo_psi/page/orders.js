@@ -59,7 +59,7 @@ function preference(ranking, {weights, aspiration}) {
   const noise = frame.sizes.map((size, j) =>
     LAST_PLACES * w[j] * max(size, abs(point[j] / frame.scale[j])))
   const nearest = (rows, key, tolerance) => {
-    const reach = leastOf(key, rows) + tolerance
+    const reach = endOf(key, 1, rows) + tolerance
     return rows.filter((i) => key[i] <= reach)
   }
   return nearest(nearest([...front], value, max(...noise)), total, sum(noise))

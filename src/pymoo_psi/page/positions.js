@@ -27,9 +27,12 @@ function showPositions() {
     decided?.dissent.length && ` ${sentence("dissent", {dissent: listed(decided.dissent)})}`)
 }
 
+// What a position keeps of a state.
+const heldOf = ({limits, chosen, reason, weights, aspiration, answers}) => ({limits, chosen, reason, weights, aspiration, answers})
+
 // The page as somebody had it.
-function showPosition({limits, chosen, reason, weights, aspiration, answers}) {
-  change({limits, reason, weights, aspiration, answers, chosen: data.rowOf.has(chosen) ? chosen : null})
+function showPosition(one) {
+  change({...heldOf(one), chosen: data.rowOf.has(one.chosen) ? one.chosen : null})
 }
 
 // Which limits a choice breaks, why somebody wants it, and what the verdict gives up against it.
@@ -59,9 +62,8 @@ function given(row) {
 function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
-  const {limits, chosen, reason, weights, aspiration, answers} = state
   $("adding").open = false
-  change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits, weights, aspiration, reason, answers}]})
+  change({positions: [...state.positions, {name, date: new Date().toISOString(), ...heldOf(state)}]})
 }
 
 function decide() {

@@ -67,7 +67,7 @@ function ranked(mask, fixed = null) {
   const mu1 = distances(F, frame, rows.length ? joined(rows, data.prototypes) : rows)
   for (let k = 0; k < front.length; k++) pareto[front[k]] = 1
   const noise = LAST_PLACES * hypot(...frame.sizes)
-  const reach = leastOf(mu1, front) + noise
+  const reach = endOf(mu1, 1, front) + noise
   const best = [...picked(front, (row) => mu1[row] <= reach)]
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
   let places // found when they are asked for: sorting takes long, and what decides needs the best only

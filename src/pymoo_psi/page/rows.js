@@ -159,7 +159,7 @@ function showRows() {
   const [heading, ...present] = table.children
   if (rows.length !== present.length || rows.some((row, k) => row !== present[k])) {
     table.replaceChildren(heading, ...rows)
-    columnsShown = null
+    formerEnds = undefined
   }
   const folded = columns.slice(FOLDED)
   const limited = folded.filter(limitOf).length

@@ -35,7 +35,12 @@ const scatter = (() => {
       change({plot: plotColumns().map(({name}, j) => j === k ? plottable[select.selectedIndex].name : name)})
     }
   })
-  const {size, clean} = layers(area, 2, draw)
+  const {size, clean, fit} = layers(area, 2)
+  fit()
+  whenResized(area, () => {
+    fit()
+    draw()
+  })
   let [right, bottom] = [] // of the frame
   const boxOf = (x0, y0, x1, y1) => ({x: min(x0, x1), y: min(y0, y1), width: abs(x1 - x0), height: abs(y1 - y0)})
 
