@@ -225,7 +225,8 @@ class Run:
 
     def numbered(self, tests: TestTable) -> TestTable:
         """Return tests of the run with the numbers that they have in the study."""
-        return replace(self.store.numbered(tests), remarks=tuple(self.remarks))
+        table = self.store.numbered(tests)
+        return replace(table, remarks=(*table.remarks, *self.remarks))
 
     # What people ask for
 
