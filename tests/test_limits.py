@@ -103,13 +103,12 @@ class Example:
             label=label,
         )
         self.limits = self.drawn(rng, tests)
-        objectives = names
-        computed = {}
-        if rng.random() < 0.4:
-            computed = {"sum": " + ".join(["x", *names])}
-            objectives = [*names, "sum"]
+        computed = {"sum": " + ".join(["x", *names])} if rng.random() < 0.4 else {}
         asked = Formulation(
-            objectives, maximize=maximize, computed=computed, normalize=bool(rng.random() < 0.8)
+            [*names, *computed],
+            maximize=maximize,
+            computed=computed,
+            normalize=bool(rng.random() < 0.8),
         )
         table = tests.under(asked)
         if rng.random() < 0.25:
@@ -140,9 +139,7 @@ def fixed(table):
         values = table.column(name)[table.feasible()]
         low, high = values.min(), values.max()
         middle = (low + high) / 2
-        ranges[name] = (low, middle)
-        if name in table.schema.maximize:
-            ranges[name] = (middle, high)
+        ranges[name] = (middle, high) if name in table.schema.maximize else (low, middle)
         if not low < middle < high:
             return table
     return table.under(ranges=ranges)

@@ -165,8 +165,9 @@ def test_known_tests_with_other_results_are_named(options):
     )
 
 
-HOT = pd.DataFrame({"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0})
-HOT = HOT.assign(heat=5.0, g1=-1.0, g2=-1.0)
+HOT = pd.DataFrame(
+    {"x1": [1.0, 2.0], "x2": 0.5, "f1": [7.0, 8.0], "f2": 9.0, "heat": 5.0, "g1": -1.0, "g2": -1.0}
+)
 
 
 def test_choices_outside_a_box_are_tests_too(options, tmp_path):

@@ -86,13 +86,14 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, study
         assert (violation[~ok] > 0).all()
 
 
-def sometimes(x):
-    """A model that gives a further output of every fourth design only."""
-    F = [x[0] + x[1], (x[0] - 1) ** 2 - x[1]]
-    return {"F": F, "heat": x[1]} if x[0] >= 0.75 else {"F": F}
-
-
-SOMETIMES = Model(sometimes, n_var=2)
+# A model that gives a further output of every fourth design only.
+SOMETIMES = Model(
+    lambda x: {
+        "F": [x[0] + x[1], (x[0] - 1) ** 2 - x[1]],
+        **({"heat": x[1]} if x[0] >= 0.75 else {}),
+    },
+    n_var=2,
+)
 
 
 @pytest.mark.parametrize("block_size", [1, 3, 64])

@@ -19,30 +19,28 @@ from pymoo_psi import (
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
-PROBLEM = get_problem("zdt1", n_var=4)
+PROBLEM, MANY, TWO = get_problem("zdt1", n_var=4), get_problem("zdt1", n_var=60), get_problem("bnh")
 
 
 @pytest.mark.parametrize("engine", ["sobol", "halton", "latin_hypercube", "lhs", "poisson_disk"])
 def test_engines_fill_the_box_repeatably(engine):
-    problem = get_problem("bnh")
     X, again, other = (
-        QMCSampling(engine).do(problem, 20, random_state=np.random.default_rng(seed)).get("X")
+        QMCSampling(engine).do(TWO, 20, random_state=np.random.default_rng(seed)).get("X")
         for seed in (1, 1, 2)
     )
     np.testing.assert_array_equal(X, again)
     assert not np.array_equal(X, other)
     assert X.shape == (20, 2)
-    assert ((problem.xl <= X) & (problem.xu >= X)).all()
+    assert ((TWO.xl <= X) & (TWO.xu >= X)).all()
 
 
 def test_beyond_51_variables_the_points_are_scipys():
     """Numbered as they come: a run in two parts has the points of one, as with LPτ."""
-    problem = get_problem("zdt1", n_var=60)
-    table = minimize(problem, PSI(40)).algorithm.table
+    table = minimize(MANY, PSI(40)).algorithm.table
     np.testing.assert_array_equal(table.X, qmc.Sobol(60, scramble=False).random_base2(6)[:40])
-    assert investigate(problem, 13).merge(investigate(problem, 27, first=14)).equals(table)
+    assert investigate(MANY, 13).merge(investigate(MANY, 27, first=14)).equals(table)
     # the free variables count, not those of the whole problem
-    few = Restricted(problem, {f"x{j}": 0.0 for j in range(52, 61)})
+    few = Restricted(MANY, {f"x{j}": 0.0 for j in range(52, 61)})
     np.testing.assert_array_equal(investigate(few, 8).X[:, :51], lp_tau(8, 51))
 
 
@@ -55,9 +53,6 @@ def test_a_continued_sequence_is_the_whole_one(engine, scramble):
         for n, first in ((37, 1), (16, 1), (1, 17), (20, 18))
     )
     np.testing.assert_array_equal(np.concatenate(parts), whole)
-
-
-MANY, TWO = get_problem("zdt1", n_var=60), get_problem("bnh")
 
 
 @pytest.mark.parametrize(

@@ -181,12 +181,13 @@ def test_an_interrupt_says_how_to_continue(in_folder, study, expected, run):
         run(Model(lambda x: {"F": [x[0], x[1]]}, n_var=2, stop=6), study)
 
 
-def sometimes(x):
-    """12 designs, of which three give a further output."""
-    return {"F": [x[0] - x[1], x[1]], **({"heat": 10.0 + x[1]} if x[0] == 3 else {})}
-
-
-RARELY = Model(sometimes, n_var=2, xl=0, xu=[3, 2], vtype=int)
+# Of 12 designs, three give a further output.
+RARELY = Model(
+    lambda x: {"F": [x[0] - x[1], x[1]]} | ({"heat": 10.0 + x[1]} if x[0] == 3 else {}),
+    n_var=2,
+    xu=[3, 2],
+    vtype=int,
+)
 
 
 @pytest.mark.parametrize("block_size", [1, 4, 64])

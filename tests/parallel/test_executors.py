@@ -30,11 +30,6 @@ def sum_on(executor, before=lambda x: None, **options):
     return Sum(before, elementwise_runner=ExecutorRunner(executor, **options))
 
 
-def kill(x):
-    if x[0] > 0.95:
-        os._exit(3)
-
-
 def wait(x):
     time.sleep(0.06)
 
@@ -73,7 +68,7 @@ def test_a_model_that_kills_its_process(processes, study_file):
     """Bit-identical to a run in this process, but for the design that kills."""
     plain = investigate(Sum(), 48)
     assert minimize(sum_on(processes), PSI(48, study=study_file)).algorithm.table.equals(plain)
-    table = investigate(sum_on(processes, kill), 48)
+    table = investigate(sum_on(processes, lambda x: x[0] > 0.95 and os._exit(3)), 48)
     failed = plain.X[:, 0] > 0.95
     assert {*table.reasons} == {*plain.numbers[failed].tolist()} != set()
     assert {*table.reasons.values()} == {"its worker process died (exit code 3, 2 times)"}

@@ -106,8 +106,7 @@ def test_rounding_is_no_difference():
     assert explain(F, 1).neighbours.tolist() == [2, -1]
 
 
-DENSE = np.arange(1025) / 1024
-DENSE = np.column_stack([DENSE, (1 - DENSE) ** 2])
+DENSE = np.column_stack([np.arange(1025) / 1024, (np.arange(1025)[::-1] / 1024) ** 2])
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from pymoo_psi import Restricted
 from pymoo_psi.problems import design_space
 
 
@@ -25,8 +24,3 @@ def test_places_go_on_outside_the_bounds():
     np.testing.assert_allclose(space.points(matrix[:4]), np.clip(expected, 0, 1), atol=1e-12)
     assert space.are_near(matrix).tolist() == [True, True, False, False, False]
     assert space.are_near(matrix, 1.01).tolist() == [True, True, True, True, False]
-
-
-def test_another_value_of_a_fixed_variable_is_not_near():
-    space = design_space(Restricted(Problem(n_var=2, n_obj=2, xl=0.0, xu=1.0), {"x1": 0.5}))
-    assert space.are_near(np.array([[0.5, 1.5], [0.6, 0.5]]), reach=1.0).tolist() == [True, False]

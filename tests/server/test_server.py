@@ -330,11 +330,10 @@ def test_a_page_that_grows_has_each_design_once(study_file, tmp_path):
         place = place_of(view)
         Study(study_file).append(Study(tmp_path / "more.db").contents()[1])
         with urlopen(f"{view.address}events?from={place}") as events:
+            data = (line for line in events if line.startswith(b"data: "))
             while len(names) < 6:
-                line = events.readline().decode()
-                if line.startswith("data: "):
-                    for rows in json.loads(line.removeprefix("data: "))["rows"]:
-                        names += rows["names"]
+                for rows in json.loads(next(data).removeprefix(b"data: "))["rows"]:
+                    names += rows["names"]
     whole = read_table(tmp_path / "more.db")
     assert names == np.array(whole.names)[~whole.repeats].tolist()
 
