@@ -83,6 +83,17 @@ def kind_of_cells(array: AnyArray) -> Kind:
     return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
 
 
+def matrix_of(columns: Sequence[AnyArray], n: int) -> AnyArray:
+    """Return columns of n cells as a matrix: of their type, of objects if their types differ."""
+    dtypes = {cells.dtype for cells in columns} or {np.dtype(np.float64)}
+    dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
+    # A matrix of objects has Python's own int, float and bool, as one would write such a design.
+    matrix = np.empty((n, len(columns)), dtype)
+    for j, cells in enumerate(columns):
+        matrix[:, j] = cells
+    return matrix
+
+
 def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[str]:
     """Return a key for each of n designs, which is that of no other design, in files too.
 

@@ -14,7 +14,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
-from pymoo_psi._kinds import Kind, option_text
+from pymoo_psi._kinds import Kind, matrix_of, option_text
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -192,14 +192,11 @@ class DesignSpace:
     def matrix(self, points: Array) -> AnyArray:
         """Return the designs at ``(n, n_searched)`` points of [0, 1] as an ``(n, n_var)`` matrix.
 
-        Its dtype is that of the variables if they have one in common, else object.
+        Its type is that of the variables if they have one in common, else object.
         """
         pairs = zip(self.variables, self._places_at(points).T, strict=True)
         columns = [variable.values(places) for variable, places in pairs]
-        dtypes = {column.dtype for column in columns}
-        # astype(object) gives Python's own int, float and bool, as one would write such a design
-        dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
-        return np.column_stack([column.astype(dtype, copy=False) for column in columns])
+        return matrix_of(columns, len(points))
 
     def points(self, matrix: AnyArray) -> Array:
         """Return ``(n, n_searched)`` points of [0, 1] whose designs are the rows of a matrix.

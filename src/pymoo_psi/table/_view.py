@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._kinds import matrix_of
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -119,11 +120,7 @@ class View:
         for column in self.schema.with_role(role):
             cells = data[column.name]
             columns.append(-cells if role == OBJECTIVE and column.maximize else cells)
-        dtypes = {cells.dtype for cells in columns} or {np.dtype(np.float64)}
-        dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
-        matrix = np.empty((len(self), len(columns)), dtype)
-        for j, cells in enumerate(columns):
-            matrix[:, j] = cells
+        matrix = matrix_of(columns, len(self))
         matrix.setflags(write=False)
         return matrix
 
