@@ -156,10 +156,13 @@ def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
     printed = said("rank", "set.csv", "--decision", "d.json")
     assert max(map(len, printed.splitlines())) <= 80
     text = " ".join(printed.split())
-    assert f"Cleo wants C: beyond cost at most 4 (9). “{reason.strip()}" in text
-    assert "Ana wants B. Conditions: mass<=5; width<=9." in text  # a column that is gone
-    assert "Dora wants D: beyond cost at most 4 (4.000001)." in text
-    assert "Emil wants E, which is not among these designs." in text
+    for sentence in (
+        f"Cleo wants C: beyond cost at most 4 (9). “{reason.strip()}",
+        "Ana wants B. Conditions: mass<=5; width<=9.",  # a column that is gone
+        "Dora wants D: beyond cost at most 4 (4.000001).",
+        "Emil wants E, which is not among these designs.",
+    ):
+        assert sentence in text
     assert text.count("equally near") + text.count("is as near") == 1
     Path("set.csv").write_text("name,kind,cost,mass\nA,oak,1,9\nB,tin,3,3\nC,alu,9,1\n")
     text = " ".join(said("rank", "set.csv", "--limits", "kind in oak, tni, alu").split())

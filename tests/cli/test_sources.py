@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import sys
 from html import unescape
@@ -95,6 +96,9 @@ def test_every_command_gives_the_librarys_answer(sources, said, case, tmp_path):
     said("report", path, *options, "--out", "r.html")
     report = unescape((tmp_path / "r.html").read_text("utf-8"))
     assert f">Proposed: {best}</h1>" in report
+    *_, command = re.findall("<pre>pymoo-psi (.*?)</pre>", report, re.DOTALL)
+    said(*shlex.split(command.replace("\\\n", " ")))  # as a shell joins its lines
+    assert unescape((tmp_path / "r.html").read_text("utf-8")) == report
     said("page", path, *options, "--out", "p.html", "--title", "Page")
     page = decision_page(path, asked, title="Page").html()
     written = (tmp_path / "p.html").read_text("utf-8")

@@ -133,8 +133,6 @@ def test_results_that_one_has_begin_a_study(log, said):
     assert "old.csv: 2 of 3 tests taken, 0 known already." in text
     assert n_runs(log) == 4
     assert read_table("beam.db").take([0, 1])["tip"].tolist() == [0.8, 1.0]
-    text = said("solve", "beam.toml", "--from", "old.csv", code=2)
-    assert "--from must be used with --study" in text
 
 
 def test_outputs_are_read_from_folders_of_their_tests(log, said):
