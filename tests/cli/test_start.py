@@ -74,7 +74,8 @@ NUMBERS = {"numpy", "scipy", "pandas", "pymoo", "matplotlib", "msgspec"}
     [
         ("rank --help", NUMBERS),
         ("solve bnh --points 64", {"pandas", "matplotlib"}),
-        *rarely(("--help", NUMBERS), ("--version", NUMBERS)),
+        pytest.param("--help", NUMBERS, marks=pytest.mark.slow),
+        pytest.param("--version", NUMBERS, marks=pytest.mark.slow),
     ],
 )
 def test_help_needs_no_numbers_and_a_test_problem_no_frames(words, others, tmp_path):
