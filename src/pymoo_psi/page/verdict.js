@@ -56,11 +56,11 @@ function showCounts() {
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   legend("foot", shownRows.length < 2 ? [] : [
-    [swatch("line"), `the ${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
+    [swatch("line"), `${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
     shownRows.length <= MOST_LINES && [swatch("strong"), "places 1 to 3"],
     shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick"), "other designs"],
     data.columns.some((column) => !column.texts && limitOf(column)) && [swatch("hatch"), "beyond a limit"],
-    [swatch("thick"), `100 %: ${state.fixed ? "the fixed range" : "from their worst to their best"}`]])
+    [swatch("thick"), `behind: ${state.fixed ? "per cent of the fixed range" : "0 % at their best, 100 % at their worst"}`]])
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
