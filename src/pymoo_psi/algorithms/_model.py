@@ -120,7 +120,9 @@ class Model:
         if np.isfinite(tests.F).any():
             for name in self.schema.outputs:  # promised by their units
                 if np.isnan(tests.column(name)).all():
-                    warnings.warn(f"units: no test has the output {name!r}", stacklevel=2)
+                    warnings.warn(
+                        f"no test has the output {name!r}, whose unit is given", stacklevel=3
+                    )
         return tests.under(self.formulation)
 
     def total_violation(self, tests: TestTable) -> Array:

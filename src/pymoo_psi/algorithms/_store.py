@@ -300,10 +300,10 @@ class StudyStore(Store):
         """
         first = self._options.first
         with self.study.reading() as database:
-            last = max([last for _, last in self._planned], default=database.last_point(self.run))
+            n_planned = self.n_planned or max(database.last_point(self.run) - first + 1, 0)
             tested = database.test_points(self.run, first)
-        n_planned = max(last - first + 1, 0)
-        if np.isin(self._options.part.numbers(first, last), tested).all():
+        planned = self._options.part.numbers(first, first + n_planned - 1)
+        if np.isin(planned, tested).all():
             return n_planned + n_more
         return n_planned
 
