@@ -57,11 +57,11 @@ from pymoo_psi.plots._style import (
     name_axis,
     name_lines,
     new_figure,
-    pair_panels,
     panels,
     places_between,
     raised,
     set_log,
+    stack_pairs,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -74,7 +74,7 @@ _MANY = 50  # lines; more of them are fainter and overlap as a density
 _FAINTEST = 0.02  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
 _NEAREST = 3  # and where each line has a name
-_PAIRS = 4  # pairs of objectives
+_PAIRS = 4  # pairs of objectives, in two columns
 _ROW = 9.5  # height of a row in mm
 _LOW_ROW = 7.0  # and of one among many
 _FEW = 12  # rows of full height
@@ -288,13 +288,18 @@ def plot_objectives(
     if objectives is None:
         pairs = _conflicting_pairs(table)
     points = points_of_table(table, names, marked)
-    with pair_panels(pairs) as (figure, planes):
-        for ax, first, second in planes:
+    n_columns = min(len(pairs), _PANELS)
+    if len(pairs) == _PAIRS:
+        n_columns = 2
+    with panels(len(pairs), n_columns) as (figure, axes):
+        figure.is_divisible = True
+        for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second, is_marked_apart=True)
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
-        add_key(figure, *(ax for ax, *_ in planes))
+        add_key(figure, *axes)
         add_list(figure, [name for name, place in points.named.values() if place])
+        stack_pairs(figure, [first for first, _ in pairs])
         figure.describe(title, points.counts(table))
     figure.resize(width)
     return figure
@@ -303,22 +308,18 @@ def plot_objectives(
 def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
     """Return the pairs of objectives that conflict most in the Pareto set.
 
-    They are arranged in two columns, each with a common first objective if there is one.
+    Four are arranged in two columns of panels, each with a common first objective if there is one.
     """
     names = table.schema.objectives
-    most = conflicting_pairs(table.F[table.pareto()])[:_PAIRS]
-    n_first = -(-len(most) // 2)  # rounded up
-    for order in permutations(sorted(most)):
-        columns = [order[:n_first], order[n_first:]]
-        common = [set(range(len(names))).intersection(*column) for column in columns]
-        if all(common):
-            break
-    pairs = []
-    for column, shared in zip(columns, common, strict=True):
-        for pair in column:
-            first, second = sorted(pair, key=lambda j: j not in sorted(shared)[:1])
-            pairs.append((names[first], names[second]))
-    return pairs
+    pairs = sorted(conflicting_pairs(table.F[table.pareto()])[:_PAIRS])
+    if len(pairs) == _PAIRS:
+        for order in permutations(pairs):
+            shared = [{*order[k]} & {*order[k + 2]} for k in (0, 1)]
+            if all(shared):
+                firsts = [min(js) for js in 2 * shared]
+                pairs = [(j, sum(pair) - j) for pair, j in zip(order, firsts, strict=True)]
+                break
+    return [(names[j], names[k]) for j, k in pairs]
 
 
 # Parallel coordinates

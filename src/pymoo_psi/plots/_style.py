@@ -92,7 +92,6 @@ ABOVE = ("data", "axes fraction")  # coordinates of names above axes
 _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
-_PAIRS_IN_TWO_COLUMNS = 4
 # Heights in mm, for pairs of columns.
 _PANEL = 35.0
 _LOW_PANEL = 30.0  # where the figure is narrow
@@ -260,55 +259,36 @@ def panels(
         yield figure, axes[:n]
 
 
-@contextmanager
-def pair_panels(
-    pairs: Sequence[tuple[str, str]],
-) -> Iterator[tuple[Drawing, list[tuple[Any, str, str]]]]:
-    """Yield a figure and a panel for each pair of columns, with their names across and upwards.
+def stack_pairs(figure: Drawing, names: Sequence[str]) -> None:
+    """Set the height of a figure of pairs of columns, and name axes that they share only once.
 
-    Panels are filled column by column. Where all panels of each column have the same axis across,
-    it is named below the last of them only.
+    Where all panels of each column have the same axis across, it is named below the last of them.
+
+    Args:
+        figure: The figure.
+        names: The axis across of each panel.
     """
-    n = len(pairs)
-    n_columns = min(n, 3)
-    if n == _PAIRS_IN_TWO_COLUMNS:
-        n_columns = 2
-    n_rows = -(-n // n_columns)  # rounded up
-    with new_figure(_PANEL * n_rows) as figure:
-        figure.is_divisible = True
-        grid = figure.add_gridspec(n_rows, n_columns)
-        planes = []
-        for k, (first, second) in enumerate(pairs):
-            planes.append((figure.add_subplot(grid[k % n_rows, k // n_rows]), first, second))
-        yield figure, planes
-        figure.fitted += ((_stack, figure, planes),)
-
-
-def _stack(figure: Drawing, planes: Sequence[tuple[Any, str, str]]) -> None:
-    """Name axes that panels above each other share only once, and set the height of a figure."""
-    n_rows = planes[0][0].get_gridspec().nrows
-    names = [first for _, first, _ in planes]
-    tops = names[::n_rows]  # columns are full if their names are shared
-    is_shared = names == np.repeat(tops, n_rows).tolist()
-    n_axes = n_rows
+    figure.fitted += ((stack_pairs, figure, names),)  # again in another width
+    grid: Any = figure.axes[0].get_gridspec()
+    is_shared = list(names) == list(names[: grid.ncols]) * grid.nrows
+    n_axes = grid.nrows
     if is_shared:
         n_axes = 1
-    for k, (ax, _, _) in enumerate(planes):
-        row = k % n_rows
-        is_last = not is_shared or row == n_rows - 1
+    for k, ax in enumerate(figure.axes):
+        is_last = not is_shared or k >= len(names) - grid.ncols
         ax.tick_params(labelbottom=is_last)
         ax.xaxis.label.set_visible(is_last)
         for text in ax.texts:
             if getattr(text, "xycoords", "") == ABOVE:
-                text.set_visible(not is_shared or row == 0)
-    for ax, _, _ in planes:
+                text.set_visible(not is_shared or k < grid.ncols)
+    for ax in figure.axes:
         head_axes(ax)
     height = _PANEL
-    if len(planes) == 1:
+    if len(names) == 1:
         height = _ONE_PANEL
     elif figure.get_figwidth() * 25.4 < NARROW:
         height = _LOW_PANEL
-    total = _PADS + n_rows * (height + _HEADING) + _AXIS * n_axes
+    total = _PADS + grid.nrows * (height + _HEADING) + _AXIS * n_axes
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
