@@ -5,26 +5,15 @@ documents. Where a difference is so near to its noise level that rounding may ta
 the oracle says that the case is not decided.
 """
 
-from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
+from types import SimpleNamespace
 
 import numpy as np
 
 EPS = Fraction(1, 2**52)
 NOISE = 64 * EPS  # of a value, as a share of its size
 LAST_PLACES = 8 * EPS  # of a term of a distance, as a share of its size
-
-
-@dataclass
-class Exact:
-    pareto: list
-    place: list
-    rank: list
-    salukvadze: list
-    criteria: np.ndarray
-    noise: np.ndarray  # of each criterion
-    decided: bool
 
 
 def root(square):
@@ -98,6 +87,7 @@ def best_in(levels, j, k):
 
 
 def exact_ranking(F, *, normalize=True, maximize=()):
+    """The ranking under its names, the noise of each criterion, and whether it is decided."""
     oracle = Oracle()
     signs = [-1 if j in maximize else 1 for j in range(F.shape[1])]
     raw = [tuple(s * Fraction(v) for s, v in zip(signs, row, strict=True)) for row in F.tolist()]
@@ -136,10 +126,15 @@ def exact_ranking(F, *, normalize=True, maximize=()):
         columns.append(numbered(oracle.groups(column, lambda v, t=tolerance: t)))
     levels = np.array(columns).T
     p12, p13, p23 = best_in(levels, 0, 1), best_in(levels, 0, 2), best_in(levels, 1, 2)
-    ranks = iter([3 * a + 2 * b + c for a, b, c in zip(p23, p13, p12, strict=True)])
-    nearest = iter(levels[:, 0] == 0)
-    rank = [next(ranks) if is_in else 0 for is_in in pareto]
-    places = iter([1 + sum(other < level for other in levels[:, 0]) for level in levels[:, 0]])
-    place = [next(places) if is_in else 0 for is_in in pareto]
-    salukvadze = [i for i, is_in in enumerate(pareto) if is_in and next(nearest)]
-    return Exact(pareto, place, rank, salukvadze, criteria, np.array(noise), oracle.decided)
+    rank, place = np.zeros((2, len(raw)), dtype=int)
+    rank[pareto] = np.array([p23, p13, p12]).T @ [3, 2, 1]
+    place[pareto] = [1 + sum(other < level for other in levels[:, 0]) for level in levels[:, 0]]
+    return SimpleNamespace(
+        pareto=pareto,
+        rank=rank.tolist(),
+        place=place.tolist(),
+        salukvadze=np.flatnonzero(place == 1).tolist(),
+        criteria=criteria,
+        noise=np.array(noise),
+        decided=oracle.decided,
+    )
