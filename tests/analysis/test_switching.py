@@ -1,5 +1,6 @@
 """Switching values: what is recommended just before and just beyond each of them."""
 
+import itertools
 import re
 
 import numpy as np
@@ -55,18 +56,15 @@ def test_limits_between_which_the_recommendation_stays(seed):
         present = np.nan_to_num(sign * row.present, nan=np.inf)
         is_looser = row.direction == "looser"
         steps = values[values > present] if is_looser else values[values <= present][::-1]
-        optima = [best]
-        for step in steps:
+        for stays, step in itertools.pairwise([np.nan, *steps]):
             pair[end] = sign * step
             optima = first(table, **{row.column: tuple(pair)})
             if best not in optima:
+                changed = step if is_looser else stays
+                assert (row.value * sign, row.design) == (changed, optima[0])
                 break
-            stays = step
-        if best in optima:  # tighter than all values, no design is left
+        else:  # tighter than all values, no design is left
             assert row.design is None
-        else:
-            changed = step if is_looser else stays
-            assert (row.value * sign, row.design) == (changed, optima[0])
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -66,8 +66,7 @@ class Oracle:
 
 def numbered(column):
     """The values of a column as integers in the same order, equal ones the same."""
-    order = {value: i for i, value in enumerate(sorted(set(column)))}
-    return [order[value] for value in column]
+    return np.unique(np.array(column, dtype=object), return_inverse=True)[1].tolist()
 
 
 def best_rows(rows):
