@@ -1,14 +1,14 @@
 """The kinds of variables and columns, in pymoo's words, and what tells their values apart."""
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from enum import Enum
 from hashlib import blake2b
 from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, known_name
+from pymoo_psi._validation import AnyArray, Rows, known_name
 
 
 class Kind(str, Enum):
@@ -81,6 +81,12 @@ def kind_of_cells(array: AnyArray) -> Kind:
     if len(types) > 1:
         return Kind.CHOICE
     return _KIND_OF_TYPE.get(types.pop(), Kind.CHOICE)
+
+
+def first_of(keys: Iterable[Any]) -> Rows:
+    """Return ``(n,)`` the index of the first of n keys that is equal to each."""
+    index_by_key: dict[Any, int] = {}
+    return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
 
 
 def matrix_of(columns: Sequence[AnyArray], n: int) -> AnyArray:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._kinds import DTYPES, Kind, first_of
 from pymoo_psi._names import named_as
 from pymoo_psi._validation import Columns, Integers, Mask, Received, Rows, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, with_computed
@@ -31,7 +31,6 @@ from pymoo_psi.table import (
     TestTable,
     choice_texts,
     error_column,
-    first_of,
     units_of,
 )
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percent
 from pymoo_psi._validation import (
     Columns,
@@ -28,7 +29,6 @@ from pymoo_psi.table import (
     TestTable,
     blank,
     error_column,
-    first_of,
     has_errors,
     unequal,
 )

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind, kind_of_cells
+from pymoo_psi._kinds import Kind, first_of, kind_of_cells
 from pymoo_psi._names import argument, name_of, named_as
 from pymoo_psi._validation import (
     AnyArray,
@@ -71,7 +71,6 @@ from pymoo_psi.table import (
     added_columns,
     blank,
     decision_of,
-    first_of,
     names_of,
 )
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percents
 from pymoo_psi._validation import Array, Integers, Rows, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
@@ -82,7 +83,7 @@ def acceptability(
     if len(front) > _MANY:
         n_weights = _N_WEIGHTS_OF_MANY
     weights = simplex_weights(n_weights, len(weighted), factor)
-    first = first_of_equal(terms)
+    first = first_of(map(bytes, terms))
     different = np.flatnonzero(first == np.arange(len(first)))
     nearest = different[nearest_designs(terms[np.ix_(different, weighted)], weights, p, places)]
     shares = np.zeros((len(ranking.pareto), places))
@@ -150,7 +151,7 @@ def weighted_terms(ranking: EfficiencyRanking) -> tuple[Rows, Array, Rows]:
         objectives that have a weight: those that are not equal for all, or the first one.
     """
     front, values = front_of(ranking)
-    terms = np.maximum(ranking.frame.scaled(values), 0.0)
+    terms = np.maximum(ranking.frame.scaled(values), 0.0) + 0.0  # no -0.0
     terms /= terms.max() or 1.0  # no sum overflows
     weighted = np.flatnonzero(np.ptp(terms, axis=0))
     if not len(weighted):
@@ -193,17 +194,6 @@ def _on_simplex(cube: Array) -> Array:
         left = left - weights[:, j]
     weights[:, last] = left
     return np.maximum(weights, 0.0)
-
-
-def first_of_equal(rows: Array) -> Rows:
-    """Return ``(n,)`` for each of ``(n, m)`` rows the first one that equals it."""
-    first = np.arange(len(rows))
-    # Only rows that share their first value can be equal: they are few if it is continuous.
-    _, group, counts = np.unique(rows[:, 0], return_inverse=True, return_counts=True)
-    similar = np.flatnonzero(counts[group] > 1)
-    _, firsts, group = np.unique(rows[similar], axis=0, return_index=True, return_inverse=True)
-    first[similar] = similar[firsts[group.ravel()]]
-    return first
 
 
 def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> Integers:

@@ -23,11 +23,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import decimal_mark, percent, percents
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid, source_type
 from pymoo_psi.pareto._acceptability import (
-    first_of_equal,
     nearest_designs,
     require_norm,
     simplex_weights,
@@ -137,7 +137,7 @@ class Preferences(Shown):
         best = []
         for p, weights in self._weights.items():
             best.append(nearest_designs(self._terms, weights, p, 1)[:, 0])
-        return np.unique(first_of_equal(self._terms)[np.concatenate(best)])
+        return np.unique(first_of(map(bytes, self._terms))[np.concatenate(best)])
 
     def _distances(self, positions: Rows) -> Array:
         """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""

@@ -88,12 +88,6 @@ def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
     return values, np.array([ranks[key] for key in keys], dtype=np.intp)
 
 
-def first_of(keys: Iterable[Any]) -> Rows:
-    """Return ``(n,)`` the index of the first of n keys that is equal to each."""
-    index_by_key: dict[Any, int] = {}
-    return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
-
-
 # Designs
 
 

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import matrix_of
+from pymoo_psi._kinds import first_of, matrix_of
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -24,7 +24,7 @@ from pymoo_psi._validation import (
     Rows,
 )
 from pymoo_psi.pareto import nondominated, violated_constraints
-from pymoo_psi.table._cells import first_of, real_column
+from pymoo_psi.table._cells import real_column
 from pymoo_psi.table._decision import Decision
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._formulation import Formulation
