@@ -93,8 +93,9 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
     if lost:
         sentences.append(
-            f"Of {counted(len(table), 'test')} {lost} failed or were rejected and do not count; if "
-            "they are many, the others are not spread evenly and sensitivities are rough."
+            f"Without values, as they failed or were rejected: {lost} of "
+            f"{counted(len(table), 'test')}. If these are many, the others are not spread evenly "
+            "and sensitivities are rough."
         )
     return table, tuple(sentences)
 

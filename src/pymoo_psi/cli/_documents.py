@@ -215,7 +215,7 @@ def run_page(options: Options) -> int:
     replace(page, origin=path.name, further=further).save(out)
     say_source(path, table.under(limits={}))
     objectives = ", ".join(table.schema.objectives)
-    say(f"{counted(len(page.table), 'design')} by {objectives}: open {out} in a browser")
+    say(f"{counted(len(page.table), 'design')} by {objectives}. Open {out} in a browser.")
     return 0
 
 
@@ -285,7 +285,7 @@ def run_report(options: Options) -> int:
     made, further = ["\n".join(continued(command(*line))) for line in (words, more)]
     replace(report, command=made, further=further).save(out)
     say_source(path, table)
-    say(*report.cautions, f"{report}: open {out} in a browser, or print it")
+    say(*report.cautions, f"{report}. Open {out} in a browser, or print it.")
     return 0 if report.ranking is not None else 1
 
 
