@@ -777,12 +777,15 @@ def test_paper_has_one_page_with_the_decision(reader):
     ):
         assert told in text
     assert reader.page.is_visible("#rows canvas >> nth=0")
+    bar = "getComputedStyle(document.querySelector('.bar i'))"
+    assert reader.page.evaluate(f"{bar}.printColorAdjust") == "exact"  # else it is left out
     for control in reader.page.locator("button:not(.label), input, textarea").all():
         assert not control.is_visible()
 
 
 @pytest.mark.slow
 def test_narrow_windows_have_no_controls_outside(reader):
+    reader.page.evaluate("document.querySelectorAll('.menu').forEach((one) => { one.open = true })")
     for width in (1100, 760, 390):
         reader.page.set_viewport_size({"width": width, "height": 844})
         reader.settle()
@@ -792,6 +795,8 @@ def test_narrow_windows_have_no_controls_outside(reader):
             .filter((e) => e.getClientRects().length).map((e) => { const b = e.getBoundingClientRect(); return [b.left, b.right, e.id] })"""
         )
         assert len(boxes) > 20
+        entries = "[...document.querySelectorAll('#menu button')]"
+        assert reader.page.evaluate(f"{entries}.every((e) => e.scrollWidth <= e.clientWidth)")
         for left, right, name in boxes:
             assert -1 <= left < right <= width + 1, name
         for plot in reader.page.locator(".plot").all():

@@ -553,7 +553,8 @@ def test_what_a_page_opens_with_is_checked(cases):
     name, first = case.names[0], case.payload["names"][0]
     by_hand = {"name": "Ann", "limits": {name: 5, "x": [0, None]}}
     held = Decision(
-        positions=[by_hand, {"name": "Ben", "chosen": "ghost"}], decided={"chosen": first}
+        positions=[by_hand, {"name": "Ben " * 20 + "B", "chosen": "ghost"}],
+        decided={"chosen": first},
     )
     found = opened(case, positions=held.positions, decided=held.decided)
     assert (found["remarks"], found["state"]["decided"]) == ([], held.decided)

@@ -56,7 +56,7 @@ function checked(anything) {
   const position = (one) => {
     const {state: {limits, reason, weights, aspiration, answers}, remarks} = checked({...one, chosen: null, positions: []})
     if (remarks.length) lost.add("positions")
-    const name = isText(one.name) ? one.name.slice(0, 60) : ""
+    const name = isText(one.name) ? one.name : ""
     return {name, date: fitting("date", isDate, "", one), chosen: fitting("chosen", isText, null, one), limits, weights, aspiration, reason, answers}
   }
   const numberIf = (fits) => (column, value) => isObjective(column) && isNumber(value) && fits(value) ? value : undefined
@@ -81,7 +81,7 @@ function checked(anything) {
     positions: [...new Map(positions.map((one) => [[one.date && 5e15 + timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
       .sort().map(([, one]) => one), // by their keys
     decided: fitting("decided", isDecided, null),
-    reason: fitting("reason", isText, "").slice(0, 10000),
+    reason: fitting("reason", isText, ""),
   }
   return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
