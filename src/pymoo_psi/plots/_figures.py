@@ -413,14 +413,10 @@ def plot_ranking(
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
             measure = "in its fixed range"
-        darker = ""
-        if not is_near.all():
-            darker = f"Lines up to place {last} are stronger."
         figure.describe(
             title,
             f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "
             f"{measure}.",
-            darker,
         )
     figure.resize(width)
     return figure
