@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi._numbers import NumberFormat, decimal_mark, percents
+from pymoo_psi._numbers import NumberFormat, decimal_mark, decimals_as_given, percents
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
 USUAL = st.floats(-1e8, 1e8) | st.integers(-(10**7), 10**7).map(float) | FINITE
@@ -92,6 +92,7 @@ def test_numbers_as_a_reader_expects_them(values, texts):
 def test_an_outlier_changes_no_format_of_the_others():
     column = NumberFormat.of([0.123456, 0.7654321, 1e30], near=[0.123456, 0.7654321])
     assert [column.text(value) for value in (0.123456, 1e30)] == ["0.123", "1.000e30"]
+    assert decimals_as_given([0.5, 1e308]) == 0  # without a warning
 
 
 def test_mark_and_minus_are_those_of_the_output():

@@ -160,6 +160,7 @@ def spans_decades(values: ArrayLike) -> bool:
     return bool(near.size and near.max() / 1e3 > near.min() > 0)
 
 
+@np.errstate(over="ignore")  # a penalty may be the largest number
 def _decimals(finite: Any) -> int | None:
     """Return the decimals, at most three, up to which all values are as given, if there are."""
     for decimals in range(_AS_GIVEN + 1):
