@@ -195,17 +195,17 @@ def test_processes_and_the_order_of_work_change_no_number(tmp_path):
     assert two.drop(columns=times).equals(one.drop(columns=times))
 
 
-def test_runs_on_another_problem_are_refused(tmp_path):
+@pytest.mark.parametrize("changed", [{"c": 0.3}, {"upper": (1, 6)}])
+def test_runs_on_another_problem_are_refused(tmp_path, changed):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
     compare(VectorizedSphereChute(0.4), **arguments)
-    for other in (VectorizedSphereChute(0.4, c=0.3), VectorizedSphereChute(0.4, upper=(1, 6))):
-        refused(
-            "another problem.*give another folder",
-            compare,
-            other,
-            error=StudyMismatchError,
-            **arguments | {"n_evaluations": 32},
-        )
+    refused(
+        "another problem.*give another folder",
+        compare,
+        VectorizedSphereChute(0.4, **changed),
+        error=StudyMismatchError,
+        **arguments | {"n_evaluations": 32},
+    )
 
 
 # Wrong arguments

@@ -18,15 +18,18 @@ def small():
     return reproduce(128)
 
 
-def test_the_tables_are_the_papers_under_rolling(rolling):
+TABLES = {"6.1": Reproduction.table_6_1, "6.2": Reproduction.table_6_2}
+
+
+@pytest.mark.parametrize("number", TABLES)
+def test_the_tables_are_the_papers_under_rolling(rolling, number):
     """The printed f1 is 4e-4 to 6e-4 below the exact value, by an error of its solver."""
-    for number, table in (("6.1", rolling.table_6_1()), ("6.2", rolling.table_6_2())):
-        printed = published_table(number)
-        keys = table[["mu", "test_point"]].sort_values(["mu", "test_point"], ignore_index=True)
-        pd.testing.assert_frame_equal(keys, printed[["mu", "test_point"]], check_dtype=False)
-        ours, theirs = table.loc[:, "f1":"f4"].to_numpy(), table.loc[:, "paper_f1":].to_numpy()
-        np.testing.assert_allclose(ours[:, 1:].round(4), theirs[:, 1:], rtol=0, atol=1e-9)
-        assert ((ours[:, 0] - theirs[:, 0] >= 4e-4) & (ours[:, 0] - theirs[:, 0] <= 6e-4)).all()
+    table, printed = TABLES[number](rolling), published_table(number)
+    keys = table[["mu", "test_point"]].sort_values(["mu", "test_point"], ignore_index=True)
+    pd.testing.assert_frame_equal(keys, printed[["mu", "test_point"]], check_dtype=False)
+    ours, theirs = table.loc[:, "f1":"f4"].to_numpy(), table.loc[:, "paper_f1":].to_numpy()
+    np.testing.assert_allclose(ours[:, 1:].round(4), theirs[:, 1:], rtol=0, atol=1e-9)
+    assert ((ours[:, 0] - theirs[:, 0] >= 4e-4) & (ours[:, 0] - theirs[:, 0] <= 6e-4)).all()
 
 
 def test_ranks_at_the_largest_friction_are_those_printed(rolling):
@@ -50,14 +53,13 @@ def test_the_printed_rows_are_those_of_rolling():
 
 
 @pytest.mark.parametrize("model", ["full", "rolling"])
-def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling, small):
-    result = rolling if model == "rolling" else small
-    for table in (result.table_6_1(), result.table_6_2()):
-        rows = table[table["model"] == model]
-        assert len(rows) > 0
-        p = ChuteParameters(mu=rows["mu"].to_numpy())
-        expected = criteria(motion(rows["f3"].to_numpy(), rows["f4"].to_numpy(), p, model=model))
-        np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
+@pytest.mark.parametrize("table_of", TABLES.values(), ids=TABLES)
+def test_tables_hold_what_the_model_gives_at_their_designs(model, table_of, rolling, small):
+    rows = table_of(rolling if model == "rolling" else small).query("model == @model")
+    assert len(rows) > 0
+    p = ChuteParameters(mu=rows["mu"].to_numpy())
+    expected = criteria(motion(rows["f3"].to_numpy(), rows["f4"].to_numpy(), p, model=model))
+    np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
 
 
 @pytest.mark.slow

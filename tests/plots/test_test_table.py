@@ -272,13 +272,13 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
     assert_whole(figure)
 
 
-@pytest.mark.parametrize(("n", "feasible"), [(0, False), (1, True)])
-def test_little_is_drawn_as_well(n, feasible):
-    G = np.full((n, 1), -1.0 if feasible else 1.0)
-    table = TestTable.of(range(1, n + 1), np.ones((n, 2)), np.ones((n, 2)), G,
-                         schema=Schema.of(2, 2, 1))  # fmt: skip
-    for figure in (plot_table(table), plot_objectives(table)):
-        assert_whole(figure)
+@pytest.mark.parametrize("n", [0, 1])
+@pytest.mark.parametrize("plot", [plot_table, plot_objectives])
+def test_little_is_drawn_as_well(n, plot):
+    schema = Schema.of(2, 2)
+    assert_whole(
+        plot(TestTable.of(range(1, n + 1), np.ones((n, 2)), np.ones((n, 2)), schema=schema))
+    )
 
 
 def test_any_name_can_be_drawn():
