@@ -22,7 +22,17 @@ COMMANDS = ["solve", "ask", "tell", "rank", "page", "report", "export", *EXPERIM
 
 @pytest.mark.parametrize(
     "command",
-    ["", "solve", "ask", "tell", "rank", "page", "export", *rarely("report", *EXPERIMENTS)],
+    [
+        "",
+        "solve",
+        "ask",
+        "tell",
+        "rank",
+        "prefer",
+        "page",
+        "export",
+        *rarely("report", *EXPERIMENTS),
+    ],
 )
 def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, in_folder):
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points.

@@ -70,6 +70,35 @@ def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: 
     assert reader.state["positions"][-1]["answers"] == json.loads(json.dumps(kept["answers"]))
 
 
+def test_people_take_turns_on_one_page(visit, tmp_path):  # noqa: F811
+    reader = visit(page_of(CARS, tmp_path / "cars.html"))
+    of_ann = {
+        "answers": [["Town", ">", "Coast"]],
+        "weights": {"noise": 5},
+        "aspiration": {"price": 22},
+        "reason": "It is quiet.",
+    }
+    nobody = {key: reader.state[key] for key in of_ann}
+    reader.set(chosen="Lane", **of_ann)
+    reader.keep_position("Ann")
+    reader.keep_position("Ben")
+    ann, ben = reader.state["positions"]
+    assert ann == ann | of_ann
+    assert ben == ben | nobody
+    assert ann["chosen"] == ben["chosen"] == "Lane"
+    # The decision of the group ends with its choice, also where another position is shown.
+    reader.set(chosen="Coast")
+    reader.click("#decide")
+    assert reader.state["decided"]["chosen"] == "Coast"
+    reader.click(reader.page.get_by_label("Show: Ann"))
+    assert reader.state == reader.state | of_ann | {"chosen": "Lane", "decided": None}
+    # All positions of a person go, and come back.
+    reader.keep_position("Ann")
+    for button, names in (("Remove: Ann", ["Ben"]), ("Undo", ["Ann", "Ben", "Ann"])):
+        reader.click(reader.page.get_by_role("button", name=button, exact=True))
+        assert [one["name"] for one in reader.state["positions"]] == names
+
+
 @pytest.mark.slow
 def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F811
     reader = visit(page_of(CARS, tmp_path / "cars.html"))

@@ -349,7 +349,7 @@ def prefer() -> None:
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
-      pymoo-psi prefer front.csv --answers "130>27, 130=211"
+      pymoo-psi prefer front.csv --answers "67>98, 71=39"
     """
 
 

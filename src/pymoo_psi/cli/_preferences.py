@@ -18,7 +18,7 @@ from pymoo_psi.cli._source import decision_in, opened, say_source
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import Preferences
-from pymoo_psi.table import TestTable, entries_of
+from pymoo_psi.table import Decision, TestTable, entries_of
 
 Answer: TypeAlias = tuple[str, str, str]
 
@@ -60,16 +60,17 @@ class _Dialogue:
         person: The answers of the person.
         foreign: Former answers about other designs than the Pareto-optimal ones; the file keeps
             them.
+        kept: Where the answers are, as a sentence.
     """
 
     def __init__(self, table: TestTable, name: str | None, out: Path) -> None:
-        """Take the former answers of a person.
+        """Take the former position of a person.
 
         Raises:
             ArgumentValueError: There are positions of several people, and none is named.
         """
         # By name the latest, as positions are in the order of their dates.
-        former = {position["name"]: position["answers"] for position in table.decision.positions}
+        former = {position["name"]: position for position in table.decision.positions}
         if name is None:
             if len(former) > 1:
                 rule = "given, as there are several positions"
@@ -77,14 +78,17 @@ class _Dialogue:
             name = [*former, _NOBODY][0]
         self.person = Preferences(table)
         self.foreign: list[Answer] = []
+        self.kept = f"No new answers; {out} is not written."
         self._table = table
-        self._name = name
         self._out = out
-        for answer in former.get(name, []):
+        self._limits = {name: limit.plain for name, limit in table.limits.items()}
+        self._former = former.get(name, {"name": name, "limits": self._limits, "answers": []})
+        for answer in self._former["answers"]:
             try:
                 self.person.add(*answer)
             except PsiError:
                 self.foreign.append(answer)
+        self._counted = _counted(self.person)
 
     def ask(self) -> None:
         """Ask until no question is left or the person ends; each answer is saved at once.
@@ -111,31 +115,39 @@ class _Dialogue:
             pair = self.person.question()
 
     def save(self) -> None:
-        """Write the decision: the proposal is chosen unless another person has a position."""
-        best = self.person.best
-        reason = self.person.sentences[0]
-        decision = self._table.decision
-        position = {
-            "name": self._name,
-            "date": datetime.now(timezone.utc).isoformat(timespec="milliseconds"),
-            "chosen": best,
-            "limits": {name: limit.plain for name, limit in self._table.limits.items()},
-            "reason": reason,
-            "answers": [*self.foreign, *self.person.answers],
-        }
-        if {one["name"] for one in decision.positions} <= {self._name}:
-            page = dict(decision.page)
-            page.pop("values", None)  # of the design that was chosen before
-            decision = replace(decision, chosen=best, reason=reason, page=page)
-        replace(decision, positions=[*decision.positions, position]).to_json(self._out)
+        """Write the decision: the former position of the person with the answers of now.
 
-    @property
-    def kept(self) -> str:
-        """Where the answers are, as a sentence."""
-        if not self.person.answers:
-            return f"No answers; {self._out} is not written."
+        Once these say something new, the proposal is the choice of the person, and of the decision
+        unless another person has a position.
+        """
+        decision = self._table.decision
+        name = self._former["name"]
+        answers = [*self.foreign, *self.person.answers]
+        date = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
+        position = {**self._former, "date": date, "answers": answers}
+        if _counted(self.person) not in ([], self._counted):
+            best = self.person.best
+            reason = self.person.sentences[0]
+            position |= {"limits": self._limits, "chosen": best, "reason": reason}
+            if {one["name"] for one in decision.positions} <= {name}:
+                decision = _with_choice(decision, best, reason)
+        replace(decision, positions=[*decision.positions, position]).to_json(self._out)
         n_answers = counted(len(self.person.answers), "answer")
-        return f"{n_answers} by {self._name} written to {self._out}"
+        self.kept = f"{n_answers} by {name} written to {self._out}"
+
+
+def _counted(person: Preferences) -> list[Answer]:
+    """Return the answers that say something: a skipped question does not."""
+    return [answer for answer in person.answers if answer[1] != "?"]
+
+
+def _with_choice(decision: Decision, chosen: str, reason: str) -> Decision:
+    """Return a decision with a choice; another one than before ends what the group decided."""
+    if chosen != decision.chosen:
+        page = dict(decision.page)
+        page.pop("values", None)  # of the design that was chosen before
+        decision = replace(decision, decided=None, page=page)
+    return replace(decision, chosen=chosen, reason=reason)
 
 
 def _pressed() -> str:
@@ -172,14 +184,17 @@ def _answer_in(entry: str, table: TestTable) -> Answer:
     """Return the answer of an entry such as ``A>B``; a name may have these signs.
 
     Raises:
-        ArgumentValueError: It is no answer, or may be several.
+        ArgumentValueError: It is no answer, or may be several, or one of the designs is unknown.
     """
     answers = []
-    for sign in re.finditer("[>=?]", entry):
+    signs = list(re.finditer("[>=?]", entry))
+    for sign in signs:
         pair = [entry[: sign.start()].strip(), entry[sign.end() :].strip()]
         try:
             one, other = [table.names[table.row_of(design)] for design in pair]
         except PsiError:
+            if len(signs) == 1:
+                raise
             continue
         answers.append((one, sign[0], other))
     if len(answers) != 1:

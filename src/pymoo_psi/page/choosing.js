@@ -46,11 +46,11 @@ function showQuestions() {
     const told = said(state.answers)
     const {row, counting} = told
     const leftOut = state.answers.length - counting.length
-    const answers = counted(counting.filter(([, relation]) => relation !== "?").length, "answer")
+    const n = counting.filter(([, relation]) => relation !== "?").length
     question = told.question
     renew("answer-words",
-      make("p", sentence("preferred", {answers, design: called(row), share: told.texts.get(row), regret: percent(told.regret)})),
-      make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
+      make("p", sentence(n ? "preferred" : "unanswered", {answers: counted(n, "answer"), design: called(row), share: told.texts.get(row), regret: percent(told.regret)})),
+      n > 0 && make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
       !question && make("p", sentence(told.regret < ENOUGH ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`))
   } else renew("answer-words", make("p", "No design is left."))

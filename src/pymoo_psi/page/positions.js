@@ -13,7 +13,7 @@ function showPositions() {
     make("div.buttons",
       make("label", {hidden: chosen === null}, make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
       button("Show", () => showPosition(one), {ariaLabel: `Show: ${one.name}`}),
-      button("×", () => change({positions: toggled(positions, one)}), {ariaLabel: `Remove: ${one.name}, ${dated(one.date)}`})),
+      button("×", () => change({positions: positions.filter(({name}) => name !== one.name)}), {ariaLabel: `Remove: ${one.name}`})),
     make("div.rest", factsOf(one)))))
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
@@ -59,11 +59,14 @@ function given(row) {
   return `${role}: ${changeText(data.objectives[j], gains[j], ranking)}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
 }
 
+// Limits and choice stay as proposed; what else somebody has said is not that of the next person.
 function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
   $("adding").open = false
-  change({positions: [...state.positions, {name, date: new Date().toISOString(), ...heldOf(state)}]})
+  $("position-name").value = ""
+  change({positions: [...state.positions, {name, date: new Date().toISOString(), ...heldOf(state)}],
+    weights: {}, aspiration: {}, reason: "", answers: []})
 }
 
 function decide() {
