@@ -11,7 +11,7 @@ from typing import TypeAlias
 import click
 import pandas as pd
 
-from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi._validation import Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, require_output, say
 from pymoo_psi.cli._source import decision_in, opened, say_source
@@ -23,7 +23,7 @@ from pymoo_psi.table import Decision, TestTable, entries_of
 Answer: TypeAlias = tuple[str, str, str]
 
 _KEYS = "a or b: this design; e: equally good; s: skip; u: undo the last answer; q: quit"
-_ANSWERS = {"a": (0, ">", 1), "b": (1, ">", 0), "e": (0, "=", 1), "s": (0, "?", 1)}
+_ANSWERS = {"a": ">", "b": ">", "e": "=", "s": "?"}
 _N_DIFFERENCES = 12  # columns in which two designs differ, the objectives first
 _NOBODY = "me"  # the name of a person who gives none
 
@@ -81,14 +81,13 @@ class _Dialogue:
         self.kept = f"No new answers; {out} is not written."
         self._table = table
         self._out = out
-        self._limits = {name: limit.plain for name, limit in table.limits.items()}
-        self._former = former.get(name, {"name": name, "limits": self._limits, "answers": []})
+        self._former = former.get(name, {"name": name, "answers": []})
         for answer in self._former["answers"]:
             try:
                 self.person.add(*answer)
             except PsiError:
                 self.foreign.append(answer)
-        self._counted = _counted(self.person)
+        self._counted = _counted(self.person.answers)
 
     def ask(self) -> None:
         """Ask until no question is left or the person ends; each answer is saved at once.
@@ -98,7 +97,8 @@ class _Dialogue:
         """
         pair = self.person.question()
         while pair is not None:
-            _show(self._table, *pair)
+            one, other = pair
+            _show(self._table, one, other)
             try:
                 key = _pressed()
             except KeyboardInterrupt:
@@ -107,9 +107,10 @@ class _Dialogue:
                 return
             if key == "u":
                 self.person.undo()
+            elif key == "b":
+                self.person.answer(other, one)
             else:
-                first, relation, second = _ANSWERS[key]
-                self.person.add(pair[first], relation, pair[second])
+                self.person.add(one, _ANSWERS[key], other)
             self.save()
             say(self.person.sentences[0])
             pair = self.person.question()
@@ -122,32 +123,35 @@ class _Dialogue:
         """
         decision = self._table.decision
         name = self._former["name"]
-        answers = [*self.foreign, *self.person.answers]
-        date = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
-        position = {**self._former, "date": date, "answers": answers}
-        if _counted(self.person) not in ([], self._counted):
-            best = self.person.best
-            reason = self.person.sentences[0]
-            position |= {"limits": self._limits, "chosen": best, "reason": reason}
+        answers = self.person.answers
+        position = {
+            **self._former,
+            "date": datetime.now(timezone.utc).isoformat(timespec="milliseconds"),
+            "answers": [*self.foreign, *answers],
+        }
+        if _counted(answers) not in ([], self._counted):
+            choice = {"chosen": self.person.best, "reason": self.person.sentences[0]}
+            limits = {name: limit.plain for name, limit in self._table.limits.items()}
+            position |= {"limits": limits, **choice}
             if {one["name"] for one in decision.positions} <= {name}:
-                decision = _with_choice(decision, best, reason)
+                decision = _with_choice(decision, choice)
         replace(decision, positions=[*decision.positions, position]).to_json(self._out)
-        n_answers = counted(len(self.person.answers), "answer")
+        n_answers = counted(len(answers), "answer")
         self.kept = f"{n_answers} by {name} written to {self._out}"
 
 
-def _counted(person: Preferences) -> list[Answer]:
+def _counted(answers: list[Answer]) -> list[Answer]:
     """Return the answers that say something: a skipped question does not."""
-    return [answer for answer in person.answers if answer[1] != "?"]
+    return [answer for answer in answers if answer[1] != "?"]
 
 
-def _with_choice(decision: Decision, chosen: str, reason: str) -> Decision:
-    """Return a decision with a choice; another one than before ends what the group decided."""
-    if chosen != decision.chosen:
+def _with_choice(decision: Decision, choice: Values) -> Decision:
+    """Return a decision with a design and a reason; another design ends what a group decided."""
+    if choice["chosen"] != decision.chosen:
         page = dict(decision.page)
         page.pop("values", None)  # of the design that was chosen before
         decision = replace(decision, decided=None, page=page)
-    return replace(decision, chosen=chosen, reason=reason)
+    return replace(decision, **choice)
 
 
 def _pressed() -> str:
@@ -172,10 +176,8 @@ def _show(table: TestTable, one: str, other: str) -> None:
         values = table.column(name)[rows]
         if values[0] == values[1] or name == schema.label:
             continue
-        texts = list(map(str, values))
-        if name in formats:
-            texts = list(map(formats[name].text, values))
-        lines.append([schema[name].heading, *texts])
+        text = formats[name].text if name in formats else str
+        lines.append([schema[name].heading, *map(text, values)])
     frame = pd.DataFrame(lines, columns=["", f"a: {one}", f"b: {other}"])
     print_frame(frame.head(_N_DIFFERENCES), "Which one would you rather have?")
 

@@ -43,15 +43,14 @@ function showQuestions() {
   if (dragging || $("questions").hidden) return
   question = null
   if (ranking.count) {
-    const told = said(state.answers)
-    const {row, counting} = told
+    const {row, counting, texts, regret, question: next} = said(state.answers)
     const leftOut = state.answers.length - counting.length
     const n = counting.filter(([, relation]) => relation !== "?").length
-    question = told.question
+    question = next
     renew("answer-words",
-      make("p", sentence(n ? "preferred" : "unanswered", {answers: counted(n, "answer"), design: called(row), share: told.texts.get(row), regret: percent(told.regret)})),
+      make("p", sentence(n ? "preferred" : "unanswered", {answers: counted(n, "answer"), design: called(row), share: texts.get(row), regret: percent(regret)})),
       n > 0 && make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
-      !question && make("p", sentence(told.regret < ENOUGH ? "enough" : "none left")),
+      !question && make("p", sentence(regret < ENOUGH ? "enough" : "none left")),
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`))
   } else renew("answer-words", make("p", "No design is left."))
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")

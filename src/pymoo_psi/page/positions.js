@@ -1,7 +1,6 @@
 // What people hold: a strip of positions, each with a choice, a reason and what the present verdict
 // costs them, and the decision of all.
 
-const dated = (date) => date.slice(0, 10)
 const boxesOfPositions = () => [...$("position-list").querySelectorAll("input")]
 let agreeing // what the ticks were last set for: whose choice is the present one agrees
 
@@ -23,7 +22,7 @@ function showPositions() {
   show("decide", held.length)
   $("decide").disabled = chosen === null
   renew("decide", `Decide for ${chosen ?? "a choice"}`)
-  renew("decided", decided && sentence("decided", {on: decided.date && ` on ${dated(decided.date)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
+  renew("decided", decided && sentence("decided", {on: decided.date && ` on ${decided.date.slice(0, 10)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
     decided?.dissent.length && ` ${sentence("dissent", {dissent: listed(decided.dissent)})}`)
 }
 

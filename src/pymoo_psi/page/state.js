@@ -168,7 +168,7 @@ function inspect(row) {
 function choose(row) {
   if (row < 0) return
   inspected = -1
-  change({chosen: state.chosen === called(row) ? null : called(row), reason: ""})
+  change({chosen: chosenRow() === row ? null : called(row), reason: ""})
   if (state.chosen !== null) update(), $("reason").focus()
 }
 

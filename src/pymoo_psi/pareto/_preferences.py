@@ -257,17 +257,15 @@ class Preferences(Shown):
             Design 0 rather than design 1: you give up 0.6 of f2 for 0.3 of f1.
         """
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)
-        if n_answers:
-            with decimal_mark(self.decimal):
-                proposed = sentence(
-                    "preferred",
-                    design=self.ranking.name_of(self.row),
-                    answers=counted(n_answers, "answer"),
-                    share=percents(self.shares)[self.row],
-                    regret=percent(self.regret),
-                )
-        else:
-            proposed = sentence("unanswered")
+        name = "preferred" if n_answers else "unanswered"
+        with decimal_mark(self.decimal):
+            proposed = sentence(
+                name,
+                design=self.ranking.name_of(self.row),
+                answers=counted(n_answers, "answer"),
+                share=percents(self.shares)[self.row],
+                regret=percent(self.regret),
+            )
         texts = [proposed, *self.trades()]
         if self.regret < _ENOUGH:
             texts.append(sentence("enough"))
