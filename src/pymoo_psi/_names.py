@@ -90,7 +90,7 @@ def operand(name: str) -> str:
         >>> operand("mass"), operand("mass of all")
         ('mass', '`mass of all`')
     """
-    if name.isidentifier():
+    if re.fullmatch(r"[^\W\d]\w*", name):  # unlike an identifier of Python, without N·m
         return name
     doubled = name.replace("`", "``")
     return f"`{doubled}`"

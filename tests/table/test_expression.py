@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pymoo_psi import Formulation, PsiError, TestTable
+from pymoo_psi._names import operand
+from pymoo_psi.table import Expression
 from tests.helpers.draws import examples
 from tests.helpers.refusals import refused
 
@@ -65,6 +67,12 @@ def test_precedence_and_values_are_those_of_python_on_arrays(text):
 )
 def test_values(text, expected):
     np.testing.assert_allclose(values(text), expected, rtol=1e-15)
+
+
+@given(name=st.text(min_size=1).filter(lambda name: name != "pi"))
+@example("N·m")  # an identifier of Python
+def test_any_name_is_written_as_it_is_read(name):
+    assert Expression.of(operand(name)).columns == [name]
 
 
 @pytest.mark.parametrize(
