@@ -80,11 +80,12 @@ def test_designs_that_did_not_run_do_not_count():
         return {"F": x.sum()}
 
     plate = Model(model, n_var=2, n_obj=1, xl=1.0, xu=10.0)
-    table = investigate(plate, 128, requirements=["x1 * x2 <= 40"])
+    plate.names = {"x1": "a = b"}  # a sign in a name is none of the rule
+    table = investigate(plate, 128, requirements=["`a = b` * x2 <= 40"])
     n_failed = table.failed().sum()
     n_run = n_failed + np.isfinite(table.F[:, 0]).sum()
     assert n_run < 128
     [sentence] = failure_sentences(table)
     assert f"avoided {n_failed} of {n_failed} failures in the last {n_run} tests" in sentence
-    table = investigate(plate, 128, requirements=["x1 * x2 <= 40", requirement(sentence)])
+    table = investigate(plate, 128, requirements=["`a = b` * x2 <= 40", requirement(sentence)])
     assert not table.failed().any()

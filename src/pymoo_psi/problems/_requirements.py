@@ -25,7 +25,7 @@ from pymoo_psi.problems._design_space import DesignSpace, column_titles, design_
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 
-_SIGN = re.compile(r"(<=|>=|=)")
+_SIGN = re.compile(r"(<=|>=|=)(?=[^`]*(?:`[^`]*`[^`]*)*\Z)")  # not in a name in backquotes
 # The factor times b - a is the amount by which neighbours a, b violate the sign.
 _FACTORS = {"<=": -1.0, ">=": 1.0}
 _LARGE = 2.0**60  # a constant does not count beside so large a value
@@ -65,7 +65,7 @@ class Requirement:
                 "equality such as 'a + b + c = 1'",
                 rule,
             )
-        terms = [Expression.of(term) for term in rule.split(signs[0])]
+        terms = [Expression.of(term) for term in _SIGN.split(rule)[::2]]
         for column in chain.from_iterable(term.columns for term in terms):
             known_name(f"a name in {where}", column, variables)
         requirement = cls(name, rule, signs[0], terms)
