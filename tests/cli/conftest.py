@@ -53,6 +53,8 @@ class Mixed(ElementwiseProblem):
         super().__init__(vars=variables, n_obj=2)
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [x["a"] + x["n"], x["n"] - x["a"] + len(x["steel"])]
+        if x["a"] > 0.5:
+            out["load"] = x["a"]
 
 class Sized(ElementwiseProblem):
     def __init__(self, length, *, n_ribs=2, **more):

@@ -94,6 +94,14 @@ def test_mixed_variables_are_restricted(said):
     assert ({*written()["steel"]}, {*written()["a"]}) == ({"S355"}, {0.5})
 
 
+@pytest.mark.filterwarnings("default:no test has")
+def test_an_output_of_some_designs_may_have_a_limit(said):
+    words = ["solve", "models:Mixed", "--study", "m.db", "--points"]
+    said(*words, 1)  # which has none
+    said(*words, 16, "--limits", "load<=0.8", "--out", "o.csv")
+    assert (written()["load"] <= 0.8).all()
+
+
 def test_nsga3_is_the_librarys_and_repeatable(said):
     for seed in (5, 6):
         words = ["--algorithm", "nsga3", "--points", 200, "--seed", seed, "--out", f"{seed}.csv"]

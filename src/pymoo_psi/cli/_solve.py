@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import warnings
 import webbrowser
 from collections import Counter
 from collections.abc import Callable
@@ -262,12 +263,24 @@ def _tests_of(run: Run, settings: RunOptions, show: Show, statuses: Counter[str]
     with closing(run.tests()) as blocks:
         for tests in blocks:
             tables.append(tests)
-            # Under the formulation, so that a column that is not there is refused at once.
-            statuses.update(_under(tests, settings).status.tolist())
+            statuses.update(_so_far(run, tests, settings).status.tolist())
             n_tests = statuses.total()
             note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
             show(n_tests / max(1, n_tests + run.n_left), note)
     return by_number(tables)
+
+
+def _so_far(run: Run, tests: TestTable, settings: RunOptions) -> TestTable:
+    """Return some tests of a run under the formulation.
+
+    A column that they lack is refused at once, as its name is wrong. Where designs are evaluated
+    one by one it may be an output of others: a warning names it, and all tests decide in the end.
+    """
+    unknown = {*run.model.formulation.columns} - {*tests.schema.names}
+    if unknown and run.executor.has_designs and np.isfinite(tests.F).any():
+        warnings.warn(f"no test has {', '.join(sorted(unknown))} so far", stacklevel=2)
+        return run.model.under_so_far(tests)
+    return _under(tests, settings)
 
 
 def _result(problem: Problem, settings: RunOptions, tests: TestTable, n_evaluated: int) -> Result:
