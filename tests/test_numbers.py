@@ -96,7 +96,7 @@ def test_an_outlier_changes_no_format_of_the_others():
 
 
 def test_mark_and_minus_are_those_of_the_output():
-    column = NumberFormat.of([-1.5, 2.25], minus="−")
+    column = NumberFormat(2, minus="−")
     with decimal_mark(","):
         assert [column.text(value) for value in (-1.5, 2.25)] == ["−1,50", "2,25"]
 

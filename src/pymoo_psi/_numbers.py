@@ -57,9 +57,7 @@ class NumberFormat:
     minus: str = "-"
 
     @classmethod
-    def of(
-        cls, values: ArrayLike, near: ArrayLike | None = None, *, minus: str = "-"
-    ) -> NumberFormat:
+    def of(cls, values: ArrayLike, near: ArrayLike | None = None) -> NumberFormat:
         """Return the format that tells the values of a column apart.
 
         Values of up to three decimals and seven digits are written as they are. Otherwise the
@@ -70,7 +68,6 @@ class NumberFormat:
         Args:
             values: All values of the column; those that are not finite are ignored.
             near: Those that readers compare, by default all.
-            minus: The minus sign.
         """
         finite = _finite(values)
         compared = finite
@@ -79,14 +76,14 @@ class NumberFormat:
         if not compared.any():  # all are 0, or there are none
             compared = finite
         if not compared.any():
-            return cls(0, minus=minus)
+            return cls(0)
         low = float(compared.min())
         high = float(compared.max())
         size = max(abs(low), abs(high))
         with_decimals = finite[np.abs(finite) < _LONGEST]  # greater ones are written otherwise
         as_given = _decimals(with_decimals)
         if as_given is not None and size < _LONGEST / 10**as_given:
-            return cls(as_given, minus=minus)
+            return cls(as_given)
         order = log10(size)
         # A constant has no range; its own size then says how many decimals are of use.
         order_of_range = order
@@ -99,10 +96,10 @@ class NumberFormat:
                 decimals = max(decimals, 1 - floor(log10(low)))
                 is_short = decimals + max(order, 0) < _DIGITS
             if is_short:
-                return cls(min(decimals, _MOST), minus=minus)
+                return cls(min(decimals, _MOST))
         # Leading digits that all values have in common come on top of three that differ.
         common = max(floor(order) - floor(order_of_range), 0)
-        return cls(min(2 + common, _MOST), has_powers=True, minus=minus)
+        return cls(min(2 + common, _MOST), has_powers=True)
 
     def text(self, value: float) -> str:
         r"""Return a number of the column, with the decimal mark in force; "—" for NaN.

@@ -70,8 +70,8 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
-_MANY = 50  # lines; more of them are fainter and overlap as a density
-_FAINTEST = 0.02  # opacity of a line
+_MANY = 25  # lines; more of them are fainter and overlap as a density
+_FAINTEST = 0.01  # opacity of a line
 _NEAR = 10  # places up to which lines are darker
 _NEAREST = 3  # and where each line has a name
 _PAIRS = 4  # pairs of objectives, in two columns
@@ -443,7 +443,7 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         places[:, j], is_log = places_between(column, *ends)
         heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
-        written = NumberFormat.of(column[ranking.pareto], minus="−").text
+        written = NumberFormat.of(column[ranking.pareto]).text
         scale = ""
         if is_log:
             scale = "log axis, "

@@ -28,6 +28,7 @@ from pymoo_psi.plots._style import (
     literal,
     name_axis,
     name_points,
+    raised,
     set_log,
     view,
 )
@@ -136,7 +137,7 @@ class Column:
 
         On a line so near the upper end that it has no room there, it is below the line.
         """
-        text = literal(f"limit {number(limit)} {self.unit}")
+        text = literal(f"limit {raised(number(limit))} {self.unit}")
         if letter == "x":
             axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **NOTE)
             return

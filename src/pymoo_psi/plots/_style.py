@@ -379,7 +379,7 @@ class _Ticks(Formatter):
 
     def format_ticks(self, values: list[float]) -> list[str]:
         """Return the numbers at all ticks."""
-        written = NumberFormat.of(values, minus="−")
+        written = NumberFormat.of(values)
         text = written.text
         if written.has_powers:  # ticks are round numbers
             text = number
@@ -649,16 +649,17 @@ def tick(value: float) -> str:
     """Return a number at a tick of a logarithmic axis."""
     if 1e-3 <= value < 1e4:
         return number(value)
-    return raised(NumberFormat(0, has_powers=True, minus="−").text(value))
+    return raised(NumberFormat(0, has_powers=True).text(value))
 
 
 def raised(text: str) -> str:
-    """Return the text of a number with its power of ten raised.
+    """Return the text of a number with minus signs and its power of ten raised.
 
     Example:
-        >>> raised("1.67e9"), raised("1e−4"), raised("12.5")
-        ('1.67×10⁹', '10⁻⁴', '12.5')
+        >>> raised("1.67e9"), raised("1e-4"), raised("-12.5")
+        ('1.67×10⁹', '10⁻⁴', '−12.5')
     """
+    text = text.replace("-", "−")
     factor, exponent, power = text.partition("e")
     if not exponent:
         return text
