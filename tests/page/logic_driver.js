@@ -1,7 +1,7 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
-const names = ["Preferences", "checked", "compareRows", "countedAnswers", "csv", "decisionOf", "decode", "explain", "initialState", "limited", "metadata", "opened",
-  "ordered", "parsed", "preference", "ranked", "separation", "switchTexts", "switches", "typed", "verdictOn", "written"]
+const names = ["Preferences", "checked", "compareRows", "countedAnswers", "csv", "decisionOf", "decode", "explain", "limited", "metadata", "opened",
+  "ordered", "parsed", "preference", "ranked", "separation", "stateOf", "switchTexts", "switches", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
@@ -33,7 +33,7 @@ function asked({payload, state, answers}) {
 
 // What decision files are to the page that have other objectives, directions and units.
 function foreign(data) {
-  const {state} = Logic.initialState()
+  const {state} = Logic.stateOf(data.opens_with)
   const written = Logic.decisionOf(state, "2026-01-31")
   const {objectives} = written
   return [{objectives: [...objectives].reverse()}, {units: {}},
@@ -53,7 +53,7 @@ function switched(state, ranking) {
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {
   const data = Logic.decode(payload)
   return {
-    initial: Logic.initialState(),
+    initial: Logic.stateOf(data.opens_with),
     foreign: foreign(data),
     checked: texts.map((text) => Logic.checked(Logic.parsed(text))),
     typed: typed.map((text) => Logic.typed(text)),

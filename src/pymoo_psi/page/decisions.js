@@ -120,8 +120,6 @@ function decisionOf(state, date) {
   }
 }
 
-const initialState = () => stateOf(data.opens_with)
-
 // The state that a decision file holds, or null if it is about something else.
 function opened(text) {
   const content = parsed(text)

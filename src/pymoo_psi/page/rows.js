@@ -207,6 +207,7 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   renew(cells[0], value)
   const ends = one ? [ranking.nadir[j], one.best] : [scale.low, scale.high] // from left to right
   ends.forEach((end, k) => renew(cells[k + 1], (one || j < 0) && valueText(column, end)))
-  renew(cells[3], one && (one.share < 0 ? "–" : shareText(one.share)))
+  const behind = one && (isWithin(one.share) ? percent(one.share) : "beyond")
+  renew(cells[3], one?.share < 0 ? "–" : behind)
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
 }

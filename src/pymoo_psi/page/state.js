@@ -3,7 +3,7 @@
 
 const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
 decode(JSON.parse($("payload").textContent))
-const initial = initialState()
+const initial = stateOf(data.opens_with)
 let {state} = initial
 const past = [] // states as text, for undo and redo
 let at = -1 // the present one
@@ -157,8 +157,6 @@ function cellText(column, row) {
   if (!texts.has(row)) texts.set(row, valueText(column, column.values[row]))
   return texts.get(row)
 }
-const awayText = (column, value) => amount({...column, unit: column.unit === "%" ? "%" : ""}, abs(value), ranking) // as in the sentences
-const shareText = (share) => (isWithin(share) ? percent(abs(share)) : "beyond")
 
 // A click inspects, a button or C chooses. A reason belongs to its choice.
 function inspect(row) {

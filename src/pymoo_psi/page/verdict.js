@@ -3,7 +3,6 @@
 // What was computed when the page was made holds for the limits and ranges that it opened with.
 const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
 const isAsOpened = () => !data.more.length && asked(state) === asked(initial.state)
-const validity = () => isAsOpened() ? "" : "For the limits and ranges that the page opened with:"
 
 // What the heading does not say yet: in what the proposal is the best, what it costs, and its probability.
 function leadText({row, standing, costs}) {
@@ -38,7 +37,7 @@ function showVerdict() {
     renew("verdict-actions", clear)
     renew("verdict-variables")
   }
-  renew("certain", validity())
+  renew("certain", !isAsOpened() && "For the limits and ranges that the page opened with:")
   renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
   if ($("reason").value !== state.reason) showText($("reason"), state.reason)
   renew("reason-printed", state.reason || "–")
@@ -133,5 +132,5 @@ function showCompare() {
 function gainTexts(column, gain, share) {
   if (gain === 0) return make("div.hint", "the same")
   const kind = gain > 0 ? "better" : "worse"
-  return make(`div.${kind}`, `${awayText(column, gain)} ${kind}`, isWithin(share) && make("span.hint.shares", ` (${percent(abs(share))})`))
+  return make(`div.${kind}`, `${amount(column, abs(gain), ranking)} ${kind}`, isWithin(share) && make("span.hint.shares", ` (${percent(abs(share))})`))
 }
