@@ -90,7 +90,9 @@ def test_people_take_turns_on_one_page(visit, tmp_path):  # noqa: F811
     reader.set(chosen="Coast")
     reader.click("#decide")
     assert reader.state["decided"]["chosen"] == "Coast"
+    reader.page.get_by_role("button", name="Tour", exact=True).first.click()
     reader.click(reader.page.get_by_label("Show: Ann"))
+    assert reader.text("#verdict-title") == "Chosen: Lane"
     assert reader.state == reader.state | of_ann | {"chosen": "Lane", "decided": None}
     # All positions of a person go, and come back.
     reader.keep_position("Ann")

@@ -12,13 +12,16 @@ let left, ranking, verdict, order
 let filtered = "" // the part of the state that left and ranking were made from
 let inspected = -1 // what is looked at, which chooses nothing
 
-// Take a new state; `done` is false while a hand drags: undo goes back to before the drag. A decision
-// of the group holds for its choice: another choice ends it, unless it brings a decision of its own.
+// Take a new state; `done` is false while a hand drags: undo goes back to before the drag. Another
+// choice ends the inspection, and what the group decided unless it brings a decision of its own.
 let dragging = false
 function change(changes, done = true) {
   const {chosen, decided} = state
   state = {...state, ...changes}
-  if (state.chosen !== chosen && state.decided === decided) state.decided = null
+  if (state.chosen !== chosen) {
+    inspected = -1
+    if (state.decided === decided) state.decided = null
+  }
   dragging = !done
   if (done) commit()
   soon()
@@ -165,7 +168,6 @@ function inspect(row) {
 }
 function choose(row) {
   if (row < 0) return
-  inspected = -1
   change({chosen: chosenRow() === row ? null : called(row), reason: ""})
   if (state.chosen !== null) update(), $("reason").focus()
 }
