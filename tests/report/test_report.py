@@ -1,6 +1,5 @@
 """The report says what the library says, of any table, as text and nothing else."""
 
-import dataclasses
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -479,30 +478,6 @@ def test_small_and_odd_tables(values):
     assert "nan" not in text.replace("dominan", "")
 
 
-@pytest.fixture
-def written(tmp_path):
-    """A report on a decision of a group, as a file, and the table."""
-    names = [f"test {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
-    positions = [
-        {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
-        {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
-        {"name": "Ben", "date": "2026-01-03", "chosen": names[2]},
-    ]
-    decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
-    table = LIMITED.under(
-        dataclasses.replace(
-            LIMITED.decision,
-            positions=positions,
-            decided=decided,
-            chosen=names[2],
-            reason="So be it.",
-        )
-    )
-    report = decision_report(table, title="Beams", prototype=TABLE.take([5]))
-    report.save(tmp_path / "report.html")
-    return tmp_path / "report.html", table
-
-
 def test_rows_of_two_files_are_not_the_same_designs():
     frames = [pd.DataFrame({"a": [1.0, 2, 4], "b": [4.0, 2, 1]}) for _ in range(2)]
     frames[1].loc[0, "a"] = 3.0
@@ -515,9 +490,24 @@ DATE = '<span class="date"><span>date</span><span class="rule"></span></span>'
 
 
 @undrawn
-def test_the_sheet_has_the_decision_of_the_group(written):
-    path, table = written
-    html = path.read_text("utf-8")
+def test_the_sheet_has_the_decision_of_the_group():
+    names = [f"test {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
+    positions = [
+        {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
+        {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
+        {"name": "Ben", "date": "2026-01-03", "chosen": names[2]},
+    ]
+    decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
+    table = LIMITED.under(
+        replace(
+            LIMITED.decision,
+            positions=positions,
+            decided=decided,
+            chosen=names[2],
+            reason="So be it.",
+        )
+    )
+    html = decision_report(table, title="Beams", prototype=TABLE.take([5])).html()
     sheet = html[: html.index('class="appendix')]
     # Word and rule stay together where lines wrap.
     assert sheet.count("<span>date</span>") == sheet.count(DATE) == 2
