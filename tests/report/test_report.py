@@ -534,7 +534,7 @@ def test_a_weight_on_what_is_no_objective_does_not_count():
     for weights in ({"price": 3.0}, {"price": 3.0, "seats": 2.0}):
         held = [{"name": "Ann", "chosen": "A", "weights": weights}, {"name": "Ben", "chosen": "C"}]
         asked = Decision(Formulation(["price", "range"]), positions=held)
-        regrets.add(separation_sentences(read_table(frame, asked))[-1])
+        regrets.add(separation_sentences(read_table(frame, asked))[0])
     assert len(regrets) == 1
 
 
@@ -552,7 +552,7 @@ def test_designs_left_that_are_equal_may_cost_somebody_something(limits, regret)
     frame = pd.DataFrame({"f": [1, 3, 2], "g": [5, 6, 2], "h": [5, 1, 9]}, ["A", "Z", "X"])
     held = [{"name": "Ann", "chosen": "Z"}, {"name": "Ben", "chosen": "A"}]
     table = read_table(frame, Decision(Formulation([*frame], limits=limits), positions=held))
-    assert separation_sentences(table)[-1] == regret
+    assert separation_sentences(table)[0] == regret
 
 
 @undrawn
@@ -581,5 +581,5 @@ def test_a_repeated_test_is_the_design_of_its_first_one():
     assert "measured twice" in report.html()
     assert separation_sentences(table) == []  # both want one design
     others = [positions[1], {"name": "C", "chosen": "test 2"}]
-    apart, _ = separation_sentences(table.under(replace(table.decision, positions=others)))
+    _, apart = separation_sentences(table.under(replace(table.decision, positions=others)))
     assert apart == "C (test 2) against B (test 1): f2 3 lower. But f1 1 higher."

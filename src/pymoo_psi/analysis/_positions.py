@@ -166,7 +166,7 @@ def rows_by_name(table: TestTable, ranking: EfficiencyRanking) -> dict[str, int]
 
 
 def separation_sentences(table: TestTable) -> list[str]:
-    """Return what separates the positions of a table's decision, and what costs all the least."""
+    """Return what costs all the least, and what separates the positions of a decision."""
     latest = latest_positions(table.decision.positions)
     if not latest:
         return []
@@ -183,7 +183,7 @@ def separation_sentences(table: TestTable) -> list[str]:
             sentences.append(pair.sentence("apart", 1, name=one["name"], holder=other["name"]))
     if sentences and table.feasible().any():
         choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
-        sentences.append(_least_regret(table, positions, choices, free.lengths))
+        sentences.insert(0, _least_regret(table, positions, choices, free.lengths))
     return sentences
 
 

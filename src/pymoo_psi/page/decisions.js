@@ -173,10 +173,10 @@ function separation(ranking, positions) {
   })
   const [{row, losses, greatest}, next] = costs.sort((a, b) => a.keys[0] - b.keys[0] || a.keys[1] - b.keys[1])
   const design = data.names[row]
-  if (greatest < TIE) return [...sentences, sentence("no regret", {design})]
+  if (greatest < TIE) return [sentence("no regret", {design}), ...sentences]
   const isGreatest = (loss) => loss >= greatest - TIE // also of a greatest so large that this is itself
   const who = losses.findIndex((list) => list.some(isGreatest))
   const others = next ? sentence("others regret", {share: percent(next.greatest)}) : ""
-  return [...sentences, sentence("least regret", {design, name: held[who].name, share: percent(greatest),
-    objective: data.objectives[losses[who].findIndex(isGreatest)].name, others})]
+  return [sentence("least regret", {design, name: held[who].name, share: percent(greatest),
+    objective: data.objectives[losses[who].findIndex(isGreatest)].name, others}), ...sentences]
 }

@@ -21,7 +21,7 @@ function showPositions() {
   renew("separation", makeAll("li", separation(ranking, positions)))
   show("decide", held.length)
   $("decide").disabled = chosen === null
-  renew("decide", `Decide for ${chosen ?? "a choice"}`)
+  renew("decide", chosen ? `Decide for ${chosen}` : "Decide: choose a design first")
   renew("decided", decided && sentence("decided", {on: decided.date && ` on ${decided.date.slice(0, 10)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
     decided?.dissent.length && ` ${sentence("dissent", {dissent: listed(decided.dissent)})}`)
 }

@@ -108,7 +108,7 @@ class DecisionReport(Document):
                 chance=" ".join(chance),
                 weights=weights,
                 measured=measured,
-                regret="".join(separation_sentences(table)[-1:]),
+                regret="".join(separation_sentences(table)[:1]),
                 decided=decision_sentences(decision.decided),
                 failures=failure_sentences(table),
                 names=[position["name"] for position in latest_positions(decision.positions)],
