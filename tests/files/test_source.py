@@ -200,6 +200,7 @@ FILES = {
     },
     # What is asked for
     "failures left out by a limit": (STATUS, {"objectives": ["mass", "cost"], "limits": "status=ok"}, {"mass": [5, 4], "cost": [3, 4]}),
+    "a gap under a limit": ("a,b\n1,2\n3,\n4,1\n", {"objectives": ["a", "b"], "limits": "b<=5"}, "row 2 .* holds no number in the column 'b'"),
     "a failure without a number": (STATUS, {"objectives": ["cost"]}, "row 4 .* holds no number in the column 'cost'"),
     "one column of numbers": (RANKED, {"variables": ["f2"]}, "two columns or more must be of numbers, .* got 'f1'; to rank"),
     "an objective that is not there": (RANKED, {"objectives": ["f3"]}, "objectives must be one of"),

@@ -676,7 +676,8 @@ def _incomplete(
     for name in {*table.data} & {*limits}:
         limit = limits[name]
         if limit.texts is not None or name not in table.schema.notes:
-            lacking &= ~(limit.excess(name, table.data[name]) > 0)  # unknown values reject nothing
+            excess = limit.excess(name, table.data[name])
+            lacking &= (excess == 0) | np.isinf(excess)  # an unknown value is not beyond a limit
     rows = np.flatnonzero(lacking.any(axis=0)).tolist()
     if not rows:
         return []
