@@ -100,8 +100,12 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, options, tmp_path):
     investigate(queue(), 8, repeat=3, study=first)
     tests = read_table(first, average_by=False)
     tests.to_csv(tmp_path / "a.csv")
-    frame = pd.DataFrame({name: tests[name] for name in tests.schema.names})
-    source = {"study": first, "csv": tmp_path / "a.csv", "table": tests, "frame": frame}[form]
+    source = {
+        "study": first,
+        "csv": tmp_path / "a.csv",
+        "table": tests,
+        "frame": pd.DataFrame({name: tests[name] for name in tests.schema.names}),
+    }[form]
     for remark in ("24 of 24 tests taken", "0 of 24 tests taken, 24"):
         assert import_tests(queue(), source, options).remarks[0].startswith(remark)
     # Means are equal, in whatever order, and the study has the tests of these seeds.

@@ -108,9 +108,8 @@ HARD = {
 
 
 @pytest.mark.parametrize("normalize", [True, False])
-@pytest.mark.parametrize("case", HARD)
-def test_hard_cases(case, normalize):
-    F, rank = HARD[case]
+@pytest.mark.parametrize(("F", "rank"), HARD.values(), ids=HARD)
+def test_hard_cases(F, rank, normalize):
     assert rank_of_efficiency(F).rank.tolist() == rank
     exact = exact_ranking(np.array(F), normalize=normalize)
     assert exact.decided

@@ -73,7 +73,9 @@ CASES = {
     "weighted": WEIGHTED,
     "coupled": COUPLED,
 }
-cases = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+cases = pytest.mark.parametrize(
+    ("lower", "upper", "requirements", "rules"), CASES.values(), ids=CASES
+)
 
 
 def followed(X, rules):
@@ -95,10 +97,9 @@ def rejection(lower, upper, rules, count):
 
 
 @cases
-def test_every_design_meets_the_equalities_within_the_bounds(case):
-    lower, upper, _, rules = case
-    table = investigate(Mixture(*case[:3]), 16)
-    assert investigate(Required(Mixture(*case[:3])), 16).equals(table)
+def test_every_design_meets_the_equalities_within_the_bounds(lower, upper, requirements, rules):
+    table = investigate(Mixture(lower, upper, requirements), 16)
+    assert investigate(Required(Mixture(lower, upper, requirements)), 16).equals(table)
     assert (table.status == "ok").all()
     assert ((lower <= table.X) & (upper >= table.X)).all()
     expected = followed(table.X[:, : len(lower) - len(rules)], rules)
@@ -106,16 +107,15 @@ def test_every_design_meets_the_equalities_within_the_bounds(case):
 
 
 @cases
-def test_designs_are_even_like_those_of_rejection(case):
-    lower, upper, _, rules = case
+def test_designs_are_even_like_those_of_rejection(lower, upper, requirements, rules):
     reference = rejection(lower, upper, rules, 20_000)
     spread = reference.std(axis=0)
-    X = investigate(Mixture(*case[:3]), 4096).X
+    X = investigate(Mixture(lower, upper, requirements), 4096).X
     assert np.abs((X.mean(axis=0) - reference.mean(axis=0)) / spread).max() < 0.02
     covariance = (np.cov(X.T) - np.cov(reference.T)) / np.outer(spread, spread)
     assert np.abs(covariance).max() < 0.03
     # two samples of independent designs: each variable, and sums and differences of any two
-    Y = investigate(Mixture(*case[:3]), 4096, sampling=Random()).X
+    Y = investigate(Mixture(lower, upper, requirements), 4096, sampling=Random()).X
     directions = np.random.default_rng(2).normal(size=(12, len(lower)))
     for direction in [*np.eye(len(lower)), *directions] / spread:
         assert ks_2samp(Y @ direction, reference @ direction).pvalue > 1e-3
