@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.analysis import Histogram, histogram
+from pymoo_psi.analysis import Histogram, histogram, within_limits
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     conflicting_pairs,
@@ -207,7 +207,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     feasible = table.feasible()
     groups = [
         (len(table), "in all", bars.tested, _ALL),
-        (feasible.sum(), "within the limits", bars.feasible, _WITHIN),
+        (feasible.sum(), within_limits(table).strip(), bars.feasible, _WITHIN),
         (table.pareto().sum(), PARETO, bars.pareto, _OPTIMAL),
     ]
     is_variable = bars.variable in table.schema.variables

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from pymoo_psi._numbers import number, spans_decades
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Mask, Names, counted
-from pymoo_psi.analysis import written_limits
+from pymoo_psi.analysis import within_limits, written_limits
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.plots._style import (
@@ -321,12 +321,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     columns = {name: _column(table, name, rows[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
-    n_limits = len(table.schema.constraints)
-    for limit in table.limits.values():
-        n_limits += max(int(np.isfinite(limit[:2]).sum()), 1)  # one of texts has no ends
-    beyond = "beyond the limits"
-    if n_limits == 1:
-        beyond = "beyond the limit"
+    beyond = within_limits(table).replace(" within", "beyond")
     groups = {
         PARETO: (_PARETO, pareto),
         "dominated": (_DOMINATED, feasible & ~pareto),
