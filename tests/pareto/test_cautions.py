@@ -196,6 +196,14 @@ def against_its_row(values):
     return np.column_stack([values, -np.arange(len(values))])
 
 
+def test_a_bad_value_is_compared_with_a_better_one():
+    """Places 2 and 3 are worse than the proposal in its worst objective."""
+    far = [[0.85, 0.94], [0.88, 0.92], [0.9, 0.9], [0.92, 0.88], [0.94, 0.85]]
+    found = cautions([[0.01, 0.995], [0.005, 0.998], [0, 1], [1, 0], *far])
+    (caution,) = [caution for caution in found if caution.kind == "extreme"]
+    assert caution.sentence.endswith("Compare place 3, design 3.")
+
+
 # All values are within 1 % of a wide range.
 WITHIN = [[1, 5, 5, 7], [2, 0, 9, 7], [3, 9, 0, 7]]
 WIDE = {"ideal": [0, 0, 0, 0], "nadir": [1000, 10, 10, 10]}

@@ -394,12 +394,15 @@ class _Checks:
         worst = "the worst"
         if (behind[is_worst] > 0).any():
             worst = "nearly the worst"
-        by_place = self.ranking.by_place
-        later = by_place[self.ranking.place[by_place] > 1]
+        # The first by place that is better there; place 2 may be worse still.
+        gains = (self.d[self.best] - self.d)[:, is_worst]
+        better = np.flatnonzero((gains > EDGE * ends[is_worst]).all(axis=1))
         following = ""
-        if len(later):
-            name = self.ranking.name_of(int(later[0]))
-            following = sentence("next", place=self.ranking.place[later[0]], other=name)
+        if len(better):
+            places = self.ranking.place[self.rows[better]]
+            first = places.argmin()
+            name = self.name_of(better[first])
+            following = sentence("next", place=places[first], other=name)
         objectives = listed(self.names[is_worst])
         yield _caution("extreme", worst=worst, objectives=objectives, next=following)
 
