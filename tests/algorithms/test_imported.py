@@ -175,8 +175,11 @@ HOT = pd.DataFrame(
 
 
 def test_choices_outside_a_box_are_tests_too(options, tmp_path):
-    variables = {"x": Real(bounds=(0, 1)), "m": Choice(options=["steel", 12, "12"])}
-    material = Model(lambda x: {"F": x["x"]}, vars=variables, n_obj=1)
+    material = Model(
+        lambda x: {"F": x["x"]},
+        vars={"x": Real(bounds=(0, 1)), "m": Choice(options=["steel", 12, "12"])},
+        n_obj=1,
+    )
     whole = investigate(material, 12, study=tmp_path / "whole.db")
     part = Restricted(material, {"m": ["steel"]})
     assert import_tests(part, tmp_path / "whole.db", options).X.tolist() == whole.X.tolist()

@@ -110,8 +110,15 @@ def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 def test_limits_on_outputs_of_no_test_are_refused(keep, study_file):
     """Only then is it known that no test has it; what was computed is in the study."""
-    options = {"limits": {"heat": 0.5}, "keep": keep, "study": study_file}
-    refused("a name in limits must be one of .*'heat'", investigate, Sum(), 32, **options)
+    refused(
+        "a name in limits must be one of .*'heat'",
+        investigate,
+        Sum(),
+        32,
+        limits={"heat": 0.5},
+        keep=keep,
+        study=study_file,
+    )
     assert read_table(study_file).equals(investigate(Sum(), 32))
 
 
@@ -146,8 +153,15 @@ def test_there_are_32_iterations_at_most(n, share):
 
 def teeth():
     """A vectorised model of whole numbers."""
-    options = {"n_var": 1, "n_obj": 1, "xl": 1, "xu": 6, "vtype": int, "elementwise": False}
-    return Model(lambda X: {"F": X[:, :1] ** 2.0}, **options)
+    return Model(
+        lambda X: {"F": X[:, :1] ** 2.0},
+        n_var=1,
+        n_obj=1,
+        xl=1,
+        xu=6,
+        vtype=int,
+        elementwise=False,
+    )
 
 
 def test_a_repeated_design_is_evaluated_once_but_for_workers():

@@ -25,8 +25,11 @@ from tests.helpers.studies import rows
 
 def step(x):
     """With a stepped constraint that many designs violate alike."""
-    F = [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2]
-    return {"F": F, "G": np.floor(3 * x[1] + 2 * x[2]) - 1, "lift": 2 * x[0]}
+    return {
+        "F": [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2],
+        "G": np.floor(3 * x[1] + 2 * x[2]) - 1,
+        "lift": 2 * x[0],
+    }
 
 
 def failing_step(x):

@@ -16,8 +16,11 @@ def beam(load, strength):
     """A small family: the load shifts the objectives, the strength limits the designs."""
 
     def results(x):
-        F = [x[0] + x[1], load / (0.1 + x[0]), (x[1] - load) ** 2]
-        return {"F": F, "G": load * x[1] - strength, "H": 0.0}
+        return {
+            "F": [x[0] + x[1], load / (0.1 + x[0]), (x[1] - load) ** 2],
+            "G": load * x[1] - strength,
+            "H": 0.0,
+        }
 
     return Model(results, n_var=2, n_obj=3, n_ieq_constr=1, n_eq_constr=1, xu=2.0)
 
@@ -85,8 +88,9 @@ def mixed(k):
         a = x.pop("a")  # a model may change its designs
         return {"F": [a, 1 - a + (x["m"] == "y")]}
 
-    variables = {"a": Real(bounds=(0, k)), "m": Choice(options=["x", "y"]), "b": Binary()}
-    return Model(model, vars=variables)
+    return Model(
+        model, vars={"a": Real(bounds=(0, k)), "m": Choice(options=["x", "y"]), "b": Binary()}
+    )
 
 
 def test_named_designs_and_bounds_of_the_scenario():

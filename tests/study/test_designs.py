@@ -16,8 +16,14 @@ def typed(*options):
 
 def test_models_of_options_that_look_alike_are_different(study_file):
     investigate(typed(12, "oak"), 4, study=study_file)
-    options = {"study": study_file, "error": StudyMismatchError}
-    refused("another model.*choices", investigate, typed("12", "oak"), 4, **options)
+    refused(
+        "another model.*choices",
+        investigate,
+        typed("12", "oak"),
+        4,
+        study=study_file,
+        error=StudyMismatchError,
+    )
 
 
 def test_an_option_is_restricted_by_its_type():

@@ -65,8 +65,9 @@ def test_a_study_is_open_only_while_it_is_used(study):
 
 
 def test_reading_creates_nothing(tmp_path):
-    message = "none.db does not exist; check the name"
-    refused_and_left(tmp_path / "none.db", message, CALLS[:3], StudyAccessError)
+    refused_and_left(
+        tmp_path / "none.db", "none.db does not exist; check", CALLS[:3], StudyAccessError
+    )
 
 
 FOREIGN = {

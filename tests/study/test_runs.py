@@ -118,8 +118,14 @@ def test_a_study_says_when_and_where_runs_began(model, study_file):
 @pytest.mark.parametrize("name", ["run", "test_point", "origin", "seconds"])
 def test_added_columns_replace_no_values(name, study_file, model):
     """Such an objective is refused; a further output is left out, which is said."""
-    options = {"study": study_file, "names": {"f1": name}}
-    refused(f"a column of a study.*'{name}'", investigate, model, 4, **options)
+    refused(
+        f"a column of a study.*'{name}'",
+        investigate,
+        model,
+        4,
+        study=study_file,
+        names={"f1": name},
+    )
     assert not study_file.exists()
     problem = Model(lambda x: {"F": [x[0], 1 - x[0]], name: x[0] - x[1]}, n_var=2)
     for part in (problem, Restricted(problem, {"x1": (0.5, 1)})):
