@@ -187,8 +187,15 @@ def none_left_reason(table: TestTable) -> str:
     would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)
     alone = mask[would_be_left].sum(axis=0)
     if alone.any():
+        name = names[alone.argmax()]
         n = alone.max()
-        return f"{text} Without the limit on {names[alone.argmax()]}, {n} {_are(n)} left."
+        text += f" Without the limit on {name}, {n} {_are(n)} left"
+        limit = table.limits.get(name)
+        if limit is None or limit.texts is not None:
+            return f"{text}."
+        values = table.column(name)[would_be_left & mask[:, alone.argmax()]]
+        span = f"from {number(values.min())} to {number(values.max())}"
+        return f"{text}, {span} {table.schema.units.get(name, '')}".rstrip() + "."
     rejects = mask.sum(axis=0)
     return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
 
