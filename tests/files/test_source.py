@@ -53,7 +53,7 @@ def workbook(*sheets, edit=None):
 
 
 def in_per_cent(sheet):
-    for row in (2, 3):
+    for row in (2, 3, 4):
         sheet.cell(row, 1).number_format = "0.0%"
 
 
@@ -172,6 +172,7 @@ FILES = {
     # Workbooks
     "a sheet of a text": ("cost,mass\n1,5\n3,4\n", {"sheet": "S1"}, "sheet must be left out for a text"),
     "a workbook": (workbook(TYPED), {}, COST),
+    "per cents of a workbook below gaps": (workbook([["fee", "mass"], [None, 3], [None, 4], [0.02125, 2]], edit=in_per_cent), {"decimal": ",", "drop_incomplete": True}, {"fee": [2.125], "mass": [2]}),
     "per cents of a workbook": (workbook([["fee", "mass"], [0.02, 30], [0.02125, 2.5]], edit=in_per_cent), {}, {"fee": [2, 2.125], "mass": [30, 2.5]}),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(50, 2048, "x")), {}, "empty in its first line"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from decimal import Decimal
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from pymoo_psi.table import MARK, headings_of
 
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
+_FIRST = 50  # rows, in which there are titles and gaps
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
 _NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a workbook keeps as texts only
@@ -133,9 +135,9 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
     for number, row in enumerate(frame.itertuples(index=False, name=None), start=1):
         if set(row) != {""}:
             rows[number] = list(map(_typed, row))
-    # A cell that shows 2 % holds 0.02. Sheets are parsed twice only if their second row has one.
+    # A cell that shows 2 % holds 0.02. Sheets are parsed twice only if one is in their first rows.
     sheet = book.book[title]
-    if any(_is_percentage(cell) for row in sheet.iter_rows(max_row=2) for cell in row):
+    if any(_is_percentage(cell) for row in sheet.iter_rows(max_row=_FIRST) for cell in row):
         for number, row in enumerate(sheet.iter_rows(), start=1):
             for j, cell in enumerate(row):
                 if _is_percentage(cell):
@@ -149,11 +151,12 @@ def _is_percentage(cell: Any) -> bool:
 
 
 def _percentage(value: float) -> str:
-    """Return a number as the text that a cell in per cent shows, with all digits."""
-    text = f"{100 * value:.15g}"
-    if "." in text and "e" not in text:
-        text += "0000"  # three digits behind the point could be thousands
-    return f"{text}%"
+    """Return a number in per cent as a text that is the same in every notation: 125e-1%."""
+    number = Decimal(f"{100 * value:.15g}")
+    exponent = int(number.as_tuple().exponent)
+    if exponent == 0:
+        return f"{number}%"
+    return f"{number.scaleb(-exponent):f}e{exponent}%"
 
 
 def _title(titles: Names, name: str | None) -> str:
