@@ -17,8 +17,11 @@ TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "
 
 def every(X):
     """Two objectives, the second the negative of what is to be maximised, and an output."""
-    F = np.column_stack([X.sum(axis=1), X[:, 0] * X[:, 1] - X[:, 0]])
-    return {"F": F, "G": X[:, :1] - 0.7, "heat": X[:, :1] + 300}
+    return {
+        "F": np.column_stack([X.sum(axis=1), X[:, 0] * X[:, 1] - X[:, 0]]),
+        "G": X[:, :1] - 0.7,
+        "heat": X[:, :1] + 300,
+    }
 
 
 def one(x):

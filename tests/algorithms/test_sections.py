@@ -23,8 +23,14 @@ def bar(a, n, c):
 
 @pytest.fixture(scope="module")
 def table():
-    kinds = {"n": Integer(bounds=(2, 6)), "c": Choice(options=["oak", "tin"])}
-    model = Model(lambda x: {"F": bar(**x)}, vars={"a": Real(bounds=(1, 3)), **kinds})
+    model = Model(
+        lambda x: {"F": bar(**x)},
+        vars={
+            "a": Real(bounds=(1, 3)),
+            "n": Integer(bounds=(2, 6)),
+            "c": Choice(options=["oak", "tin"]),
+        },
+    )
     told = {"names": {"f1": "mass", "f2": "gain"}, "units": {"a": "mm", "mass": "kg"}}
     return investigate(model, 96, maximize=["gain"], log=["a"], **told)
 

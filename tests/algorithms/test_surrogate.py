@@ -44,8 +44,11 @@ def frame(a, n, b, c):
     if n == 3 and a > 0.5:
         raise ArithmeticError("no mesh")
     m = {"steel": 3.0, "wood": 1.0, 3: 2.0}[c]
-    F = [a**2 + m + n, (a - 1) ** 2 + 10 / n / m + 1 - b]
-    return {"F": F, "G": [n - 7.5], "weight": 2 * m}
+    return {
+        "F": [a**2 + m + n, (a - 1) ** 2 + 10 / n / m + 1 - b],
+        "G": [n - 7.5],
+        "weight": 2 * m,
+    }
 
 
 def mixed(**options):

@@ -104,8 +104,14 @@ def test_tests_without_a_name_are_not_those_of_one_design():
     [("day", "different ones"), ("none", "one of")],
 )
 def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
-    options = {"variables": ["x"], "average_by": column}
-    refused(f"^average_by must be.*{rule}", read_table, FRAME.assign(x=range(8)), ASKED, **options)
+    refused(
+        f"^average_by must be.*{rule}",
+        read_table,
+        FRAME.assign(x=range(8)),
+        ASKED,
+        variables=["x"],
+        average_by=column,
+    )
 
 
 IDS = FRAME.rename(columns={"variant": "id"})

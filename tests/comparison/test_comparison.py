@@ -81,8 +81,12 @@ class Greedy(NSGA2):
 )
 def test_only_its_budget_ends_an_algorithm(algorithm, budget, spent):
     problem = counted()
-    algorithms = {"one": lambda n: copy.deepcopy(algorithm)}
-    result = compare(problem, n_evaluations=budget, seeds=1, algorithms=algorithms)
+    result = compare(
+        problem,
+        n_evaluations=budget,
+        seeds=1,
+        algorithms={"one": lambda n: copy.deepcopy(algorithm)},
+    )
     assert len(problem.calls) == spent
     assert result.to_frame()["hypervolume"].item() > 0
 
@@ -143,8 +147,12 @@ def test_a_known_front_joins_the_reference():
 
 
 def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
-    algorithms = ["psi", "psi-scrambled", "surrogate"]
-    arguments = {"n_evaluations": [24], "seeds": 2, "folder": tmp_path, "algorithms": algorithms}
+    arguments = {
+        "n_evaluations": [24],
+        "seeds": 2,
+        "folder": tmp_path,
+        "algorithms": ["psi", "psi-scrambled", "surrogate"],
+    }
     result, again = compare(mixed(), **arguments), compare(mixed(), **arguments)
     for run, stored in zip(result.runs, again.runs, strict=True):
         assert stored.X.tolist() == run.X.tolist()

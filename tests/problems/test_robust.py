@@ -127,8 +127,14 @@ def test_its_study_is_its_own(study_file, changed):
     chute = VectorizedSphereChute(0.4, upper=(1.4, 6))
     given = {"problem": chute, "tolerances": {"x2": 0.05}, "statistics": "cvar:0.9"}
     investigate(Robust(**given), 8, study=study_file)
-    options = {"error": StudyMismatchError, "study": study_file}
-    refused("belongs to another model", investigate, Robust(**given | changed), 8, **options)
+    refused(
+        "belongs to another model",
+        investigate,
+        Robust(**given | changed),
+        8,
+        study=study_file,
+        error=StudyMismatchError,
+    )
     assert len(investigate(Robust(**given), 16, study=study_file)) == 16
 
 

@@ -401,8 +401,11 @@ TWO = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
 
 @pytest.mark.parametrize("pair", [[1.0, 1.0], [0.0, None], [2.0, 1.0]])
 def test_a_fixed_range_has_two_ends(pair):
-    message = "of two (different|finite) numbers|in increasing order"
-    refused(message, TWO.under, ranges={"f1": pair, "f2": [3.0, 4.0]})
+    refused(
+        "of two (different|finite) numbers|in increasing order",
+        TWO.under,
+        ranges={"f1": pair, "f2": [3.0, 4.0]},
+    )
     assert TWO.under(ranges={"f1": [0.0, 2.0], "f2": [3.0, 4.0]}).remarks == ()
 
 
