@@ -186,7 +186,7 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
     return
   }
   const scale = scaleOf(column)
-  const share = shareOn(scale)
+  const share = shareOn(scale, 0)
   inputs.forEach((input, k) => {
     const [value, thumb] = [limit?.[k] ?? null, thumbs[k]]
     const isSet = value !== null
@@ -207,6 +207,10 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   renew(cells[0], value)
   const ends = one ? [ranking.nadir[j], one.best] : [scale.low, scale.high] // from left to right
   ends.forEach((end, k) => renew(cells[k + 1], (one || j < 0) && valueText(column, end)))
+  // Below the axis, on a narrow screen, each stands at its place.
+  const [from, to] = ends.map((end) => isTurned(column) ? 1 - share(end) : share(end))
+  const half = `minmax(max-content, ${500 * (to - from)}fr)` // less than 1fr in all would leave room
+  cells[1].parentElement.style.gridTemplateColumns = `${1000 * from}fr ${half} ${half} ${1000 * (1 - to)}fr`
   const behind = one && (isWithin(one.share) ? percent(one.share) : "beyond")
   renew(cells[3], one?.share < 0 ? "–" : behind)
   fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
