@@ -512,7 +512,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     switched = row.inner_text().replace("\xa0", " ").split(", ")[1].split(" is proposed")[0]
     if row.locator("h3").count():
         switched = row.locator("h3 button").inner_text()
-    row.get_by_role("button", name="Set mass at most").focus()
+    row.get_by_role("button", name="Set mass below").focus()
     reader.press("Enter")
     assert reader.ask("D.data.names[D.verdict.row]") == switched
     reader.until("D.resting")  # who works by keys stays where the limit was

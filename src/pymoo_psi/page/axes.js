@@ -93,7 +93,7 @@ const axes = (() => {
       lines(g, shownRows, {strokeStyle: colour, globalAlpha: 0.4, lineWidth: 1})
       lines(g, ranking.byPlace.subarray(0, 3), {strokeStyle: colour, lineWidth: 1.2})
     }
-    for (const lane of lanes) drawRange(g, lane, isFew ? shownRows : [])
+    for (const lane of lanes) drawRange(g, lane, isFew || !gaps.length ? shownRows : [])
     for (const {row, look} of marks) {
       g.setLineDash(LOOKS[look].dashes ?? [])
       lines(g, [row], {strokeStyle: LOOKS[look].colour, lineWidth: row === verdict?.row ? 2.6 : 1.6})
@@ -115,10 +115,9 @@ const axes = (() => {
     })
     const j = data.objectives.indexOf(column)
     if (j >= 0 && ranking.count) drawLine(g, INK.muted, x(ranking.nadir[j]), y, x(ranking.ideal[j]), y, 2)
-    for (const row of rows) {
-      const place = x(values[row])
-      drawLine(g, LOOKS.other.colour, place, y - 5, place, y + 5, 1.5)
-    }
+    // Where there are no lines these are all the designs: no more than pixels are drawn.
+    const places = new Set(Array.from(rows, (row) => round(2 * x(values[row])) / 2))
+    for (const place of places) drawLine(g, LOOKS.other.colour, place, y - 5, place, y + 5, 1.5)
   }
 
   // How many designs lie beyond the ends of an axis: counted only where there are some, as the least of

@@ -99,7 +99,13 @@ function switchTexts(ranking, found) {
   return texts
 }
 
-function switchText(ranking, {name, end, looser, written: [value, digits], row}, other = row < 0 ? sentence("none") : sentence("other", {design: data.names[row]})) {
+// The value at which a limit changes the proposal, with the digits of its sentence.
+function limitOfSwitch(ranking, {name, written: [value, digits]}) {
   const column = data.by.get(name)
-  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other, limit: withUnit(column, short(value, digits, decimalsOf(column, ranking)))})
+  return withUnit(column, short(value, digits, decimalsOf(column, ranking)))
+}
+
+function switchText(ranking, one, other = one.row < 0 ? sentence("none") : sentence("other", {design: data.names[one.row]})) {
+  const {name, end, looser} = one
+  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other, limit: limitOfSwitch(ranking, one)})
 }

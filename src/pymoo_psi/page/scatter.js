@@ -173,7 +173,8 @@ const scatter = (() => {
     const beyond = known.length - picked(known, isInside).length
     const missing = shownRows.length - known.length
     drawn = {points: known.length, missing, beyond}
-    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, "beyond a limit"], [missing, "without a value"]]
+    const reason = data.n > MOST_SHAPES ? "beyond a limit" : `${rejected.length ? "more " : ""}beyond a limit (outside the axes)`
+    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, reason], [missing, "without a value"]]
       .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
     const isHatched = columns.some(limitOf)
     const looks = new Set(marks.map(({look}) => look))

@@ -55,7 +55,7 @@ function showCounts() {
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   legend("foot", shownRows.length < 2 ? [] : [
-    [swatch("line"), `${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
+    [swatch(shownRows.length <= MOST_LINES ? "tick.own" : "line"), `${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
     shownRows.length <= MOST_LINES && [swatch("strong"), "places 1 to 3"],
     shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick"), "other designs"],
     data.columns.some((column) => !column.texts && limitOf(column)) && [swatch("hatch"), "beyond a limit"],
@@ -68,9 +68,11 @@ function showCounts() {
 let changes = []
 const changeTo = (row) => changes.find(([, one]) => one.row === row && !one.looser)?.[1]
 const tried = ({exact}) => exact ? "" : " (of values tried)"
-function setButton({name, end, next}) {
+function setButton(one) {
+  const {name, end, next, looser} = one
   const column = data.by.get(name)
-  return button(`Set ${name} ${end ? "at most" : "at least"} ${withUnit(column, valueText(column, next))}`,
+  const words = looser ? ["at least", "at most"] : ["above", "below"]
+  return button(`Set ${name} ${words[end]} ${limitOfSwitch(ranking, one)}`,
     () => setLimit(column, numericLimit(column).with(end, next)))
 }
 
