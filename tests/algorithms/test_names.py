@@ -140,7 +140,7 @@ def test_an_output_of_some_designs_may_have_a_unit():
     np.testing.assert_array_equal(np.isnan(whole.column("load")), whole["x1"] <= 0.5)
     assert whole.schema.units == {"load": "N"}
     assert minimize(some, PSI(16, block_size=1)).algorithm.table.equals(whole)
-    with pytest.warns(UserWarning, match="no test has the output 'load'"):
+    with pytest.warns(UserWarning, match="no test of the table has the output 'load'"):
         investigate(some, 2)
 
 

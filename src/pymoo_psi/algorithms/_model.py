@@ -121,7 +121,8 @@ class Model:
             for name in self.schema.outputs:  # promised by their units
                 if np.isnan(tests.column(name)).all():
                     warnings.warn(
-                        f"no test has the output {name!r}, whose unit is given", stacklevel=3
+                        f"no test of the table has the output {name!r}, whose unit is given",
+                        stacklevel=3,
                     )
         return tests.under(self.formulation)
 
