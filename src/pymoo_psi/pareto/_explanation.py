@@ -127,6 +127,24 @@ class DesignComparison:
         """
         return self._sides(k, change_of)
 
+    def losses(self, k: int) -> list[str]:
+        """Return the losses of the k-th design compared, each with its share of the range.
+
+        Example:
+            >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).losses(1)
+            ['f2 5 higher (62 %)']
+        """
+        texts = []
+        for j in by_size(np.abs(self.shares[k])):
+            loss = -self.gains[k, j]
+            share = -self.shares[k, j]
+            if loss > 0:
+                text = change_of(self.ranking, j, loss)
+                if within_range(share):
+                    text += f" ({percent(share)})"
+                texts.append(text)
+        return texts
+
     def amounts(self, k: int) -> tuple[str, str]:
         """Return what the k-th design compared gains against the first, and what it gives up.
 

@@ -240,10 +240,9 @@ class Choice:
                 text = f"The {self.noun}."
             elif name in rows:
                 pair = compare_designs(free, rows=[rows[name], rows[self.name]])
-                _, worse = pair.changes(1)
                 gains = zip(free.objectives.names, pair.gains[1], strict=True)
                 better = [objective for objective, gain in gains if gain > 0]
-                costs = _few(worse or ["nothing is worse"])
+                costs = _few(pair.losses(1) or ["nothing is worse"])
                 text = f"The {self.noun}: {costs}; better in {_few(better or ['nothing'])}."
             beyond: list[str] = []
             if name in table.names:
@@ -321,7 +320,7 @@ class Choice:
         if self.ranking.pareto[ranked]:
             return ""
         other = explain(self.ranking, row=ranked).dominated_by
-        return f"dominated by place {self.ranking.place[other]}"
+        return f"dominated by place\N{NO-BREAK SPACE}{self.ranking.place[other]}"
 
     def properties(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
@@ -446,9 +445,9 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
         free = cost[f"{objective}_alone"]
         if (now - free) * sign > 0:
             texts = [choice.amount(objective, value) for value in (free, now)]
-            gains.append(f"{objective} {texts[0]} instead of {texts[1]}")
+            gains.append(f"the best {objective} is {texts[0]} instead of {texts[1]}")
     if gains:
-        yield f"Best values without it: {_few(gains)}."
+        yield f"Without it {_few(gains)}."
 
 
 def _with_unit(table: TestTable, name: str, text: str) -> str:
@@ -524,7 +523,7 @@ def grid(frame: pd.DataFrame) -> list[list[tuple[str, str]]]:
     """Return the rows of a table, the headings first, each cell with its class, "n" for numbers."""
     classes = []
     for _, texts in frame.items():
-        is_number = all(map(_NUMBER.fullmatch, texts))
+        is_number = all(map(_NUMBER.fullmatch, texts)) and any(texts)
         classes.append("n" if is_number else "")
     rows: list[Iterable[str]] = [frame.columns, *frame.to_numpy()]
     return [list(zip(row, classes, strict=True)) for row in rows]
