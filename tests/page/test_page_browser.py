@@ -424,7 +424,10 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     reader.click(reader.page.get_by_label("Show: Dan"))
     assert reader.state["chosen"] is None
     beyond = reader.page.locator("#position-list .beyond")
-    for limits, texts in (({}, []), ({"mass": [None, 0.01]}, ["beyond the limit mass at most 0.01 kg"] * 3)):
+    for limits, texts in (
+        ({}, []),
+        ({"mass": [None, 0.01]}, ["beyond the limit mass at most 0.01 kg"] * 3),
+    ):
         reader.set(positions=held, limits=limits)
         assert beyond.all_inner_texts() == texts
     reader.set(limits={})
