@@ -535,7 +535,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             # app.main() would handle errors in its own way. The name is for
             # 'python -m pymoo_psi'.
-            with app.make_context("pymoo-psi", words) as context:
+            with app.make_context("pymoo-psi", words, obj=tuple(words)) as context:
                 return int(app.invoke(context))
     except click.exceptions.Exit as end:  # --help, --version
         return end.exit_code

@@ -13,6 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import click
 import numpy as np
 from pymoo.core.problem import Problem
 
@@ -348,7 +349,9 @@ def _say_result(
     if not is_new.all():
         head.append(_added(result, is_new))
     notes = [*reasons]
+    more = ": --out FILE.csv"
     if options.out is not None:
+        more = ""
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
     formulated = typed_options(OF_FORMULATION)
     if options.study is not None:
@@ -356,9 +359,10 @@ def _say_result(
     elif options.out is not None:
         following = command("pymoo-psi", "page", str(options.out))
     else:
-        following = ["the same command with --study FILE.db, which keeps the tests"]
+        typed = click.get_current_context().obj  # again, but the study keeps the tests
+        following = command("pymoo-psi", *typed, "--study", "FILE.db")
     where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
-    say_ranking(table, found, head, notes, following, all_by=where)
+    say_ranking(table, found, head, notes, following, all_by=where, more=more)
 
 
 def _added(result: Result, is_new: Mask) -> str:

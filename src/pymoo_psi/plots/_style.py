@@ -83,6 +83,7 @@ _WIDEST = 0.98  # share of the width for a key
 _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
+_LEAST_TICKS = 3  # on a y-axis, where further ones take no room
 # Where better values are, by the sign of an objective.
 _BETTER = {
     "x": {1: "← {}, less is better", -1: "{}, more is better →", 0: "{}"},
@@ -311,10 +312,12 @@ def name_axis(
     width = figure.get_figwidth() * 72 / grid.ncols
     room = width - _TICKS_WIDTH
     n_ticks = int(np.clip(room // _TICK_WIDTH, 1, _MOST_TICKS))
+    least_ticks = 2
     if letter == "y":
         head_axes(axes)
         room = width - _TICKS_WIDTH / 2
         n_ticks = _MOST_TICKS - 1
+        least_ticks = _LEAST_TICKS
     if label:
         text = _BETTER[letter][sign]
         axis.set_label_text(text.format(literal(label)))
@@ -333,7 +336,8 @@ def name_axis(
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear":
-        axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
+        locator = MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least_ticks)
+        axis.set_major_locator(locator)
         axis.set_major_formatter(_Ticks())
     else:
         axis.get_major_locator().set_params(numticks=n_ticks + 1)
