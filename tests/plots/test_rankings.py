@@ -66,7 +66,7 @@ def test_few_lines_have_names_and_the_first_are_darker(n, last, width):
     assert sum(widths == widths[-1]) == (last or n)
     names = {f"{ranking.place[k]}. {ranking.name_of(k)}" for k in range(n)}
     named = {text.get_text() for text in ax.texts if text.get_visible()} & names
-    assert len(named) == (n if n <= 8 else 1)
+    assert len(named) == (n if n <= 8 else 3)
 
 
 @pytest.mark.parametrize(
@@ -81,6 +81,18 @@ def test_the_key_tells_places_and_not_how_many_designs_have_them(n, key):
     x = np.linspace(0, 1, n)
     figure = plot_ranking(np.column_stack([x, 1 - x]))
     assert [text.get_text() for legend in figure.legends for text in legend.get_texts()] == key
+
+
+def test_a_great_many_lines_are_drawn_as_their_density():
+    x = np.linspace(0, 1, 1001)  # all lines cross half way between the two rows
+    figure = plot_ranking(np.column_stack([x, 1 - x]))
+    lines, ax = lines_of(figure)
+    assert len(lines) == 11  # two are of place 10
+    (image,) = ax.images
+    density = image.get_array()
+    densest = np.argwhere(density == density.max())
+    np.testing.assert_allclose(densest.mean(axis=0) + 0.5, np.array(density.shape) / 2, atol=1)
+    assert "990 more not dominated, as a density" in texts(figure)
 
 
 def test_lines_go_from_worst_to_best_values(ranking, page):
@@ -106,12 +118,14 @@ def test_lines_go_from_worst_to_best_values(ranking, page):
 def test_more_than_three_decades_have_a_logarithmic_axis():
     frame = pd.DataFrame({"life": [1e2, 1e4, 1e6], "cost": [1.0, 2.0, 3.0]})
     figure = plot_ranking(rank_of_efficiency(frame, maximize=["life"]))
-    assert [row[0] for row in rows_of(figure)[1:]] == ["life", "cost"]
-    assert rows_of(figure)[1][1] == "log axis, 100"
+    assert [row[0] for row in rows_of(figure)[1:]] == ["life, log", "cost"]
+    assert rows_of(figure)[1][1:] == ["100", "1\u00a0000\u00a0000", "100"]
+    assert {"10²", "10⁵"} <= {*texts(figure)}  # at the first and the last tick
+    assert "not by their logarithms" in figure.caption
     lines, _ = lines_of(figure)
     assert sorted(line[0, 0] for line in lines) == pytest.approx([0, 0.5, 1])
-    decades = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "|"]
-    assert decades == pytest.approx([0, 0.25, 0.5, 0.75])
+    (decades,) = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
+    assert decades.get_xdata() == pytest.approx([0, 0.25, 0.5, 0.75])
     axes = shown(plot_objectives(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
     assert axes.get_xlabel() == "← life, log, less is better"

@@ -7,18 +7,18 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
-from itertools import combinations, permutations, product
+from itertools import combinations, pairwise, permutations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import PowerNorm
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._numbers import NumberFormat, number, spans_decades
+from pymoo_psi._numbers import NumberFormat, spans_decades
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
@@ -62,6 +62,7 @@ from pymoo_psi.plots._style import (
     raised,
     set_log,
     stack_pairs,
+    tick,
 )
 from pymoo_psi.table import Kind, Schema, TestTable
 
@@ -71,7 +72,12 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
 _MANY = 25  # lines; more of them are fainter and overlap as a density
-_FAINTEST = 0.01  # opacity of a line
+_MOST = 500  # and from here on the others are drawn as their density
+_LEVELS = 200  # between two rows where lines are counted
+_BAND = 5  # of which so many are added, as regular values leave gaps at single ones
+_BINS = 120  # and along a row
+_DENSE = 0.98  # quantile of it from which on it is equally dark
+_BLACK = 3.5  # times this it would be black
 _NEAR = 10  # places up to which lines are darker
 _NEAREST = 3  # and where each line has a name
 _PAIRS = 4  # pairs of objectives, in two columns
@@ -87,13 +93,14 @@ _NAME = 26  # letters of the name of a row or a line
 _LIFT = 17.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
 _LETTER = 4.6  # width of a digit in points, and a little more
-_DIGITS = 3  # of its values
-_SHADES = ("0.35", "0.65")  # of the lines of the nearest and the other designs
+_SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
+# A power of ten above its tick, below the marked lines.
+_DECADE: Style = NOTE | {"color": "0.4", "ha": "center", "zorder": 4}
 # A name beside a line.
 _FLAG: Style = {"va": "center", "ha": "center", "in_layout": False}
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
 _SOLID: Style = {
-    "path_effects": [withStroke(linewidth=4, foreground="white")],
+    "path_effects": [withStroke(linewidth=3.2, foreground="white")],
     "color": ACCENT,
     "linewidth": 2.0,
     "linestyle": "-",
@@ -338,8 +345,9 @@ def plot_ranking(
 
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
-    Each design is a line. Of eight designs and fewer each has its place and name at the end of its
-    line where there is room, and places up to 3 are darker; of more, places up to 10.
+    Each design is a line, with its place and name at the end where there is room. Of more than
+    eight designs only the first three have names, and of more than 500 only the marked ones and
+    those up to place 10 have a line; the others are shown as the density of their lines.
     :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
@@ -389,9 +397,8 @@ def plot_ranking(
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
         _draw_lines(ax, places[front], is_near, last)
-        named = list(styles)
-        if is_few:
-            named = list(dict.fromkeys([*styles, *front[::-1].tolist()]))
+        n_named = NAMED if is_few else _NEAREST
+        named = list(dict.fromkeys([*styles, *front[::-1][:n_named].tolist()]))
         names = []
         for design in named:
             looks: Style = {"color": "0.45"}
@@ -410,13 +417,20 @@ def plot_ranking(
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
         ax.axis("off")
+        logs = ""
+        if any(map(spans_decades, np.transpose([ranking.nadir, ranking.ideal]))):
+            logs = "Designs are ranked by the values on logarithmic axes, not by their logarithms."
+        lines = "each a line"
+        if len(front) > _MOST:
+            lines = "the first ones as lines, the others as the density of theirs"
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
-            measure = "in its fixed range"
+            measure = "in the fixed range"
         figure.describe(
             title,
-            f"The {counted(len(front), 'design')} that no other dominates, each a line: its values "
+            f"The {counted(len(front), 'design')} that no other dominates, {lines}: values "
             f"{measure}.",
+            logs,
         )
     figure.resize(width)
     return figure
@@ -444,16 +458,17 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
         written = NumberFormat.of(column[ranking.pareto]).text
-        scale = ""
         if is_log:
-            scale = "log axis, "
-            written = partial(number, digits=_DIGITS)
+            heading += ", log"
             low, high = np.sort(np.log10(ends))
             powers = 10.0 ** np.arange(np.ceil(low), high)
-            for place in places_between(powers, *ends)[0]:
-                ax.plot(place, j, "|", color="0.4", markersize=5, zorder=1)
+            decades = places_between(powers, *ends)[0]
+            ax.plot(decades, np.full(len(powers), j), "|", color="0.4", markersize=5, zorder=1)
+            for k in (0, -1):  # the others follow from them
+                at = (decades[k], j)
+                ax.annotate(tick(powers[k], ends), at, (0, 3.5), **_DECADE)
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
-        texts.append([heading, scale + worst, best, value])
+        texts.append([heading, worst, best, value])
     bold = style | {"color": INK, "fontweight": "bold"}
     _, _, bests, values = zip(*texts, strict=True)
     middle = _APART + _LETTER * len(max(bests, key=len))
@@ -482,13 +497,17 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
         last: The last place of those.
     """
     n, m = places.shape
-    faint = min(1.0, max(_FAINTEST, _MANY / n))
+    drawn = np.full(n, True)
+    if n > _MOST:
+        _draw_density(ax, places[~is_near])
+        drawn = is_near
+    faint = min(1.0, _MANY / n)
     shades = np.where(is_near, *_SHADES)
     lines = LineCollection(
-        list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])),
-        colors=shades.astype(float)[:, None].repeat(3, axis=1),  # texts take longer
-        linewidths=np.where(is_near, 0.9, 0.5),
-        alpha=np.where(is_near, 1.0, faint),
+        list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])[drawn]),
+        colors=shades.astype(float)[drawn, None].repeat(3, axis=1),  # texts take longer
+        linewidths=np.where(is_near, 0.8, 0.5)[drawn],
+        alpha=np.where(is_near, 1.0, faint)[drawn],
         rasterized=n > _MANY,
         clip_on=False,
     )
@@ -498,7 +517,33 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
         for line, shade in zip(places, shades, strict=True):
             ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
     ax.plot([], [], color=_SHADES[0], label=f"places up to {last}")
-    ax.plot([], [], color=_SHADES[1], label=f"{n - is_near.sum()} more not dominated")
+    others = f"{n - is_near.sum()} more not dominated"
+    if n > _MOST:
+        others += ", as a density"
+    ax.plot([], [], color=_SHADES[1], label=others)
+
+
+def _draw_density(ax: Axes, places: Array) -> None:
+    """Draw how many of ``(n, m)`` designs have their line where, the darker the more."""
+    m = places.shape[1]
+    ends = (min(0.0, places.min()), max(1.0, places.max()))
+    shares = (np.arange(_LEVELS) + 0.5) / _LEVELS
+    counts = []
+    for above, below in pairwise(places.T):
+        for share in shares:
+            across = (1 - share) * above + share * below
+            counts.append(np.histogram(across, _BINS, ends)[0])
+    density = np.reshape(counts, (-1, _BAND, _BINS)).sum(axis=1)
+    dense = np.quantile(density, _DENSE)
+    ax.imshow(
+        np.minimum(density, dense),
+        cmap="Greys",
+        norm=PowerNorm(0.5, 0, _BLACK * dense),
+        extent=(*ends, m - 1, 0),
+        aspect="auto",
+        interpolation="bilinear",
+        zorder=-1,
+    )
 
 
 def _name_lines(

@@ -646,12 +646,13 @@ def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
     axis = getattr(axes, f"{letter}axis")
     axis.set_major_locator(LogLocator(subs=factors, numticks=5))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(lambda value, _: tick(value))
+    axis.set_major_formatter(lambda value, _: tick(value, axis.get_view_interval()))
 
 
-def tick(value: float) -> str:
-    """Return a number at a tick of a logarithmic axis."""
-    if 1e-3 <= value < 1e4:
+def tick(value: float, ends: Iterable[float]) -> str:
+    """Return a number at a tick of a logarithmic axis: as a power of ten if its ends need it."""
+    low, high = sorted(ends)
+    if low >= 1e-3 and high <= 1e5:
         return number(value)
     return raised(NumberFormat(0, has_powers=True).text(value))
 
@@ -665,8 +666,8 @@ def raised(text: str) -> str:
     """
     text = text.replace("-", "−")
     factor, exponent, power = text.partition("e")
-    if not exponent:
-        return text
+    if not exponent or power == "0":
+        return factor
     if factor == "1":
         return f"10{power.translate(_RAISED)}"
     return f"{factor}×10{power.translate(_RAISED)}"
