@@ -28,6 +28,7 @@ _SAME = 1e-12  # values closer than this, relatively, differ by rounding only
 _MOST = 12  # decimals
 _LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
 _LONGEST = 1e7  # and from this size on all numbers
+_DIGITS_OF_LONG = 4  # of numbers beyond it
 _SHORT = 1e-4
 _DIGITS = 6  # and with more digits, if a column spans decades
 _ALL = 100 - 1e-7  # per cent, up to rounding
@@ -117,10 +118,25 @@ class NumberFormat:
         elif self.has_powers:
             text = _with_power(value, self.decimals)
         elif abs(value) >= _LONGEST:  # it is beyond the range of the column, a penalty perhaps
-            text = _with_power(value, 3)
+            text = _with_power(value, _DIGITS_OF_LONG - 1)
         else:
             text = _grouped(f"{round(value, self.decimals) + 0.0:.{self.decimals}f}")  # no -0
         return localized(text).replace("-", self.minus)
+
+    def digits(self, value: float) -> int:
+        """Return how many digits a number of the column has, at least one.
+
+        Example:
+            >>> NumberFormat(1).digits(104.125), NumberFormat(2, has_powers=True).digits(12345.67)
+            (4, 3)
+        """
+        if self.has_powers:
+            return self.decimals + 1
+        if value == 0:
+            return 1
+        if abs(value) >= _LONGEST:
+            return _DIGITS_OF_LONG
+        return max(floor(log10(abs(value))) + 1 + self.decimals, 1)
 
     def rounded(self, values: Array) -> Array:
         """Return ``(n,)`` finite numbers as they are written."""

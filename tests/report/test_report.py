@@ -203,6 +203,23 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
         assert (row[0] == "–") == (row[1] not in oracle.front)
 
 
+@pytest.mark.parametrize("seed", seeds(6))
+@undrawn
+def test_limits_are_written_as_the_column_and_have_their_effect(seed):
+    rng = np.random.default_rng(seed)
+    a = rng.random(20) * 100
+    frame = pd.DataFrame({"a": a, "b": 1e3 / (1 + a) + rng.random(20)})
+    table = read_table(frame, Formulation(["a", "b"]))
+    said = lines(decision_report(table), "The proposal changes with a limit")
+    rows = [row.split(" | ") for row in said if " below | " in row]
+    assert rows
+    for limit, value, design in rows:
+        name = limit.partition(" ")[0]
+        below = np.nextafter(float(value.replace("\N{NO-BREAK SPACE}", "")), -np.inf)
+        assert table.under(limits={name: below}).best().names == [design]
+        assert len(value.partition(".")[2]) <= 2
+
+
 COST = re.compile(r"([\d. ]*\d) in (price|battery|speed) \(([\d.]+) %")
 CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 

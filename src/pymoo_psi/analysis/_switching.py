@@ -317,8 +317,14 @@ def change_text(table: TestTable, row: Mapping[Any, Any]) -> str:
     return sentence(template, column=row["column"], limit=limit, other=other)
 
 
-def changed_limit(table: TestTable, row: Mapping[Any, Any]) -> str:
-    """Return the value of a change of the :func:`switching_values` of a table with its unit."""
+def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> str:
+    """Return the value of a change of the :func:`switching_values` of a table with its unit.
+
+    Args:
+        table: The table.
+        row: The change.
+        digits: The digits of the value; it has more where designs lie between.
+    """
     ranking = table.feasible_ranking()
     column = row["column"]
     decimals = decimals_as_given(table.column(column)[ranking.rows[ranking.pareto]])
@@ -328,21 +334,22 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any]) -> str:
     if row["direction"] == "looser":
         tests = _without_end(table, column, row["end"])
     cells = tests.column(column)[tests.feasible()].astype(np.float64)
-    digits, value = _rounded(row["value"], cells, is_up)
+    digits, value = _rounded(row["value"], cells, is_up, digits)
     return f"{number(value, digits, decimals)} {table.schema.units.get(column, '')}".strip()
 
 
-def _rounded(value: float, cells: AnyArray, is_up: bool) -> tuple[int, float]:
-    """Return six digits, or more where designs lie between, and a value rounded to them.
+def _rounded(value: float, cells: AnyArray, is_up: bool, least: int) -> tuple[int, float]:
+    """Return the least digits, or more where designs lie between, and a value rounded to them.
 
     Args:
         value: The value.
         cells: ``(n,)`` the values of the designs.
         is_up: Whether it is rounded up or down.
+        least: The least digits.
     """
     others = cells[cells != value]
     rounded = value
-    for digits in range(6, _ALL_DIGITS + 1):
+    for digits in range(least, _ALL_DIGITS + 1):
         context = Context(prec=digits, rounding=ROUND_CEILING if is_up else ROUND_FLOOR)
         rounded = float(context.create_decimal(repr(value)))
         if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():

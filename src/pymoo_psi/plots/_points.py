@@ -245,7 +245,9 @@ class Points:
         if not self.columns:
             return f"{text}."
         groups = groups_in_words(self.groups)
-        if groups:
+        if groups == f"{len(table)} {PARETO}":
+            text += ", none of them dominated"
+        elif groups:
             text += f": {groups}"
         if self.n_outside:
             text += f". {counted(self.n_outside, 'design')} outside the axes"

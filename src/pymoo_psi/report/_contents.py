@@ -69,6 +69,7 @@ _LIMIT_WORDS = {
 _MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not worth their time
 _KEPT = "/:;,=+"  # characters of a drawing that an address may have
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
+_DIGITS = 6
 _TICKS = 1000  # places on an axis that can be told apart
 # A number, its unit, a date, or nothing. Columns of such cells are aligned to the right.
 _NUMBER = re.compile(
@@ -272,7 +273,10 @@ class Choice:
                 best.append(name)
                 continue
             word = _LIMIT_WORDS[change["end"], change["direction"]]
-            limit = changed_limit(self.table, change)
+            digits = _DIGITS  # of a column that is no property of designs, such as a run
+            if name in self.formats:
+                digits = self.formats[name].digits(change["value"])
+            limit = changed_limit(self.table, change, digits)
             rows.append((f"{name} {word}", limit, change["design"] or "no design is left"))
         note = ""
         if best:
