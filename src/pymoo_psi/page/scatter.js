@@ -3,6 +3,7 @@
 
 const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
+const FEW_NAMES = 8 // of designs that no other dominates, which may cover lines
 const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
 const CLEAR = 10 // pixels around a point, more than between a name and its own, so that one sees whose it is
@@ -199,29 +200,50 @@ const scatter = (() => {
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
     const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR, y: v(row) - CLEAR, width: 2 * CLEAR, height: 2 * CLEAR}))
-    boxes = []
-    const ties = []
+    const setFont = (row) => { g.font = row === verdict?.row ? `650 ${FONT}` : FONT }
+    const isFew = ranking.front.length <= FEW_NAMES
+    let taken = [] // by names and their lines
     const faultOf = (place) => {
-      const covers = (obstacles) => [place, ...place.tie].some((spot) => !isFree(spot, obstacles))
+      const spots = [place, ...place.tie]
+      const covers = (obstacles) => spots.some((spot) => !isFree(spot, obstacles))
+      const away = (row) => hypot(...wayTo(place, row))
       const isOnPoint = covers(points)
-      if (covers([...boxes, ...ties]) || (isOnPoint && !place.tie.length)) return Infinity
-      return 2 * isOnPoint + !isFree(place, lines)
+      if (covers(taken) || (isOnPoint && !place.tie.length) || points.some(({row}) => away(row) < away(place.row))) return Infinity
+      return 2 * isOnPoint + (!isFree(place, lines) || place.tie.filter((spot) => !isFree(spot, lines)).length > 2)
     }
-    for (const row of rows) {
-      g.font = row === verdict?.row ? `650 ${FONT}` : FONT
+    // The name of a row at its best place, with those who want it, in a second line or without them where that is better.
+    const nameOf = (row) => {
+      setFont(row)
       const people = (holders.get(row) ?? []).map(({name}) => name)
-      const isWanted = wanted.includes(row)
-      const words = wrapped(g, [called(row), ...people].join(" · "), (right - LEFT) * 0.6)
-      const places = placesOf(row, words, max(...words.map((line) => g.measureText(line).width)))
-      const faults = places.map(faultOf)
-      const least = min(...faults)
-      if (isWanted ? least === Infinity : least > 0) continue
-      const name = places[faults.indexOf(least)]
-      boxes.push(name)
-      ties.push(...name.tie)
-      if (name.tie.length) drawLine(g, INK.muted, name.tie[0].x, name.tie[0].y, name.tie.at(-1).x, name.tie.at(-1).y)
+      let name = {cost: Infinity}
+      const versions = [[[called(row), ...people].join(" · ")], [called(row), ...people], [called(row)]]
+      versions.slice(0, people.length ? 3 : 1).forEach((texts, k) => {
+        for (const place of placesOf(g, row, texts.flatMap((text) => wrapped(g, text, (right - LEFT) * 0.6)))) {
+          const fault = faultOf(place)
+          const cost = fault + [0, 0.1, 1.5][k]
+          if (cost < name.cost && (wanted.includes(row) || fault < 1 + isFew)) name = {...place, cost}
+        }
+      })
+      return name
+    }
+    boxes = []
+    // A name without a place comes first in another try.
+    for (let tries = isFew ? 6 : 1; tries > 0 && boxes.length < rows.length; tries--) {
+      taken = []
+      for (const row of rows) {
+        const name = nameOf(row)
+        if (name.words) taken.push(name, ...name.tie)
+      }
+      const names = taken.filter(({words}) => words)
+      if (names.length > boxes.length) boxes = names
+      const named = new Set(names.map(({row}) => row))
+      rows.sort((a, b) => named.has(a) - named.has(b))
+    }
+    for (const {row, x, y, tie, words} of boxes) {
+      setFont(row)
+      if (tie.length) drawLine(g, INK.muted, tie[0].x, tie[0].y, tie.at(-1).x, tie.at(-1).y)
       const colour = row === verdict?.row ? INK.accent : wanted.includes(row) ? INK.text : INK.muted
-      words.forEach((line, k) => drawText(g, line, name.x, name.y + 14 * k + 7, "left", colour))
+      words.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
     }
     g.font = FONT
   }
@@ -231,17 +253,22 @@ const scatter = (() => {
     return !others.some((b) => a.row !== b.row && a.x < b.x + b.width + gap && b.x < a.x + a.width + gap && a.y < b.y + b.height && b.y < a.y + a.height)
   }
 
+  // How far it is across and down from a point to the text of a name.
+  function wayTo({x, y, width, height}, row) {
+    return [min(max(0, x - u(row)), x + width - u(row)), min(max(0, y + 3 - v(row)), y + height - 3 - v(row))]
+  }
+
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
-  function placesOf(row, words, width) {
+  function placesOf(g, row, words) {
+    const width = max(...words.map((line) => g.measureText(line).width))
     const height = 14 * words.length
     const places = []
     for (const reach of AWAY) for (const [across, down] of SIDES) {
       const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
-      const box = {row, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * r + (down - 1) / 2 * height}
+      const box = {row, words, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * (r + 2) + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
       const tie = []
-      const dx = min(max(0, box.x - u(row)), box.x + width - u(row)) // to the nearest place in the box
-      const dy = min(max(0, box.y + 3 - v(row)), box.y + height - 3 - v(row))
+      const [dx, dy] = wayTo(box, row)
       for (let share = 6 / hypot(dx, dy); reach > AWAY[0] && share < 1; share += 0.1) {
         tie.push({row, x: u(row) + share * dx, y: v(row) + share * dy, width: 0, height: 0})
       }
