@@ -47,7 +47,7 @@ function switched(state, ranking) {
   const search = Logic.switches(state, ranking)
   let {value: rows, done} = search.next()
   while (!done) ({value: rows, done} = search.next())
-  return {rows, texts: Logic.switchTexts(ranking, rows).map(([text]) => text)}
+  return {rows, texts: Logic.switchTexts(rows).map(([text]) => text)}
 }
 
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {

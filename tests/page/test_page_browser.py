@@ -916,11 +916,12 @@ OVERLAPS = """({names}) => names.filter((a, k) => names.slice(0, k).some((b) =>
     a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)).length"""
 
 
-# Names without a line to their point that are nearer to another one.
-STRAY = """({names, spot}) => names.filter(({row, x, y, width, height, tie}) => {
+# Names that are nearer to the point of another design than to their own.
+# The text is three pixels inside of its box.
+STRAY = """({names, spot}) => names.filter(({row, x, y, width, height}) => {
     const away = (other) => { const [u, v] = spot(other)
-        return Math.hypot(Math.max(x - u, 0, u - x - width), Math.max(y - v, 0, v - y - height)) }
-    return !tie.length && [...decisionPage.ranking.front].some((other) => away(other) < away(row)) }).length"""
+        return Math.hypot(Math.max(x - u, 0, u - x - width), Math.max(y + 3 - v, 0, v - y + 3 - height)) }
+    return [...decisionPage.ranking.front].some((other) => away(other) < away(row)) }).length"""
 
 
 @pytest.mark.parametrize("n", [480, *rarely(12, 6000)])
@@ -964,6 +965,17 @@ def test_names_never_cover_one_another(show, width):
         *reader.ask("D.verdict.steps.map((s) => s.row)"),
     }
     assert marks <= set(reader.ask("D.scatter.names.map((name) => name.row)"))
+    assert reader.page.evaluate(f"({STRAY})(scatter)") == 0
+
+
+def test_each_of_a_few_designs_has_its_name(show):
+    frame = fronts(8).drop(columns="heat")
+    frame["id"] = [f"a design with a long name {k}" for k in range(8)]
+    positions = [{"name": f"Person {k}", "chosen": frame["id"][k]} for k in range(8)]
+    reader = show(decision_page(frame, [f"f{j + 1}" for j in range(4)]))
+    reader.set(positions=positions)
+    assert reader.ask("D.scatter.names.length") == len(frame)
+    assert reader.page.evaluate(f"({OVERLAPS})(scatter)") == 0
     assert reader.page.evaluate(f"({STRAY})(scatter)") == 0
 
 

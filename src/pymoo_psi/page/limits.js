@@ -32,8 +32,8 @@ const limitText = ({name, unit}, end, value) =>
 // that no objective has on its worse side, is tightened or loosened over the values that designs have.
 // A generator, which pauses after each ranking. Returns {name, end, looser, value, row, next, exact, written}s:
 // value is the limit up to which the proposal stays, or from which, looser, it does not; null if it
-// stays at any; row the design proposed then, -1 for none; next the limit there; written the value
-// with the digits of its sentence; isBest that no design is better.
+// stays at any; row the design proposed then, -1 for none; next the limit there; limit the value
+// in words; isBest that no design is better.
 const MOST_STEPS = 200
 function* switches(state, now) {
   const found = []
@@ -48,7 +48,8 @@ function* switches(state, now) {
   return found
 }
 
-function* switchOf(state, now, {name, values}, pair, end, looser, isWorse) {
+function* switchOf(state, now, column, pair, end, looser, isWorse) {
+  const {name, values} = column
   const sign = end ? 1 : -1
   const without = {...state.limits, [name]: pair.map((limit, k) => (k === end ? null : limit))}
   const free = looser ? limited({limits: without}) : now
@@ -86,26 +87,19 @@ function* switchOf(state, now, {name, values}, pair, end, looser, isWorse) {
   if (row === null) return {name, end, looser, value: null, row: -1, next: null, exact, isBest: false}
   const next = looser ? steps[at] : steps[at + 1]
   const value = sign * steps[at] + 0
-  const written = inDigits(value, gathered(values, picked(data.designs, (i) => free.mask[i])), looser === (end === 1))
-  return {name, end, looser, value, row, next: next === undefined ? null : sign * next + 0, exact, written, isBest: row < 0 && pair[end] === null}
+  const [near, digits] = inDigits(value, gathered(values, picked(data.designs, (i) => free.mask[i])), looser === (end === 1))
+  return {name, end, looser, value, row, next: next === undefined ? null : sign * next + 0, exact, limit: withUnit(column, short(near, digits, decimalsOf(column, now))), isBest: row < 0 && pair[end] === null}
 }
 
 // Sentences on them, each with what it is on; the last one is on all objectives in which no design is better.
-function switchTexts(ranking, found) {
+function switchTexts(found) {
   const changes = found.filter(({value}) => value !== null)
   const best = changes.filter(({isBest}) => isBest)
-  const texts = changes.filter(({isBest}) => !isBest).map((one) => [switchText(ranking, one), one])
+  const texts = changes.filter(({isBest}) => !isBest).map((one) => [switchText(one), one])
   if (best.length) texts.push([sentence("none better", {objectives: listed(best.map(({name}) => name), "or")}), {...best[0], next: null, exact: true}])
   return texts
 }
 
-// The value at which a limit changes the proposal, with the digits of its sentence.
-function limitOfSwitch(ranking, {name, written: [value, digits]}) {
-  const column = data.by.get(name)
-  return withUnit(column, short(value, digits, decimalsOf(column, ranking)))
-}
-
-function switchText(ranking, one, other = one.row < 0 ? sentence("none") : sentence("other", {design: data.names[one.row]})) {
-  const {name, end, looser} = one
-  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other, limit: limitOfSwitch(ranking, one)})
+function switchText({name, end, looser, limit, row}, other = row < 0 ? sentence("none") : sentence("other", {design: data.names[row]})) {
+  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other, limit})
 }

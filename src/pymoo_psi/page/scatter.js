@@ -7,6 +7,7 @@ const FEW_NAMES = 8 // of designs that no other dominates, which may cover lines
 const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
 const CLEAR = 10 // pixels around a point, more than between a name and its own, so that one sees whose it is
+const GAP = 6 // pixels between names
 const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
 const plottable = data.columns.filter(({texts}) => !texts)
 // The columns across and up.
@@ -174,8 +175,7 @@ const scatter = (() => {
     const beyond = known.length - picked(known, isInside).length
     const missing = shownRows.length - known.length
     drawn = {points: known.length, missing, beyond}
-    const reason = data.n > MOST_SHAPES ? "beyond a limit" : `${rejected.length ? "more " : ""}beyond a limit (outside the axes)`
-    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, reason], [missing, "without a value"]]
+    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, rejected.length ? "more beyond a limit (outside the axes)" : "beyond a limit"], [missing, "without a value"]]
       .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
     const isHatched = columns.some(limitOf)
     const looks = new Set(marks.map(({look}) => look))
@@ -188,9 +188,10 @@ const scatter = (() => {
     ])
   }
 
-  // Names beside their points, or farther away with a line to them: none covers another, a point or a line.
+  // Names beside their points, or farther away with a line to them, each nearer to its own point than to
+  // others: none covers another, a point or a line.
   // Where there is no such place a name is left out, but those of marked designs and of steps from what is
-  // proposed may cover lines, and with a line of their own points.
+  // proposed may cover lines, and with a line of their own points; where designs are few, all may cover lines.
   function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
@@ -200,47 +201,47 @@ const scatter = (() => {
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
     const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR, y: v(row) - CLEAR, width: 2 * CLEAR, height: 2 * CLEAR}))
-    const setFont = (row) => { g.font = row === verdict?.row ? `650 ${FONT}` : FONT }
     const isFew = ranking.front.length <= FEW_NAMES
-    let taken = [] // by names and their lines
+    let taken // by names and their lines
     const faultOf = (place) => {
-      const spots = [place, ...place.tie]
-      const covers = (obstacles) => spots.some((spot) => !isFree(spot, obstacles))
+      const covers = (obstacles, start = 0) => [place, ...place.tie.slice(start)].some((spot) => !isFree(spot, obstacles))
       const away = (row) => hypot(...wayTo(place, row))
       const isOnPoint = covers(points)
       if (covers(taken) || (isOnPoint && !place.tie.length) || points.some(({row}) => away(row) < away(place.row))) return Infinity
-      return 2 * isOnPoint + (!isFree(place, lines) || place.tie.filter((spot) => !isFree(spot, lines)).length > 2)
+      return 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
     }
-    // The name of a row at its best place, with those who want it, in a second line or without them where that is better.
+    // The best place of a name with those who want the design, or without them where that covers less.
     const nameOf = (row) => {
-      setFont(row)
+      g.font = row === verdict?.row ? `650 ${FONT}` : FONT
       const people = (holders.get(row) ?? []).map(({name}) => name)
-      let name = {cost: Infinity}
-      const versions = [[[called(row), ...people].join(" · ")], [called(row), ...people], [called(row)]]
-      versions.slice(0, people.length ? 3 : 1).forEach((texts, k) => {
-        for (const place of placesOf(g, row, texts.flatMap((text) => wrapped(g, text, (right - LEFT) * 0.6)))) {
-          const fault = faultOf(place)
-          const cost = fault + [0, 0.1, 1.5][k]
-          if (cost < name.cost && (wanted.includes(row) || fault < 1 + isFew)) name = {...place, cost}
-        }
-      })
+      const texts = new Set([[called(row), ...people].join(" · "), called(row)])
+      let name = {fault: wanted.includes(row) ? Infinity : isFew ? 2 : 1}
+      for (const text of texts) for (const place of placesOf(g, row, text)) {
+        const fault = faultOf(place)
+        if (fault < name.fault) name = {...place, fault}
+        if (!fault) return name
+      }
       return name
     }
-    boxes = []
-    // A name without a place comes first in another try.
-    for (let tries = isFew ? 6 : 1; tries > 0 && boxes.length < rows.length; tries--) {
+    // What finds no place, or covers something, comes first in another try.
+    let least = Infinity
+    for (let tries = isFew ? 6 : 1; tries > 0 && least > 0; tries--) {
+      const names = []
+      const faults = new Map()
       taken = []
       for (const row of rows) {
         const name = nameOf(row)
-        if (name.words) taken.push(name, ...name.tie)
+        faults.set(row, name.tie ? name.fault : 9)
+        if (!name.tie) continue
+        names.push(name)
+        taken.push(name, ...name.tie)
       }
-      const names = taken.filter(({words}) => words)
-      if (names.length > boxes.length) boxes = names
-      const named = new Set(names.map(({row}) => row))
-      rows.sort((a, b) => named.has(a) - named.has(b))
+      const total = sum([...faults.values()])
+      if (total < least) [boxes, least] = [names, total]
+      rows.sort((a, b) => faults.get(b) - faults.get(a))
     }
-    for (const {row, x, y, tie, words} of boxes) {
-      setFont(row)
+    for (const {row, font, words, x, y, tie} of boxes) {
+      g.font = font
       if (tie.length) drawLine(g, INK.muted, tie[0].x, tie[0].y, tie.at(-1).x, tie.at(-1).y)
       const colour = row === verdict?.row ? INK.accent : wanted.includes(row) ? INK.text : INK.muted
       words.forEach((line, k) => drawText(g, line, x, y + 14 * k + 7, "left", colour))
@@ -248,9 +249,9 @@ const scatter = (() => {
     g.font = FONT
   }
 
+  // Names side by side are not to be read as one.
   function isFree(a, others) {
-    const gap = a.width ? 6 : 2 // names side by side are not to be read as one
-    return !others.some((b) => a.row !== b.row && a.x < b.x + b.width + gap && b.x < a.x + a.width + gap && a.y < b.y + b.height && b.y < a.y + a.height)
+    return !others.some((b) => a.row !== b.row && a.x < b.x + b.width + GAP && b.x < a.x + a.width + GAP && a.y < b.y + b.height && b.y < a.y + a.height)
   }
 
   // How far it is across and down from a point to the text of a name.
@@ -259,13 +260,13 @@ const scatter = (() => {
   }
 
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
-  function placesOf(g, row, words) {
+  function placesOf(g, row, text) {
+    const words = wrapped(g, text, (right - LEFT) * 0.6)
     const width = max(...words.map((line) => g.measureText(line).width))
     const height = 14 * words.length
     const places = []
     for (const reach of AWAY) for (const [across, down] of SIDES) {
-      const r = reach * (abs(across) + abs(down) > 1.5 ? 0.75 : 1)
-      const box = {row, words, width, height, x: u(row) + across * r + (across - 1) / 2 * width, y: v(row) + down * (r + 2) + (down - 1) / 2 * height}
+      const box = {row, words, font: g.font, width, height, x: u(row) + across * reach + (across - 1) / 2 * width, y: v(row) + down * (reach + 2) + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
       const tie = []
       const [dx, dy] = wayTo(box, row)
@@ -306,7 +307,7 @@ const scatter = (() => {
   }
 
   function rowAt(x, y) {
-    return boxes.find((box) => x >= box.x && x <= box.x + box.width && y >= box.y && y <= box.y + box.height)?.row
+    return boxes.find((box) => !isFree({x, y, width: 0, height: 0}, [box]))?.row
       ?? nearestRow(9, (row) => hypot(u(row) - x, v(row) - y))
   }
 

@@ -68,11 +68,10 @@ function showCounts() {
 let changes = []
 const changeTo = (row) => changes.find(([, one]) => one.row === row && !one.looser)?.[1]
 const tried = ({exact}) => exact ? "" : " (of values tried)"
-function setButton(one) {
-  const {name, end, next, looser} = one
+function setButton({name, end, next, looser, limit}) {
   const column = data.by.get(name)
   const words = looser ? ["at least", "at most"] : ["above", "below"]
-  return button(`Set ${name} ${words[end]} ${limitOfSwitch(ranking, one)}`,
+  return button(`Set ${name} ${words[end]} ${limit}`,
     () => setLimit(column, numericLimit(column).with(end, next)))
 }
 
@@ -83,7 +82,7 @@ function showSteps() {
     const [gain, costs] = text.split(/\. (?=But )/)
     const change = changeTo(row)
     return make("div", make("h3", inspectButton(row), `: ${tied(gain)}`),
-      make("p", costs && `${tied(costs)}. `, change && tied(`Proposed ${switchText(ranking, change, "").replace(/, $/, tried(change))}.`)),
+      make("p", costs && `${tied(costs)}. `, change && tied(`Proposed ${switchText(change, "").replace(/, $/, tried(change))}.`)),
       make("div.buttons", pinButton(row), change && setButton(change)))
   }))
   const isStep = ({row}) => steps.some((step) => step.row === row)
@@ -107,7 +106,7 @@ function switchLater() {
 function showSwitches(found) {
   if (!found) return // another search has begun
   search = null
-  changes = switchTexts(ranking, found)
+  changes = switchTexts(found)
   const keepFocus = focusKept()
   showSteps()
   keepFocus()
