@@ -214,6 +214,17 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
             assert places == [str(k + 1) for k in range(len(front))]
 
 
+def test_names_stand_beside_points_where_all_of_them_have_room():
+    labels = ["a name", "a further one", "the last"]
+    for names in (labels, [30 * letter for letter in "abc"]):
+        table = read_table(pd.DataFrame([[0, 2], [1, 1], [2, 0]], names, ["cost", "mass"]))
+        figure = plot_objectives(table, width=90)
+        assert_readable(figure)  # it is drawn
+        (ax,) = figure.axes
+        written = [text.get_text() for text in ax.texts if text.get_visible()]
+        assert sum("." in text for text in written) == (3 if names is labels else 1)
+
+
 def test_names_are_not_on_the_front_or_a_limit():
     x = np.linspace(0, 1, 12)
     frame = pd.DataFrame(

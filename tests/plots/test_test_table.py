@@ -130,7 +130,9 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
     (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
     np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
     assert sum(map(len, points(ax).values())) == 4
-    assert {"2 beyond the limit", "1 of them outside"} < {*ax.get_legend_handles_labels()[1]}
+    assert {"2 beyond the limit", "1 of them outside the axes"} < {
+        *ax.get_legend_handles_labels()[1]
+    }
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]
     groups = [line for line in ax.lines if line.get_linestyle() == "None"]
     assert max(line.zorder for line in lines) < min(line.zorder for line in groups)

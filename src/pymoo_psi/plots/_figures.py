@@ -258,9 +258,10 @@ def plot_objectives(
 
     By default these are the pairs that conflict most, four at most; of objectives that are named
     they are all pairs. The key names the proposed or marked design. Of eight Pareto-optimal designs
-    and fewer each has its place in the ranking beside it, and its name below the panels. The line
-    is a staircase: it joins what designs reach in the two objectives, and there is no design
-    between two of them. It has a single corner where one design is the best in both.
+    and fewer each has its name beside it in panels that have room for all names, else its place in
+    the ranking; the names are below the panels. The line is a staircase: it joins what designs
+    reach in the two objectives, and there is no design between two of them. It has a single corner
+    where one design is the best in both.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a
@@ -305,9 +306,13 @@ def plot_objectives(
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
         add_key(figure, *axes)
-        add_list(figure, [name for name, place in points.named.values() if place])
+        add_list(figure, [texts[0] for texts in points.named.values() if len(texts) > 1])
         stack_pairs(figure, [first for first, _ in pairs])
-        figure.describe(title, points.counts(table))
+        sentence = ""
+        n_pairs = len(names) * (len(names) - 1) // 2
+        if len(pairs) < n_pairs:
+            sentence = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most."
+        figure.describe(title, sentence, points.counts(table))
     figure.resize(width)
     return figure
 

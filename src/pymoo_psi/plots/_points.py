@@ -44,7 +44,7 @@ _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequenc
 NAMED = 8  # designs that all have names; of more only the marked one has
 _LETTERS = 26  # of their names
 _MANY = 50  # from here on the markers of a group shrink and fade, so that their density shows
-_FAINTEST = 0.45  # opacity of a marker
+_FAINTEST = 0.6  # opacity of a marker
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
@@ -64,15 +64,15 @@ _OUTSIDE: Style = {
 _HOLLOW: Style = {"marker": "o", "markerfacecolor": "white", "zorder": 3.0}
 _DOMINATED = _HOLLOW | {"color": "0.5", "markersize": 2.8}
 _PARETO: Style = _HOLLOW | {
-    "color": "0.25",
-    "markerfacecolor": "0.25",
+    "color": "0.35",
+    "markerfacecolor": "0.35",
     "markeredgecolor": "white",
     "markersize": 4.2,
     "zorder": 3.5,
 }
 # The best trade-offs: below the points, but above many of them.
 _FRONT: Style = {"color": "0.5", "linewidth": 0.9, "zorder": 3.2}
-_FRONT_OF_MANY: Style = {"color": "0.15", "linewidth": 0.9, "zorder": 3.6}
+_FRONT_OF_MANY: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "o",
@@ -155,14 +155,14 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs.
-        named: Name and place of designs by their row, that which is marked first. If not all
-            Pareto-optimal designs have names, the place is empty; else it is in the name, too.
+        named: Texts for designs by their row, that which is marked first: the name, and, if all
+            Pareto-optimal designs have names, the place, which is in the name, too.
         word: "proposed" or "marked".
     """
 
     columns: Mapping[str, Column]
     groups: Groups
-    named: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    named: Mapping[int, Sequence[str]] = field(default_factory=dict)
     word: str = ""
 
     def draw(self, axes: Axes, first: str, second: str, *, is_marked_apart: bool = False) -> None:
@@ -218,7 +218,7 @@ class Points:
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
                 up = np.clip(y.places[rows], *y.ends)
-                label = f"{self.n_outside} of them outside"
+                label = f"{self.n_outside} of them outside the axes"
                 axes.plot(across, up, marker, label=label, **_OUTSIDE)
 
     @property
@@ -229,12 +229,9 @@ class Points:
         return int(np.sum(is_drawn & ~is_visible))
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
-        """Write the place of each design beside it, and the name of the first one in the accent."""
+        """Write names beside designs, or places for want of room; the first one in the accent."""
         places = np.column_stack([self.columns[first].places, self.columns[second].places])
-        names: dict[int, Sequence[str]] = {row: texts[1:] for row, texts in self.named.items()}
-        for row in list(names)[:1]:
-            names[row] = self.named[row]
-        name_points(figure, axes, places, names, {"color": ACCENT, "fontweight": "bold"})
+        name_points(figure, axes, places, self.named, {"color": ACCENT, "fontweight": "bold"})
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
@@ -273,7 +270,7 @@ def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
         worst = F.max(axis=0)
         across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
     style = _FRONT
-    if len(F) > _MANY:
+    if len(F) > _MANY and len(front) > 1:  # a corner would be read as axes
         style = _FRONT_OF_MANY
     axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **style)
     if x.errors is not None and y.errors is not None:
@@ -331,11 +328,9 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     }
     named = {}
     for row in rows:
-        place = places.get(row, "")
-        name = literal(table.names[row], _LETTERS)
-        if place:
-            name = f"{place}. {name}"
-        named[row] = (name, place)
+        named[row] = [literal(table.names[row], _LETTERS)]
+        if row in places:
+            named[row] = [f"{places[row]}. {named[row][0]}", places[row]]
     return Points(columns, groups, named, word)
 
 

@@ -53,7 +53,7 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = (4.5, 8.0, 12.0, 16.0)  # points from a point to its name
+_REACHES = (4.5, 8.0)  # points from a point to its name
 _NEAR = 10.0  # from here on a name has to have the colour of its point, or there is no other room
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
@@ -63,6 +63,7 @@ _SIDES = np.array(
 _GAP = 5.0  # points between names on a line
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
+_LINE_WORSE = 100  # points are less bad than a line, which a name would interrupt
 _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
@@ -473,8 +474,8 @@ def name_points(
         figure: The figure.
         axes: Its axes.
         places: ``(n, 2)`` all points, which names avoid.
-        names: Names by the row of their point, the most important first; each a text, and shorter
-            ones for want of room.
+        names: Names by the row of their point, the most important first; each a text, and perhaps a
+            shorter one for want of room.
         style: How the first name is written.
     """
     placed = []
@@ -488,9 +489,9 @@ def name_points(
 def _place(
     axes: Axes, places: Array, names: Sequence[tuple[Annotation, Sequence[str], int]]
 ) -> None:
-    """Write each name at its best place, the first of its texts that has room there.
+    """Write each name at its best place: the long texts of all, or of the first, or short ones.
 
-    No name is over another one. A text is over a point or a line only if there is none shorter.
+    No name is over another one. Only short texts are over points or lines.
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
@@ -499,20 +500,23 @@ def _place(
         if line.get_linestyle() != "None":
             paths.append(line.get_transform().transform_path(line.get_path()))
     own = [name for name, *_ in names]
-    taken = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
-    for name, texts, row in names:
-        name.set_visible(True)  # an invisible one has no size
-        for text in texts:
-            name.set_text(text)
+    others = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
+    for n_long in (len(names), 1, 0):
+        taken = list(others)
+        worst = 0.0
+        for k, (name, texts, row) in enumerate(names):
+            name.set_visible(True)  # an invisible one has no size
+            name.set_text(texts[0] if k < n_long else texts[-1])
             boxes = _boxes_around(dots[row], extent(name).padded(point).size, point)
             costs = [_cost(axes, dots, row, box, paths, taken) for box in boxes]
             best = int(np.argmin(costs))
-            if costs[best] < _BAD:
-                break
-        name.set_visible(costs[best] < np.inf)
-        name.xyann = tuple((boxes[best].p0 - dots[row]) / point + 1)
-        if name.get_visible():
-            taken.append(boxes[best].padded(_GAP * point, 0))
+            worst = max(worst, costs[best])
+            name.set_visible(costs[best] < np.inf)
+            name.xyann = tuple((boxes[best].p0 - dots[row]) / point + 1)
+            if name.get_visible():
+                taken.append(boxes[best].padded(_GAP * point, 0))
+        if worst < _BAD:
+            break
 
 
 def _boxes_around(dot: Array, size: ArrayLike, point: float) -> list[Bbox]:
@@ -555,7 +559,7 @@ def _cost(
     if distances[row] < _NEAR * point:
         n_bad += (away < distances[row]).any()  # it would name the nearest dot
     for path in paths:
-        n_bad += path.intersects_bbox(box.padded(_CLEAR * point), filled=False)
+        n_bad += _LINE_WORSE * path.intersects_bbox(box.padded(_CLEAR * point), filled=False)
     return float(distances[row] / point + _BAD * n_bad)
 
 
