@@ -555,11 +555,12 @@ def _cost(
         return np.inf
     distances = np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
     away = np.delete(distances, row)
-    n_bad = np.sum(away < _MARK * point)
+    n_bad = int(np.sum(away < _MARK * point))
     if distances[row] < _NEAR * point:
-        n_bad += (away < distances[row]).any()  # it would name the nearest dot
+        n_bad += int((away < distances[row]).any())  # it would name the nearest dot
     for path in paths:
-        n_bad += _LINE_WORSE * path.intersects_bbox(box.padded(_CLEAR * point), filled=False)
+        if path.intersects_bbox(box.padded(_CLEAR * point), filled=False):
+            n_bad += _LINE_WORSE
     return float(distances[row] / point + _BAD * n_bad)
 
 
