@@ -947,6 +947,7 @@ def test_every_design_is_drawn(show, n):
     # A design that is looked at, and those chosen and pinned, are inside.
     reader.set(limits={}, pins=["design number 0"])
     assert reader.ask("D.scatter.drawn")["beyond"] == 0
+    assert reader.ask("D.scatter.names.some(({row}) => row === D.ranking.best[0])")
 
 
 @pytest.mark.parametrize("width", [1440, *rarely(390, 768, 2560)])

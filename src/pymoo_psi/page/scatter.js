@@ -191,7 +191,8 @@ const scatter = (() => {
   // Names beside their points, or farther away with a line to them, each nearer to its own point than to
   // others: none covers another, a point or a line.
   // Where there is no such place a name is left out, but those of marked designs and of steps from what is
-  // proposed may cover lines, and with a line of their own points; where designs are few, all may cover lines.
+  // proposed may cover lines, and with a line of their own points, or be nearer to others; where designs are few,
+  // all may cover lines.
   function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
@@ -207,8 +208,9 @@ const scatter = (() => {
       const covers = (obstacles, start = 0) => [place, ...place.tie.slice(start)].some((spot) => !isFree(spot, obstacles))
       const away = (row) => hypot(...wayTo(place, row))
       const isOnPoint = covers(points)
-      if (covers(taken) || (isOnPoint && !place.tie.length) || points.some(({row}) => away(row) < away(place.row))) return Infinity
-      return 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
+      const isStray = points.some(({row}) => away(row) < away(place.row))
+      if (covers(taken) || ((isOnPoint || isStray) && !place.tie.length)) return Infinity
+      return 4 * isStray + 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
     }
     // The best place of a name with those who want the design, or without them where that covers less.
     const nameOf = (row) => {
@@ -226,18 +228,15 @@ const scatter = (() => {
     // What finds no place, or covers something, comes first in another try.
     let least = Infinity
     for (let tries = isFew ? 6 : 1; tries > 0 && least > 0; tries--) {
-      const names = []
       const faults = new Map()
       taken = []
       for (const row of rows) {
         const name = nameOf(row)
         faults.set(row, name.tie ? name.fault : 9)
-        if (!name.tie) continue
-        names.push(name)
-        taken.push(name, ...name.tie)
+        if (name.tie) taken.push(name, ...name.tie)
       }
       const total = sum([...faults.values()])
-      if (total < least) [boxes, least] = [names, total]
+      if (total < least) [boxes, least] = [taken.filter(({words}) => words), total]
       rows.sort((a, b) => faults.get(b) - faults.get(a))
     }
     for (const {row, font, words, x, y, tie} of boxes) {
@@ -260,11 +259,10 @@ const scatter = (() => {
   }
 
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
-  function placesOf(g, row, text) {
+  function* placesOf(g, row, text) {
     const words = wrapped(g, text, (right - LEFT) * 0.6)
     const width = max(...words.map((line) => g.measureText(line).width))
     const height = 14 * words.length
-    const places = []
     for (const reach of AWAY) for (const [across, down] of SIDES) {
       const box = {row, words, font: g.font, width, height, x: u(row) + across * reach + (across - 1) / 2 * width, y: v(row) + down * (reach + 2) + (down - 1) / 2 * height}
       if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
@@ -273,9 +271,8 @@ const scatter = (() => {
       for (let share = 6 / hypot(dx, dy); reach > AWAY[0] && share < 1; share += 0.1) {
         tie.push({row, x: u(row) + share * dx, y: v(row) + share * dy, width: 0, height: 0})
       }
-      places.push({...box, tie})
+      yield {...box, tie}
     }
-    return places
   }
 
   function draw() {
