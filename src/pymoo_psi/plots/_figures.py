@@ -410,6 +410,8 @@ def plot_ranking(
             if design in styles:
                 style = styles[design]
                 ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
+                label = "proposed" if design == best else "marked"
+                ax.plot([], [], style["linestyle"], color=style["color"], label=label)
                 looks = {"color": style["color"], "fontweight": "bold"}
             elif ranking.place[design] <= nearest:
                 looks = {"color": "0.2"}

@@ -85,10 +85,11 @@ _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
 _LEAST_TICKS = 3  # on a y-axis, where further ones take no room
-# Where better values are, by the sign of an objective.
-_BETTER = {
-    "x": {1: "← {}, less is better", -1: "{}, more is better →", 0: "{}"},
-    "y": {1: "↓ {}, less is better", -1: "↑ {}, more is better", 0: "{}"},
+# Where better values are, by the sign of an objective: in words, or by an arrow for want of room.
+_BETTER = {1: "{}, less is better", -1: "{}, more is better", 0: "{}"}
+_ARROWS = {
+    "x": {1: "← {}", -1: "{} →", 0: "{}"},
+    "y": {1: "↓ {}", -1: "↑ {}", 0: "{}"},
 }
 ABOVE = ("data", "axes fraction")  # coordinates of names above axes
 _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
@@ -320,10 +321,10 @@ def name_axis(
         n_ticks = _MOST_TICKS - 1
         least_ticks = _LEAST_TICKS
     if label:
-        text = _BETTER[letter][sign]
+        text = _BETTER[sign]
         axis.set_label_text(text.format(literal(label)))
         if _width(axis.label) > room:
-            text = re.sub(",.*better", "", text)
+            text = _ARROWS[letter][sign]
             axis.set_label_text(text.format(literal(label)))
         share = room / _width(axis.label)
         if share < 1:
