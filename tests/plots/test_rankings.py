@@ -93,6 +93,8 @@ def test_a_great_many_lines_are_drawn_as_their_density():
     densest = np.argwhere(density == density.max())
     np.testing.assert_allclose(densest.mean(axis=0) + 0.5, np.array(density.shape) / 2, atol=1)
     assert "990 more not dominated, as a density" in texts(figure)
+    lines, ax = lines_of(plot_ranking(np.ones((1001, 2))))  # all are of the first place
+    assert (len(lines), len(ax.images)) == (1001, 0)
 
 
 def test_lines_go_from_worst_to_best_values(ranking, page):

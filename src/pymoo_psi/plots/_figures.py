@@ -351,9 +351,8 @@ def plot_ranking(
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
     Each design is a line, with its place and name at the end where there is room. Of more than
-    eight designs only the first three have names, and of more than 500 only the marked ones and
-    those up to place 10 have a line; the others are shown as the density of their lines.
-    :func:`plot_objectives` draws the objectives of a table in pairs.
+    eight designs only the first three have names, and of more than 500 beyond place 10 the density
+    of their lines is drawn. :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -428,7 +427,7 @@ def plot_ranking(
         if any(map(spans_decades, np.transpose([ranking.nadir, ranking.ideal]))):
             logs = "Designs are ranked by the values on logarithmic axes, not by their logarithms."
         lines = "each a line"
-        if len(front) > _MOST:
+        if np.sum(~is_near) > _MOST:
             lines = "the first ones as lines, the others as the density of theirs"
         measure = "from the worst to the best of them"
         if ranking.frame.is_fixed:
@@ -505,7 +504,10 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
     """
     n, m = places.shape
     drawn = np.full(n, True)
-    if n > _MOST:
+    n_others = np.sum(~is_near)
+    others = f"{n_others} more not dominated"
+    if n_others > _MOST:
+        others += ", as a density"
         _draw_density(ax, places[~is_near])
         drawn = is_near
     faint = min(1.0, _MANY / n)
@@ -524,9 +526,6 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
         for line, shade in zip(places, shades, strict=True):
             ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
     ax.plot([], [], color=_SHADES[0], label=f"places up to {last}")
-    others = f"{n - is_near.sum()} more not dominated"
-    if n > _MOST:
-        others += ", as a density"
     ax.plot([], [], color=_SHADES[1], label=others)
 
 
