@@ -72,6 +72,15 @@ def test_a_chosen_design_is_marked(chute):
     assert "marked: test 7" in texts(plot_objectives(beyond, objectives=["f1", "f4"], design=7))
 
 
+def test_a_marked_design_hides_none_of_its_neighbours():
+    frame = pd.DataFrame({"cost": [0.0, 5, 5.01, 10], "mass": [10, 5, 4.99, 0.0]})
+    ax = plane(read_table(frame))
+    (mark,) = (line for line in ax.lines if line.get_label().startswith("proposed"))
+    (others,) = (line for line in ax.lines if line.get_label() == "3 others not dominated")
+    assert mark.zorder < others.zorder
+    assert not {*map(tuple, mark.get_xydata())} & {*map(tuple, others.get_xydata())}
+
+
 def test_what_is_far_is_left_out_and_reported(osy):
     ax = plane(osy)
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
@@ -129,7 +138,7 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
     assert ax.get_xlim()[1] < 90
     (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
     np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
-    assert sum(map(len, points(ax).values())) == 4
+    assert sum(map(len, [*points(ax).values(), line_of(ax, "proposed")])) == 4
     assert {"2 beyond the limit", "1 of them outside the axes"} < {
         *ax.get_legend_handles_labels()[1]
     }
@@ -212,7 +221,7 @@ def test_values_are_in_the_original_direction_and_units():
         outputs={"heat": [5, 6, 7]}, schema=schema,
     )  # fmt: skip
     ax = plane(table)
-    drawn = np.concatenate([*points(ax).values()])
+    drawn = np.concatenate([*points(ax).values(), line_of(ax, "proposed")])
     assert sorted(map(tuple, drawn)) == [(1, 3), (2, 4), (3, 1)]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (
         "mass [kg], less is better",

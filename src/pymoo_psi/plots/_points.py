@@ -70,6 +70,7 @@ _PARETO: Style = _HOLLOW | {
     "markersize": 4.2,
     "zorder": 3.5,
 }
+_BELOW_POINTS = 3.4
 # The best trade-offs: below the points, but above many of them.
 _FRONT: Style = {"color": "0.5", "linewidth": 0.9, "zorder": 3.2}
 _FRONT_OF_MANY: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}
@@ -178,9 +179,13 @@ class Points:
         y = self.columns[second]
         visible = x.visible & y.visible
         marked = list(self.named)[:1]
+        looks: Style = {**_MARKED}
+        is_below = is_marked_apart and len(visible) <= _MANY  # it hides none of its neighbours
+        if is_below:
+            looks["zorder"] = _BELOW_POINTS
         for row in marked:
             label = f"{self.word}: {self.named[row][0]}"
-            axes.plot(x.places[row], y.places[row], label=label, **_MARKED)
+            axes.plot(x.places[row], y.places[row], label=label, **looks)
         if PARETO in self.groups and x.sign * y.sign != 0:
             _draw_front(axes, x, y, visible & self.groups[PARETO][1])
         for name, (style, mask) in self.groups.items():
@@ -188,7 +193,7 @@ class Points:
             if n:
                 rows = mask & visible
                 shrink = np.clip((_MANY / n) ** 0.3, 0.4, 1.0)
-                looks: Style = {
+                looks = {
                     **style,
                     "markersize": style["markersize"] * shrink,
                     "markeredgewidth": 0.6 * shrink**0.5,
@@ -197,6 +202,8 @@ class Points:
                     "rasterized": n > _RASTERIZED,
                 }
                 label = f"{n} {name}"
+                if is_below:
+                    rows[marked] = False
                 if is_marked_apart and mask[marked].any():
                     label = f"{counted(int(n) - 1, 'other')} {name}"
                     if n == 1:
