@@ -276,7 +276,7 @@ def test_fixed_ranges_hold_everywhere_and_are_named():
     # Beyond a range, only units tell.
     assert "What it costs against the best: 6 in mass." in str(explain(table, "A"))
     assert "per cent of the fixed ranges" in Reader(decision_report(table)).text
-    assert "in its fixed range" in plot_ranking(table.feasible_ranking()).caption
+    assert "in the fixed range" in plot_ranking(table.feasible_ranking()).caption
 
 
 GEARED = Model(

@@ -90,7 +90,10 @@ def require_unchanged(model: Any) -> None:
         name = getattr(model, "__module__", "")
         names.append(name)
         kind = type(model)
-        if name in _RELOADED and getattr(sys.modules.get(name), kind.__name__, kind) is not kind:
+        present = kind
+        if name in _RELOADED and kind.__qualname__ == kind.__name__:  # no class of a function
+            present = getattr(sys.modules.get(name), kind.__name__, kind)
+        if present is not kind:
             former.add(name)
         model = getattr(model, "wrapped", None)
     for name in names:  # which grows

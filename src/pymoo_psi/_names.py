@@ -107,7 +107,7 @@ def argument(name: str, value: Any = None) -> str:
         ('--skip-rows 3', '--drop-incomplete', '--sheet')
     """
     if not _AS_OPTIONS.get():
-        return name if value is None else f"{name}={value!r}"
+        return f"{name}=" if value is None else f"{name}={value!r}"
     option = f"--{name.replace('_', '-')}"
     if value is None or value is True:
         return option

@@ -271,9 +271,9 @@ def percents(shares: Array) -> list[str]:
     """
     hundreds = 100 * shares
     whole = np.floor(hundreds)
-    remainders = np.where(hundreds >= 1, hundreds - whole, 0)
-    n_up = round(remainders.sum())
-    whole[np.argsort(-np.round(remainders, 9), kind="stable")[:n_up]] += 1
+    remainders = np.round(np.where(hundreds >= 1, hundreds - whole, 0), 9)
+    n_up = int(remainders.sum() + 0.5)
+    whole[np.argsort(-remainders, kind="stable")[:n_up]] += 1
     texts = []
     for share, rounded in zip(hundreds, whole, strict=True):
         text = f"{rounded:.0f} %"

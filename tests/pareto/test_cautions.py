@@ -197,11 +197,11 @@ def against_its_row(values):
 
 
 def test_a_bad_value_is_compared_with_a_better_one():
-    """Places 2 and 3 are worse than the proposal in its worst objective."""
+    """Places 2 and 3 are worse than the proposal in it, or the worst in another one."""
     far = [[0.85, 0.94], [0.88, 0.92], [0.9, 0.9], [0.92, 0.88], [0.94, 0.85]]
     found = cautions([[0.01, 0.995], [0.005, 0.998], [0, 1], [1, 0], *far])
     (caution,) = [caution for caution in found if caution.kind == "extreme"]
-    assert caution.sentence.endswith("Compare place 3, design 3.")
+    assert caution.sentence.endswith("Compare place 5, design 4.")
 
 
 # All values are within 1 % of a wide range.

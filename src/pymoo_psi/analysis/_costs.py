@@ -194,8 +194,14 @@ def none_left_reason(table: TestTable) -> str:
         if limit is None or limit.texts is not None:
             return f"{text}."
         values = table.column(name)[would_be_left & mask[:, alone.argmax()]]
-        span = f"from {number(values.min())} to {number(values.max())}"
-        return f"{text}, {span} {table.schema.units.get(name, '')}".rstrip() + "."
+        values = values[np.isfinite(values)]
+        span = "without a value"
+        if len(values):
+            span = f"from {number(values.min())} to {number(values.max())}"
+            if values.min() == values.max():
+                span = f"at {number(values.min())}"
+            span = f"{span} {table.schema.units.get(name, '')}".strip()
+        return f"{text}, {span}."
     rejects = mask.sum(axis=0)
     return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
 

@@ -26,6 +26,7 @@ class Histogram:
         feasible: ``(k,)`` numbers of feasible ones within the limits.
         pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
         outside: How many feasible designs lie below the first edge and above the last one.
+        logarithmic: Whether bins are equal by their logarithm.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
@@ -41,6 +42,7 @@ class Histogram:
     feasible: Integers
     pareto: Integers
     outside: tuple[int, int] = (0, 0)
+    logarithmic: bool = False
 
 
 def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
@@ -79,10 +81,12 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         if feasible.any():
             rows = rows & feasible
         points = places[rows]
-        near = points[_is_near(points)]
-        if spans_decades(near) and points.min() > 0:
+        positive = points[points > 0]
+        near = positive[_is_near(np.log(positive))]
+        if spans_decades(near) and len(positive) == len(points):
             kind = Kind.LOG
-            near = points[_is_near(np.log(points))]
+        else:
+            near = points[_is_near(points)]
         points = near
     values: tuple[Any, ...] = ()
     if kind is Kind.LOG:
@@ -108,6 +112,7 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         feasible=np.histogram(inside, edges)[0],
         pareto=np.histogram(places[table.pareto()], edges)[0],
         outside=(int((inside < edges[0]).sum()), int((inside > edges[-1]).sum())),
+        logarithmic=kind is Kind.LOG,
     )
 
 

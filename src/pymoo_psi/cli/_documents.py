@@ -145,7 +145,7 @@ def run_rank(options: Options) -> int:
         _say_all(table, found, head, [*notes, *separation])
         say_next(following)
     else:
-        notes += separation[-1:]
+        notes += separation[:1]
         say_ranking(table, found, head, notes, following, all_by="--long", more=more)
     return 0
 
@@ -186,7 +186,9 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     designs = table.take(ranking.rows[rows])
     schema = table.schema
     word = (schema.label or TEST).replace("_", " ")
-    names = [name.removeprefix(f"{word} ") for name in designs.names]
+    names = designs.names
+    if schema.label in (None, ROW):  # names of our own, under such a head
+        names = [name.removeprefix(f"{word} ") for name in names]
     columns = [Series(names, name=word), Series(places, name="place")]
     formats = number_formats(table)
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):

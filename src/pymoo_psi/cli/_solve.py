@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -275,10 +276,14 @@ def _so_far(run: Run, tests: TestTable, settings: RunOptions) -> TestTable:
     """Return some tests of a run under the formulation.
 
     A column that they lack is refused at once, as its name is wrong. Where designs are evaluated
-    one by one it may be an output of others: a warning names it, and all tests decide in the end.
+    one by one it may be an output of others: if a study keeps the tests and no name is similar, a
+    warning names it, and all tests decide in the end.
     """
     unknown = {*run.model.formulation.columns} - {*tests.schema.names}
-    if unknown and run.executor.has_designs and np.isfinite(tests.F).any():
+    may_follow = settings.study is not None and run.executor.has_designs
+    for name in unknown:
+        may_follow = may_follow and not get_close_matches(name, tests.schema.names)
+    if unknown and may_follow and np.isfinite(tests.F).any():
         warnings.warn(f"no test has {', '.join(sorted(unknown))} so far", stacklevel=2)
         return run.model.under_so_far(tests)
     return _under(tests, settings)

@@ -283,8 +283,8 @@ def named_cells(rows: RowsByLine) -> Cells:
 def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
     """Return the cells of a data frame, and as head what its index says.
 
-    An index other than row numbers names the rows; several levels are variables, as of groups. An
-    index of integers without a name has row numbers, as of a frame that is filtered or sorted.
+    An index with a name or of texts names the rows; several levels are variables, as of groups.
+    Integers without a name, as of a frame that is filtered or sorted, number the rows.
     """
     import pandas as pd
 
@@ -298,7 +298,9 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
     head: dict[str, Any] = {}
     cells = frame.set_axis(names, axis="columns")
     is_numbered = frame.index.name is None and pd.api.types.is_integer_dtype(frame.index)
-    if not is_numbered:
+    if is_numbered and not frame.index.equals(pd.RangeIndex(len(frame))):
+        cells["index" if "index" not in names else "index (index)"] = frame.index
+    elif not is_numbered:
         levels = []
         for name in frame.index.names:
             level = "index" if name is None else str(name)

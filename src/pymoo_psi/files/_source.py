@@ -414,8 +414,8 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
-    "Model". So it does before numbers under "test" or "design", which may be results. Otherwise a
-    column that numbers the rows does.
+    "Model". So it does before numbers under "test" or "design" that are no numbers of designs.
+    Otherwise a column that numbers the rows does.
     """
     best = next(iter(labels), None)
     first = next((name for name in columns if name not in labels), None)
@@ -423,10 +423,15 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
         return best
     if best is None or _word(best) not in _NAMING:
         return first
-    are_results = columns[best].numbers is not None and _word(best) != "id"
-    if are_results and first == next(iter(columns)):
+    numbers = columns[best].numbers
+    if numbers is not None and not _are_counts(numbers) and first == next(iter(columns)):
         return first
     return best
+
+
+def _are_counts(numbers: Array) -> bool:
+    """Whether numbers may be those of designs: different whole ones."""
+    return len({*numbers.tolist()}) == len(numbers) and bool((numbers % 1 == 0).all())
 
 
 def _are_names(column: TextColumn) -> bool:
@@ -436,7 +441,7 @@ def _are_names(column: TextColumn) -> bool:
     return column.numbers is None and not column.problem and all(is_text) and is_unique
 
 
-def _unranked(columns: Mapping[str, TextColumn], labels: Collection[str], label: str) -> list[str]:
+def _unranked(columns: Mapping[str, TextColumn], labels: Collection[str]) -> list[str]:
     """Return remarks on columns that could be objectives: times, and numbers called "test"."""
     remarks = []
     for name, column in columns.items():
@@ -445,9 +450,7 @@ def _unranked(columns: Mapping[str, TextColumn], labels: Collection[str], label:
             remarks.append(f"{name} holds times; to rank by it, write them as numbers.")
     for name in labels:
         numbers = columns[name].numbers
-        if numbers is None or (name == label and len(np.unique(numbers)) == len(numbers)):
-            continue
-        if (np.diff(numbers) != 1).any():  # it does not count the rows
+        if numbers is not None and not _are_counts(numbers):
             remedy = "name it in objectives"
             if name == TEST:  # tables have such a column of their own
                 remedy = "rename the column"
@@ -550,7 +553,7 @@ def _table(
     )
     if not (formulation.objectives or stated.objectives):
         remarks += _counting(objectives[0], data[objectives[0]])
-        remarks += _unranked(columns, labels, label)
+        remarks += _unranked(columns, labels)
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
     return replace(table, remarks=tuple(remarks))

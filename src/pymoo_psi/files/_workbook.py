@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from decimal import Decimal
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from pymoo_psi.table import MARK, headings_of
 
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
-_FIRST = 50  # rows, in which there are titles and gaps
+_FIRST = 50  # rows whose formats are looked at: there may be titles and gaps
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
 _NO_NUMBERS = ("inf", "-inf", "-0.0")  # floats that a workbook keeps as texts only
@@ -49,7 +49,9 @@ class WorkbookFile(FileFormat):
                 if titles[1:] == [_HEAD_SHEET]:
                     for name, *parts in _rows_of_sheet(book, titles.pop()).values():
                         head[name] = json.loads("".join(parts))
-                rows = _rows_of_sheet(book, _title(titles, file.sheet))
+                title = _title(titles, file.sheet)
+                rows = _rows_of_sheet(book, title)
+                in_per_cent = _in_per_cent(book.book[title])
         except PsiError:
             raise
         except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
@@ -58,7 +60,13 @@ class WorkbookFile(FileFormat):
             rows.pop(number, None)
         if MARK in head:
             return cells_of_rows(rows), head
-        return named_cells(rows), head
+        cells = named_cells(rows)
+        header, *_ = rows.values()
+        remarks = []
+        for name in [str(header[j]).strip() for j in sorted(in_per_cent)]:
+            if name in cells.columns:
+                remarks.append(f"{name} has hundredths, which the workbook shows in per cent.")
+        return replace(cells, remarks=remarks), head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
@@ -135,28 +143,19 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
     for number, row in enumerate(frame.itertuples(index=False, name=None), start=1):
         if set(row) != {""}:
             rows[number] = list(map(_typed, row))
-    # A cell that shows 2 % holds 0.02. Sheets are parsed twice only if one is in their first rows.
-    sheet = book.book[title]
-    if any(_is_percentage(cell) for row in sheet.iter_rows(max_row=_FIRST) for cell in row):
-        for number, row in enumerate(sheet.iter_rows(), start=1):
-            for j, cell in enumerate(row):
-                if _is_percentage(cell):
-                    rows[number][j] = _percentage(cell.value)
     return rows
 
 
-def _is_percentage(cell: Any) -> bool:
-    """Whether a cell holds a number and shows it in per cent."""
-    return isinstance(cell.value, (int, float)) and "%" in cell.number_format
-
-
-def _percentage(value: float) -> str:
-    """Return a number in per cent as a text that is the same in every notation: 125e-1%."""
-    number = Decimal(f"{100 * value:.15g}")
-    exponent = int(number.as_tuple().exponent)
-    if exponent == 0:
-        return f"{number}%"
-    return f"{number.scaleb(-exponent):f}e{exponent}%"
+def _in_per_cent(sheet: Any) -> set[int]:
+    """Return the columns with numbers that a sheet shows in per cent: 2 % for 0.02."""
+    columns = set()
+    for row in sheet.iter_rows(max_row=_FIRST):
+        for j, cell in enumerate(row):
+            if isinstance(cell.value, (int, float)):
+                number_format = re.sub(r'"[^"]*"|\\.', "", cell.number_format)  # without texts
+                if "%" in number_format:
+                    columns.add(j)
+    return columns
 
 
 def _title(titles: Names, name: str | None) -> str:

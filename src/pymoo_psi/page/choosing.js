@@ -77,7 +77,8 @@ function showShares() {
     make("tbody", shown.map((row) => make("tr", head("row", inspectButton(row)),
       all.map(({texts}) => make("td.number", texts.get(row)))))))
   const last = all.find(({shares}) => shares.get(shown[0]) === least[common])
-  renew("shares-words", sentence("common", {design: called(shown[0]), share: last.texts.get(shown[0])}))
+  const key = least[common] < 0.01 ? "no common" : "common"
+  renew("shares-words", sentence(key, {design: called(shown[0]), share: last.texts.get(shown[0])}))
 }
 
 onClicks({"equally-good": ANSWERS.e, "skip-question": ANSWERS.s, back: ANSWERS.u, "close-questions": ANSWERS.escape})

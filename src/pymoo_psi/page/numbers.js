@@ -68,7 +68,7 @@ function percent(share) {
 function percents(shares) {
   const hundreds = shares.map((share) => 100 * share)
   const whole = hundreds.map(floor)
-  const remainders = hundreds.map((value, k) => (value >= 1 ? value - whole[k] : 0))
+  const remainders = hundreds.map((value, k) => (value >= 1 ? round((value - whole[k]) * 1e9) / 1e9 : 0))
   for (const k of bySize(remainders).slice(0, round(sum(remainders)))) whole[k]++
   return hundreds.map((value, k) => {
     if (value > 0 && value < 1) return "less than 1 %"

@@ -58,14 +58,15 @@ function given(row) {
   return `${role}: ${changeText(data.objectives[j], gains[j], ranking)}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
 }
 
-// Limits and choice stay as proposed; what else somebody has said is not that of the next person.
+// Limits, choice and its reason stay; what else somebody has said is not that of the next person.
 function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
   $("adding").open = false
   $("position-name").value = ""
-  change({positions: [...state.positions, {name, date: new Date().toISOString(), ...heldOf(state)}],
-    weights: {}, aspiration: {}, reason: "", answers: []})
+  const held = heldOf(state)
+  if (state.positions.some((one) => one.name !== name && one.reason === held.reason)) held.reason = ""
+  change({positions: [...state.positions, {name, date: new Date().toISOString(), ...held}], weights: {}, aspiration: {}, answers: []})
 }
 
 function decide() {

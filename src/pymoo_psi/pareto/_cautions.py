@@ -396,7 +396,9 @@ class _Checks:
             worst = "nearly the worst"
         # The first by place that is better there; place 2 may be worse still.
         gains = (self.d[self.best] - self.d)[:, is_worst]
-        better = np.flatnonzero((gains > EDGE * ends[is_worst]).all(axis=1))
+        is_better = (gains > EDGE * ends[is_worst]).all(axis=1)
+        is_compromise = (ends - self.d > EDGE * ends)[:, self.varying].all(axis=1)
+        better = np.flatnonzero(is_better & is_compromise)
         following = ""
         if len(better):
             places = self.ranking.place[self.rows[better]]

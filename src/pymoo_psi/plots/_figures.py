@@ -64,7 +64,7 @@ from pymoo_psi.plots._style import (
     stack_pairs,
     tick,
 )
-from pymoo_psi.table import Kind, Schema, TestTable
+from pymoo_psi.table import Schema, TestTable
 
 if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
@@ -218,10 +218,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
         (table.pareto().sum(), PARETO, bars.pareto, _OPTIMAL),
     ]
     is_variable = bars.variable in table.schema.variables
-    is_log = spans_decades(bars.edges)
-    if is_variable:
-        is_log = table.schema[bars.variable].kind is Kind.LOG
-    if is_log:
+    if bars.logarithmic:
         set_log(axes, "x", (1.0,))
     if feasible.all():
         del groups[1]

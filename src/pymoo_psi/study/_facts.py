@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._names import argument
 from pymoo_psi._validation import (
     Head,
     Integers,
@@ -178,7 +177,7 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
         raise StudyMismatchError(
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
             "Give the name of another file, or restore the model of the study (its "
-            f"template, its {argument('study_key')}, its names)"
+            f"template, its study key, its names)"
         )
 
 
