@@ -131,9 +131,10 @@ class _Dialogue:
             "answers": [*self.foreign, *answers],
         }
         choice: Values = {"chosen": self.person.best, "reason": self.person.sentences[0]}
-        if not _counted(answers):  # what was proposed after answers that are taken back
+        is_proposed = len(_counted(answers)) > 0
+        if not is_proposed:  # what was proposed after answers that are taken back
             choice = {"chosen": None, "reason": ""}
-        is_proposed = bool(_counted(answers)) or str(position.get("reason", "")).startswith(_PROPOSED)
+            is_proposed = str(position.get("reason", "")).startswith(_PROPOSED)
         if _counted(answers) != self._counted and is_proposed:
             limits = {name: limit.plain for name, limit in self._table.limits.items()}
             position |= {"limits": limits, **choice}
