@@ -63,7 +63,7 @@ _SIDES = np.array(
 _GAP = 5.0  # points between names on a line
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
-_LINE_WORSE = 100  # points are less bad than a line, which a name would interrupt
+_LINE_WORSE = 1000  # any number of points is less bad than a line, which a name would interrupt
 _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
