@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise, permutations, product
+from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -306,7 +307,7 @@ def plot_objectives(
         add_list(figure, [texts[0] for texts in points.named.values() if len(texts) > 1])
         stack_pairs(figure, [first for first, _ in pairs])
         sentence = ""
-        n_pairs = len(names) * (len(names) - 1) // 2
+        n_pairs = comb(len(names), 2)
         if len(pairs) < n_pairs:
             sentence = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most."
         figure.describe(title, sentence, points.counts(table))
