@@ -72,7 +72,7 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
-_MANY = 25  # lines; more of them are fainter and overlap as a density
+_MANY = 15  # lines; more of them are fainter and overlap as a density
 _MOST = 500  # and from here on the others are drawn as their density
 _LEVELS = 200  # between two rows where lines are counted
 _BAND = 5  # of which so many are added, as regular values leave gaps at single ones
