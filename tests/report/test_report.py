@@ -268,8 +268,8 @@ def test_positions_say_what_the_proposal_costs(seed):
     greatest = [max(v for key, v in costs.items() if key[0] == design) for design in oracle.front]
     (text,) = [line for line in lines(report, "Positions") if line.startswith("At worst")]
     found = re.fullmatch(
-        r"At worst (\w+) costs (\w+) ([\d.]+) % in (\w+); every other undominated design costs "
-        r"someone ([\d.]+) % or more\.",
+        r"At worst (\w+) costs (\w+) ([\d.]+) % in (\w+); every other design that is not "
+        r"dominated costs someone ([\d.]+) % or more\.",
         text.replace("\N{NO-BREAK SPACE}", " "),
     )
     least, following, *_ = sorted(greatest)

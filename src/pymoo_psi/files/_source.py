@@ -445,7 +445,9 @@ def _unranked(columns: Mapping[str, TextColumn], labels: Collection[str]) -> lis
     """Return remarks on columns that could be objectives: times, and numbers called "test"."""
     remarks = []
     for name, column in columns.items():
-        texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+        texts = []
+        if column.numbers is None:
+            texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
         if texts and all(map(_TIME.fullmatch, texts)):
             remarks.append(f"{name} holds times; to rank by it, write them as numbers.")
     for name in labels:

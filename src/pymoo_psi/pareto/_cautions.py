@@ -388,7 +388,9 @@ class _Checks:
         """Yield the caution about objectives in which the optimum is the worst."""
         ends = self.d.max(axis=0)  # less than 1 if fixed ranges extend further
         behind = ends - self.d[self.best]
-        is_worst = self.varying & (behind <= EDGE * ends)
+        # Nearly so is no news where most designs are, as of values that span decades.
+        is_crowded = (ends - self.d <= EDGE * ends).mean(axis=0) >= CROWD
+        is_worst = self.varying & (behind <= EDGE * ends) & ((behind <= 0) | ~is_crowded)
         if not is_worst.any():
             return
         worst = "the worst"

@@ -132,8 +132,10 @@ def enough_digits(F: Array, formats: Sequence[NumberFormat]) -> list[NumberForma
         F: ``(n, m)`` objectives of designs none of which dominates another, minimised.
         formats: ``(m,)`` how the objectives are written.
     """
+    if len(F) > _READ:
+        return list(formats)
     columns = [one.rounded(column) for one, column in zip(formats, F.T, strict=True)]
-    if len(F) > _READ or nondominated(np.column_stack(columns)).all():
+    if nondominated(np.column_stack(columns)).all():
         return list(formats)
     longer = []
     for one, column, written in zip(formats, F.T, columns, strict=True):
