@@ -150,3 +150,9 @@ def test_another_part_is_another_run_of_a_study(study_file, bounds):
 )  # fmt: skip
 def test_what_is_no_part_is_refused(bounds, message):
     refused(message, Restricted, BEAM, bounds)
+
+
+def test_a_limit_that_no_design_of_the_part_keeps_is_refused():
+    part = Restricted(BEAM, {"metal": ["iron"]})
+    refused("'metal' in limits must be one of 'iron'", investigate, part, 4, limits="metal=steel")
+    assert len(investigate(part, 4, limits="metal in iron, steel")) == 4

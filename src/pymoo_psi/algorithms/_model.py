@@ -87,11 +87,15 @@ class Model:
             ArgumentValueError: A limit allows a choice of an option that the problem does not have.
         """
         variables = design_space(within_same_columns(self.inner)).variables
-        for name, variable in zip(self.schema.variables, variables, strict=True):
+        names = self.schema.variables
+        for name, variable, left in zip(names, variables, self.space.variables, strict=True):
             limit = formulation.allowed.get(name, Limit())
             if limit.texts and variable.options:
                 for text in limit.texts:
                     known_name(f"{name!r} in limits", text, [*map(str, variable.options)])
+                options = [*map(str, left.options)]
+                if not {*limit.texts} & {*options}:  # no design could keep it
+                    known_name(f"{name!r} in limits", limit.texts[0], options)
         return formulation.combine_first(Formulation(limits=self.default_limits))
 
     # Tests under the formulation
