@@ -72,9 +72,9 @@ def test_few_lines_have_names_and_the_first_are_darker(n, last, width):
 @pytest.mark.parametrize(
     ("n", "key"),
     [
-        (21, ["places up to 10", "10 more not dominated", "proposed"]),
+        (21, ["proposed", "places 2 to 10", "10 more not dominated"]),
         (9, []),
-        (5, ["places up to 2", "2 more not dominated", "proposed"]),
+        (5, ["proposed", "place 2", "2 more not dominated"]),
     ],
 )
 def test_the_key_tells_places_and_not_how_many_designs_have_them(n, key):
@@ -124,9 +124,10 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     assert rows_of(figure)[1][1:] == ["100", "1\u00a0000\u00a0000", "100"]
     assert {"10²", "10⁵"} <= {*texts(figure)}  # at the first and the last tick
     assert "not by their logarithms" in figure.caption
+    assert "log: drawn by logarithm, ranked by value" in texts(figure)
     lines, _ = lines_of(figure)
     assert sorted(line[0, 0] for line in lines) == pytest.approx([0, 0.5, 1])
-    (decades,) = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
+    decades, _ = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
     assert decades.get_xdata() == pytest.approx([0, 0.25, 0.5, 0.75])
     axes = shown(plot_objectives(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")

@@ -77,6 +77,7 @@ _MOST = 500  # and from here on the others are drawn as their density
 _LEVELS = 200  # between two rows where lines are counted
 _BAND = 5  # of which so many are added, as regular values leave gaps at single ones
 _BINS = 120  # and along a row
+_BLUR = np.array([1, 4, 6, 4, 1]) / 16  # weights of a bin and its neighbours
 _DENSE = 0.98  # quantile of it from which on it is equally dark
 _BLACK = 3.5  # times this it would be black
 _NEAR = 10  # places up to which lines are darker
@@ -95,6 +96,7 @@ _LIFT = 17.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
 _LETTER = 4.6  # width of a digit in points, and a little more
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
+_TICK: Style = {"color": "0.4", "markersize": 5}  # of a logarithmic axis
 # A power of ten above its tick, below the marked lines.
 _DECADE: Style = NOTE | {"color": "0.4", "ha": "center", "zorder": 4}
 # A name beside a line.
@@ -303,13 +305,15 @@ def plot_objectives(
             points.draw(ax, first, second, is_marked_apart=True)
             points.mark_outside(ax, first, second)
             points.name(figure, ax, first, second)
-        add_key(figure, *axes)
-        add_list(figure, [texts[0] for texts in points.named.values() if len(texts) > 1])
-        stack_pairs(figure, [first for first, _ in pairs])
+        heading = ""
         sentence = ""
         n_pairs = comb(len(names), 2)
         if len(pairs) < n_pairs:
-            sentence = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most."
+            heading = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most"
+            sentence = f"{heading}."
+        add_key(figure, *axes, heading=heading)
+        add_list(figure, [texts[0] for texts in points.named.values() if len(texts) > 1])
+        stack_pairs(figure, [first for first, _ in pairs])
         figure.describe(title, sentence, points.counts(table))
     figure.resize(width)
     return figure
@@ -387,7 +391,6 @@ def plot_ranking(
     if is_few:
         nearest = _NEAREST
     is_near = ranking.place[front] <= nearest
-    last = ranking.place[front][is_near].max()
     word = ""
     if values:
         word = "proposed" if marked == best else "marked"
@@ -398,7 +401,6 @@ def plot_ranking(
     with new_figure(60 + n * height) as figure:  # its height follows from the names
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
-        _draw_lines(ax, places[front], is_near, last)
         n_named = NAMED if is_few else _NEAREST
         named = list(dict.fromkeys([*styles, *front[::-1][:n_named].tolist()]))
         names = []
@@ -416,13 +418,19 @@ def plot_ranking(
             name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
             (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
             names.append((name, pole, places[design, -1]))
-        if not is_near.all():
+        is_styled = np.isin(front, list(styles))  # which have a mark of their own in the key
+        label = _places_in_words(ranking.place[front[is_near & ~is_styled]])
+        _draw_lines(ax, places[front], is_near, label)
+        is_log = any(map(spans_decades, np.transpose([ranking.nadir, ranking.ideal])))
+        if is_log:
+            ax.plot([], [], "|", label="log: drawn by logarithm, ranked by value", **_TICK)
+        if is_log or not is_near.all():
             add_key(figure, ax)
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
         ax.axis("off")
         logs = ""
-        if any(map(spans_decades, np.transpose([ranking.nadir, ranking.ideal]))):
+        if is_log:
             logs = "Designs are ranked by the values on logarithmic axes, not by their logarithms."
         lines = "each a line"
         if np.sum(~is_near) > _MOST:
@@ -467,7 +475,7 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
             low, high = np.sort(np.log10(ends))
             powers = 10.0 ** np.arange(np.ceil(low), high)
             decades = places_between(powers, *ends)[0]
-            ax.plot(decades, np.full(len(powers), j), "|", color="0.4", markersize=5, zorder=1)
+            ax.plot(decades, np.full(len(powers), j), "|", zorder=1, **_TICK)
             for k in (0, -1):  # the others follow from them
                 at = (decades[k], j)
                 ax.annotate(tick(powers[k], ends), at, (0, 3.5), **_DECADE)
@@ -491,20 +499,35 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
     return places
 
 
-def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
+def _places_in_words(places: Array) -> str:
+    """Return places as a text; empty if there are none."""
+    numbers = np.unique(places)
+    if len(numbers) == 0:
+        return ""
+    if len(numbers) == 1:
+        return f"place {numbers[0]}"
+    link = "to"
+    if len(numbers) == 2:
+        link = "and"
+    return f"places {numbers[0]} {link} {numbers[-1]}"
+
+
+def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
     """Draw a line for each of ``(n, m)`` designs, the fainter the more there are.
 
     Args:
         ax: The axes.
         places: ``(n, m)`` where they are in each row.
         is_near: ``(n,)`` which of them are darker.
-        last: The last place of those.
+        label: The places of those in the key; empty if all have marks of their own.
     """
     n, m = places.shape
     drawn = np.full(n, True)
     n_others = np.sum(~is_near)
     others = f"{n_others} more not dominated"
+    mark = "-"
     if n_others > _MOST:
+        mark = "s"
         others += ", as a density"
         _draw_density(ax, places[~is_near])
         drawn = is_near
@@ -523,14 +546,17 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, last: int) -> None:
     if n <= NAMED:
         for line, shade in zip(places, shades, strict=True):
             ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
-    ax.plot([], [], color=_SHADES[0], label=f"places up to {last}")
-    ax.plot([], [], color=_SHADES[1], label=others)
+    if label:
+        ax.plot([], [], color=_SHADES[0], label=label)
+    if n_others:
+        ax.plot([], [], mark, color=_SHADES[1], label=others)
 
 
 def _draw_density(ax: Axes, places: Array) -> None:
     """Draw how many of ``(n, m)`` designs have their line where, the darker the more."""
     m = places.shape[1]
-    ends = (min(0.0, places.min()), max(1.0, places.max()))
+    margin = len(_BLUR) / _BINS
+    ends = (min(0.0, places.min()) - margin, max(1.0, places.max()) + margin)
     shares = (np.arange(_LEVELS) + 0.5) / _LEVELS
     counts = []
     for above, below in pairwise(places.T):
@@ -538,6 +564,8 @@ def _draw_density(ax: Axes, places: Array) -> None:
             across = (1 - share) * above + share * below
             counts.append(np.histogram(across, _BINS, ends)[0])
     density = np.reshape(counts, (-1, _BAND, _BINS)).sum(axis=1)
+    # Regular designs gather at some bins.
+    density = np.apply_along_axis(np.convolve, 1, density, _BLUR, "same")
     dense = np.quantile(density, _DENSE)
     ax.imshow(
         np.minimum(density, dense),
@@ -546,6 +574,7 @@ def _draw_density(ax: Axes, places: Array) -> None:
         extent=(*ends, m - 1, 0),
         aspect="auto",
         interpolation="bilinear",
+        clip_on=False,
         zorder=-1,
     )
 

@@ -44,7 +44,6 @@ _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequenc
 NAMED = 8  # designs that all have names; of more only the marked one has
 _LETTERS = 26  # of their names
 _MANY = 50  # from here on the markers of a group shrink and fade, so that their density shows
-_FAINTEST = 0.6  # opacity of a marker
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
@@ -71,9 +70,7 @@ _PARETO: Style = _HOLLOW | {
     "zorder": 3.5,
 }
 _BELOW_POINTS = 3.4
-# The best trade-offs: below the points, but above many of them.
-_FRONT: Style = {"color": "0.5", "linewidth": 0.9, "zorder": 3.2}
-_FRONT_OF_MANY: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}
+_FRONT: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}  # of two objectives
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "o",
@@ -187,7 +184,10 @@ class Points:
             label = f"{self.word}: {self.named[row][0]}"
             axes.plot(x.places[row], y.places[row], label=label, **looks)
         if PARETO in self.groups and x.sign * y.sign != 0:
-            _draw_front(axes, x, y, visible & self.groups[PARETO][1])
+            front: Style = {**_FRONT}
+            if is_below:
+                front["zorder"] = 3.3
+            _draw_front(axes, x, y, visible & self.groups[PARETO][1], front)
         for name, (style, mask) in self.groups.items():
             n = mask.sum()
             if n:
@@ -197,7 +197,7 @@ class Points:
                     **style,
                     "markersize": style["markersize"] * shrink,
                     "markeredgewidth": 0.6 * shrink**0.5,
-                    "alpha": np.clip(_MANY / n, _FAINTEST, 1.0),
+                    "alpha": shrink,
                     "linestyle": "none",
                     "rasterized": n > _RASTERIZED,
                 }
@@ -263,7 +263,7 @@ class Points:
         return f"{text}."
 
 
-def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
+def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask, style: Style) -> None:
     """Draw the staircase of two objectives: there is no design between two of them.
 
     A single one, the best in both objectives, is a corner of what all of them reach.
@@ -276,9 +276,6 @@ def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
     if len(front) == 1:
         worst = F.max(axis=0)
         across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
-    style = _FRONT
-    if len(F) > _MANY and len(front) > 1:  # a corner would be read as axes
-        style = _FRONT_OF_MANY
     axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **style)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}

@@ -13,6 +13,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO, StringIO
 from itertools import cycle
 from pathlib import Path
@@ -128,6 +129,7 @@ _SETTINGS: Any = {
     "grid.color": "0.9",
     "grid.linewidth": 0.5,
     "legend.fontsize": 7.0,
+    "legend.title_fontsize": 7.0,
     "legend.frameon": False,
     "xtick.labelcolor": "0.3",
     "ytick.labelcolor": "0.3",
@@ -399,19 +401,21 @@ def curves() -> Iterator[Style]:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def add_key(figure: Drawing, *axes: Axes) -> None:
-    """Write what is labelled in axes above all of them.
+def add_key(figure: Drawing, *axes: Axes, heading: str = "") -> None:
+    """Write what is labelled in axes above all of them, below a heading if there is one.
 
     Of the same label there is one mark of each kind, one over the other.
     """
-    figure.fitted += ((add_key, figure, *axes),)  # again in another width
+    fit = partial(add_key, heading=heading)
+    figure.fitted += ((fit, figure, *axes),)  # again in another width
     marks: dict[str, dict[type, Any]] = {}
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
             marks.setdefault(label, {}).setdefault(type(mark), mark)
     handles = [tuple(kinds.values()) for kinds in marks.values()]
     figure.legends.clear()
-    _add_legend(figure, handles, list(marks), loc="outside upper left")
+    labels = list(marks)
+    _add_legend(figure, handles, labels, loc="outside upper left", title=heading, alignment="left")
 
 
 def add_list(figure: Drawing, names: Sequence[str]) -> None:
