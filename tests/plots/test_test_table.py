@@ -189,6 +189,7 @@ def test_the_pairs_that_conflict_most_are_drawn():
     axes = shown(plot_objectives(read_table(frame)))
     pairs = [(ax.get_xlabel()[0], ax.get_ylabel()[0]) for ax in axes]
     assert pairs == [("c", "a"), ("d", "a"), ("c", "b"), ("d", "b")]
+    assert axes[0].figure.legends[0].get_title().get_text().startswith("4 of 10 pairs")
     assert len(shown(plot_objectives(read_table(frame), objectives=[*frame]))) == 10
 
 

@@ -44,6 +44,7 @@ from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
     INK,
+    NARROW,
     NOTE,
     WIDTH,
     Drawing,
@@ -81,20 +82,19 @@ _BLUR = np.array([1, 4, 6, 4, 1]) / 16  # weights of a bin and its neighbours
 _DENSE = 0.98  # quantile of it from which on it is equally dark
 _BLACK = 3.5  # times this it would be black
 _NEAR = 10  # places up to which lines are darker
-_NEAREST = 3  # and where each line has a name
+_NEAREST = 3  # the same of few lines, or in a narrow figure; these have names
 _PAIRS = 4  # pairs of objectives, in two columns
 _ROW = 9.5  # height of a row in mm
 _LOW_ROW = 7.0  # and of one among many
 _FEW = 12  # rows of full height
-_ABOVE = 7.5  # above the first row in mm, for the head
+_ABOVE = 10.2  # above the first row in mm, for the head
 _PADS = 4.0  # above and below the axes in mm
-_FIRST = 4.0  # from a row to the nearest name in mm
+_FIRST = 5.2  # from a row to the nearest name in mm
 _LEVEL = 3.3  # and from one name to the next
 _POLE = 3.0  # points from a pole to its name
 _NAME = 26  # letters of the name of a row or a line
-_LIFT = 17.0  # points from the first row to the head
+_LIFT = 16.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
-_LETTER = 4.6  # width of a digit in points, and a little more
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
 _TICK: Style = {"color": "0.4", "markersize": 5}  # of a logarithmic axis
 # A power of ten above its tick, below the marked lines.
@@ -353,8 +353,9 @@ def plot_ranking(
     An objective is a row, from its worst value on the left to its best on the right, those of the
     Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
     Each design is a line, with its place and name at the end where there is room. Of more than
-    eight designs only the first three have names, and of more than 500 beyond place 10 the density
-    of their lines is drawn. :func:`plot_objectives` draws the objectives of a table in pairs.
+    eight designs only the first three have names, and the first ten darker lines, or three in a
+    width of less than 120 mm; of more than 500 others the density of their lines is drawn.
+    :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
         ranking: A ranking, or anything that :func:`pymoo_psi.rank_of_efficiency` ranks: an array of
@@ -388,7 +389,7 @@ def plot_ranking(
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     is_few = len(front) <= NAMED
     nearest = _NEAR
-    if is_few:
+    if is_few or width < NARROW:
         nearest = _NEAREST
     is_near = ranking.place[front] <= nearest
     word = ""
@@ -482,19 +483,16 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
         texts.append([heading, worst, best, value])
     bold = style | {"color": INK, "fontweight": "bold"}
-    _, _, bests, values = zip(*texts, strict=True)
-    middle = _APART + _LETTER * len(max(bests, key=len))
-    right = middle + _APART + _LETTER * len(max(values, key=len))
-    shifts = [_LIFT + 6, _LIFT, _LIFT]  # the head has no name
+    on_right = {"ha": "left"}
+    above, below = _LIFT + 9.5, _LIFT  # the head
     for j, (name, worst, best, value) in enumerate(texts):
         level = max(j - 1, 0)
-        above, below, beside = shifts
         ax.annotate(name, (0, level), (-_APART, above), **bold)
         ax.annotate(worst, (0, level), (-_APART, below), **style)
-        ax.annotate(best, (1, level), (middle, beside), **style)
+        ax.annotate(best, (1, level), (_APART, below), **style | on_right)
         if word:
-            ax.annotate(value, (1, level), (right, beside), **bold | {"color": ACCENT})
-        shifts = [4.5, -5.0, 0.0]
+            ax.annotate(value, (1, level), (_APART, above), **bold | on_right | {"color": ACCENT})
+        above, below = 4.5, -5.0
     ax.annotate("better →", (0.5, 0), (0, _LIFT), **style | {"ha": "center"})
     return places
 
