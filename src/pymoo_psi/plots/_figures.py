@@ -195,7 +195,7 @@ def plot_table(
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             figure.fitted += ((ax.label_outer,),)
-        add_key(figure, *axes)
+        add_key(figure, axes)
         figure.is_divisible = not rows
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
@@ -311,7 +311,7 @@ def plot_objectives(
         if len(pairs) < n_pairs:
             heading = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most"
             sentence = f"{heading}."
-        add_key(figure, *axes, heading=heading)
+        add_key(figure, axes, heading)
         add_list(figure, [texts[0] for texts in points.named.values() if len(texts) > 1])
         stack_pairs(figure, [first for first, _ in pairs])
         figure.describe(title, sentence, points.counts(table))
@@ -426,7 +426,7 @@ def plot_ranking(
         if is_log:
             ax.plot([], [], "|", label="log: drawn by logarithm, ranked by value", **_TICK)
         if is_log or not is_near.all():
-            add_key(figure, ax)
+            add_key(figure, [ax])
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
         ax.axis("off")
@@ -544,8 +544,7 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
     if n <= NAMED:
         for line, shade in zip(places, shades, strict=True):
             ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
-    if label:
-        ax.plot([], [], color=_SHADES[0], label=label)
+    ax.plot([], [], color=_SHADES[0], label=label)
     if n_others:
         ax.plot([], [], mark, color=_SHADES[1], label=others)
 

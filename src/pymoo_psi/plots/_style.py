@@ -13,7 +13,6 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from io import BytesIO, StringIO
 from itertools import cycle
 from pathlib import Path
@@ -401,21 +400,20 @@ def curves() -> Iterator[Style]:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def add_key(figure: Drawing, *axes: Axes, heading: str = "") -> None:
+def add_key(figure: Drawing, axes: Sequence[Axes], heading: str = "") -> None:
     """Write what is labelled in axes above all of them, below a heading if there is one.
 
     Of the same label there is one mark of each kind, one over the other.
     """
-    fit = partial(add_key, heading=heading)
-    figure.fitted += ((fit, figure, *axes),)  # again in another width
+    figure.fitted += ((add_key, figure, axes, heading),)  # again in another width
     marks: dict[str, dict[type, Any]] = {}
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
             marks.setdefault(label, {}).setdefault(type(mark), mark)
     handles = [tuple(kinds.values()) for kinds in marks.values()]
     figure.legends.clear()
-    labels = list(marks)
-    _add_legend(figure, handles, labels, loc="outside upper left", title=heading, alignment="left")
+    style: Style = {"title": heading, "alignment": "left"}
+    _add_legend(figure, handles, list(marks), loc="outside upper left", **style)
 
 
 def add_list(figure: Drawing, names: Sequence[str]) -> None:
