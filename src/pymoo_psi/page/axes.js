@@ -110,8 +110,8 @@ const axes = (() => {
     numericLimit(column).forEach((end, k) => {
       if (end === null) return
       const [place, edge] = [x(end), isTurned(column) === Boolean(k) ? 0 : size.width]
-      drawHatch(g, min(place, edge), y - 18, abs(place - edge), 36)
-      drawLine(g, INK.text, place, y - 19, place, y + 19, 3)
+      drawHatch(g, min(place, edge), y - 12, abs(place - edge), 24)
+      drawLine(g, INK.text, place, y - 12, place, y + 12, 3)
     })
     const j = data.objectives.indexOf(column)
     if (j >= 0 && ranking.count) drawLine(g, INK.muted, x(ranking.nadir[j]), y, x(ranking.ideal[j]), y, 2)

@@ -51,8 +51,8 @@ function renewElement(old, node) {
   renew(old, ...node.childNodes)
 }
 
-// A number and the word behind it, its unit perhaps, stay on one line.
-const tied = (text) => text.replace(/(?<=\d) /g, "\u00a0")
+// A number and the word behind it, its unit perhaps, stay on one line, as does a unit with "higher".
+const tied = (text) => text.replace(/(?<=\d) | (?=higher|lower)/g, "\u00a0")
 const upper = (text) => text.replace(/^./, (first) => first.toUpperCase())
 
 function say(sentences) {

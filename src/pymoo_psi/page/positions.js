@@ -18,7 +18,9 @@ function showPositions() {
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
   show("positions-title", held.length)
-  renew("separation", makeAll("li", separation(ranking, positions)))
+  const texts = separation(ranking, positions).map(tied)
+  renew("regret", ranking.count && texts.shift())
+  renew("separation", makeAll("li", texts))
   show("decide", held.length)
   $("decide").disabled = chosen === null
   renew("decide", chosen ? `Decide for ${chosen}` : "Decide: choose a design first")
@@ -40,7 +42,7 @@ function factsOf(one) {
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
   const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`]
-  return [broken.length && make("span.beyond", `beyond the limit ${listed(broken)}`), make("span.hint", facts.filter(Boolean).join(" · "))]
+  return [broken.length && make("span.beyond", `beyond the limit ${listed(broken)}`), make("span.hint", tied(facts.filter(Boolean).join(" · ")))]
 }
 
 function choiceOf({chosen}, row) {

@@ -8,7 +8,8 @@ const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
 const CLEAR = 10 // pixels around a point, more than between a name and its own, so that one sees whose it is
 const GAP = 6 // pixels between names
-const AWAY = [8, 20, 32, 46, 62] // from the point, the first without a line
+const AWAY = [5, 17, 29, 43, 59] // from the shape of a point, the first without a line
+const WIDEST = [0.6, 0.35] // share of the plot that a name may take; with the smaller one it has more lines
 const plottable = data.columns.filter(({texts}) => !texts)
 // The columns across and up.
 const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k] ?? name))
@@ -18,7 +19,7 @@ const scatter = (() => {
   const [TOP, RIGHT, BOTTOM] = [22, 12, 40]
   let LEFT = 40
   let [boxes, drawn] = [[], {}] // of names, and what is drawn
-  let lines = [] // boxes along the front, and what limits reject: no place for a name
+  let [lines, hatched] = [] // boxes along the front, and of what limits reject: no place for a name
   let columns = []
   let whole // for each column, the shares of its scale that are shown without a zoom
   let view = [[0, 1], [0, 1]] // the shares of these that are shown
@@ -154,7 +155,7 @@ const scatter = (() => {
       const box = k ? boxOf(LEFT, place, right, edge) : boxOf(place, TOP, edge, bottom)
       drawHatch(g, box.x, box.y, box.width, box.height)
       drawLine(g, INK.text, ...(k ? [LEFT, place, right, place] : [place, TOP, place, bottom]), 2)
-      lines.push(box)
+      hatched.push(box)
     })
   }
 
@@ -190,14 +191,14 @@ const scatter = (() => {
 
   // Names beside their points, or farther away with a line to them, each nearer to its own point than to
   // others: none covers another, a point or a line.
-  // Where there is no such place a name is left out, but those of marked designs and of steps from what is
-  // proposed may cover lines, and with a line of their own points, or be nearer to others; where designs are few,
+  // Where there is no such place a name is left out, but those of marked designs, of what people want and of
+  // steps from what is proposed may cover lines, and with a line of their own points, or be nearer to others; where designs are few,
   // all may cover lines.
   function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
-    const wanted = [...[...marked].reverse(), ...verdict?.steps.map(({row}) => row) ?? []]
-    const further = [...shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : [], ...holders.keys()].filter((row) => left.mask[row])
+    const wanted = [...marked.toReversed(), ...picked([...holders.keys()], (row) => left.mask[row]), ...verdict?.steps.map(({row}) => row) ?? []]
+    const further = shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : []
     const rows = [...new Set([...wanted, ...further])].filter(isInside)
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
@@ -209,16 +210,16 @@ const scatter = (() => {
       const away = (row) => hypot(...wayTo(place, row))
       const isOnPoint = covers(points)
       const isStray = points.some(({row}) => away(row) < away(place.row))
-      if (covers(taken) || ((isOnPoint || isStray) && !place.tie.length)) return Infinity
+      if (covers(taken) || (left.mask[place.row] && !isFree(place, hatched)) || ((isOnPoint || isStray) && !place.tie.length)) return Infinity
       return 4 * isStray + 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
     }
-    // The best place of a name with those who want the design, or without them where that covers less.
+    // The best place of a name with those who want the design, or without them where there is none.
     const nameOf = (row) => {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
       const people = (holders.get(row) ?? []).map(({name}) => name)
       const texts = new Set([[called(row), ...people].join(" · "), called(row)])
       let name = {fault: wanted.includes(row) ? Infinity : isFew ? 2 : 1}
-      for (const text of texts) for (const place of placesOf(g, row, text)) {
+      for (const text of texts) for (const place of name.tie ? [] : placesOf(g, row, text)) {
         const fault = faultOf(place)
         if (fault < name.fault) name = {...place, fault}
         if (!fault) return name
@@ -260,18 +261,22 @@ const scatter = (() => {
 
   // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
   function* placesOf(g, row, text) {
-    const words = wrapped(g, text, (right - LEFT) * 0.6)
-    const width = max(...words.map((line) => g.measureText(line).width))
-    const height = 14 * words.length
-    for (const reach of AWAY) for (const [across, down] of SIDES) {
-      const box = {row, words, font: g.font, width, height, x: u(row) + across * reach + (across - 1) / 2 * width, y: v(row) + down * (reach + 2) + (down - 1) / 2 * height}
-      if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
-      const tie = []
-      const [dx, dy] = wayTo(box, row)
-      for (let share = 6 / hypot(dx, dy); reach > AWAY[0] && share < 1; share += 0.1) {
-        tie.push({row, x: u(row) + share * dx, y: v(row) + share * dy, width: 0, height: 0})
+    const {size: radius} = LOOKS[marks.findLast((mark) => mark.row === row)?.look ?? look(row)]
+    for (const share of WIDEST) {
+      const words = wrapped(g, text, (right - LEFT) * share)
+      const width = max(...words.map((line) => g.measureText(line).width))
+      const height = 14 * words.length
+      for (const gap of AWAY) for (const [across, down] of SIDES) {
+        const reach = gap + radius
+        const box = {row, words, font: g.font, width, height, x: u(row) + across * reach + (across - 1) / 2 * width, y: v(row) + down * (reach + 2) + (down - 1) / 2 * height}
+        if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
+        const tie = []
+        const [dx, dy] = wayTo(box, row)
+        for (let way = 6 / hypot(dx, dy); gap > AWAY[0] && way < 1; way += 0.1) {
+          tie.push({row, x: u(row) + way * dx, y: v(row) + way * dy, width: 0, height: 0})
+        }
+        yield {...box, tie}
       }
-      yield {...box, tie}
     }
   }
 
@@ -289,7 +294,7 @@ const scatter = (() => {
       former = drawDensity(g, LOOKS.other.colour, shownRows, data.total, [0.5, 2000], countPoints, former)
     }
     drawAxes(g) // a density covers all before
-    lines = []
+    ;[lines, hatched] = [[], []]
     const front = frontOfTwo()
     drawFront(g, front)
     columns.forEach((column, k) => drawLimits(g, column, k))
