@@ -417,7 +417,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     positions = reader.page.locator("#position-list li")
     assert positions.locator("b").all_inner_texts() == ["Ann", "Ben", "Cy"]
     assert "“Ann wants it.”" in positions.first.inner_text()
-    assert "with mass at most 0.9 kg" in positions.first.inner_text()
+    assert "with mass at most 0.9\N{NO-BREAK SPACE}kg" in positions.first.inner_text()
     held = reader.state["positions"]
     reader.set(positions=[*held, {"name": "Dan", "chosen": "ghost"}])
     assert "Dan wants ghost, which is not among these designs." in reader.text("#position-list")
