@@ -254,4 +254,4 @@ def test_limits_are_read_as_the_numbers_of_a_file(said, tmp_path, limits, code, 
 def test_no_design_that_lacks_an_objective_would_be_left(said, tmp_path):
     (tmp_path / "set.csv").write_text("car,price,power\nA,10,\nB,20,3\nC,30,5\n")
     words = ["set.csv", "--limits", "price<=5", "--drop-incomplete"]
-    assert "Without the limit on price, 2 are left, from " in joined(said("rank", *words, code=2))
+    assert "Without the limit on price, 2 are left (price " in joined(said("rank", *words, code=2))

@@ -426,7 +426,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     beyond = reader.page.locator("#position-list .beyond")
     for limits, texts in (
         ({}, []),
-        ({"mass": [None, 0.01]}, ["beyond the limit mass at most 0.01 kg"] * 3),
+        ({"mass": [None, 0.01]}, ["beyond the limit: mass at most 0.01 kg"] * 3),
     ):
         reader.set(positions=held, limits=limits)
         assert beyond.all_inner_texts() == texts

@@ -3,6 +3,7 @@
 import contextlib
 import pathlib
 import warnings
+from dataclasses import dataclass
 
 import numpy as np
 import pymoo.problems
@@ -42,13 +43,13 @@ class Model(ElementwiseProblem):
 
     def __init__(self, k=1, weights=(1.0, 2.0), title="model", **kwargs):
         super().__init__(n_var=2, n_obj=1, xl=0, xu=1, **kwargs)
-        self._k, self.weights, self.title = k, np.array(weights), title
+        self._k, self.weights, self.title = k, weights, title
         self.name, self.calls = "own name", 0
         self.names = {"x1": "width", "x2": "height"}
 
     def _evaluate(self, x, out, *args, **kwargs):
         self.calls += 1
-        out["F"] = self._k * (x @ self.weights)
+        out["F"] = self._k * x.sum()
 
 
 @pytest.mark.parametrize(
@@ -80,6 +81,18 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
         investigate(FailureTolerant(Heir(title=title, **given)), 4, study=study)
     assert study.stat().st_size < 100_000
     refused(ANOTHER, investigate, Heir(**given | changed), 4, error=StudyMismatchError, study=study)
+
+
+@dataclass
+class Steel:
+    E: float
+
+
+@pytest.mark.parametrize("kind", [dict, Steel])
+def test_constants_in_mappings_and_data_classes_belong_to_a_study(study_file, kind):
+    investigate(Model(weights=kind(E=1.0)), 4, study=study_file)
+    other = Model(weights=kind(E=210.0))
+    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study_file)
 
 
 @pytest.mark.parametrize(

@@ -231,3 +231,12 @@ def test_further_values_stay_with_their_designs():
     np.testing.assert_array_equal(out["stress"], [[np.nan] * 2, [1, 1], [np.nan] * 2, [3, 1]])
     assert out["note"].tolist() == [None, {"x": 1.0}, None, {"x": 3.0}]
     assert out["H"].tolist() == [[0.0], [0.5], [0.0], [0.5]]
+
+
+def test_an_output_called_failure_is_left_out_with_a_warning():
+    """A table keeps reasons there."""
+    model = OfFunction(lambda x: {"F": right(x), "failure": x[0], "mass": x[0]}, n_var=1)
+    with pytest.warns(UserWarning, match=r"out\['failure'\] is left out"):
+        out = evaluate_designs(model, X[:2, 1:])
+    assert out["failure"].tolist() == ["", ""]
+    assert "mass" in out

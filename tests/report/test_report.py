@@ -241,7 +241,7 @@ def test_positions_say_what_the_proposal_costs(seed):
     for name in ("Ben", "Cleo"):
         own, proposed = frame.loc[holders[name]], frame.loc[oracle.front[0]]
         text = said[f"{name}: {holders[name]}"]
-        assert ("Beyond the limit price at most" in text) == (name == "Cleo")
+        assert ("Beyond the limit: price at most" in text) == (name == "Cleo")
         worse, _, better = text.rpartition("The proposal: ")[2].partition("better in ")
         losses = re.findall(
             rf"{CHANGE.pattern}(?: \(([\d.]+) %\))?", worse.replace("\N{NO-BREAK SPACE}", " ")

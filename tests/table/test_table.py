@@ -202,6 +202,7 @@ def test_tables_of_other_values_or_columns_are_not_equal(other):
         (lambda: PLAIN.under(ranges={"f1": (1, 0)}), ValueError, "the range of 'f1' must be a pair .* got \\(1, 0\\)"),
         (lambda: PLAIN.take([]).row_of("A"), ValueError, "design must be the name of one design as a text, or the number .*, got 'A'"),
         (lambda: PLAIN.take([[True], [False]]), ValueError, "selection must be a mask or indices of rows"),
+        (lambda: PLAIN.take([[0], [1]]), ValueError, "selection must be a mask or indices of rows, got shape"),
         (lambda: PLAIN.take([1, 1]), ValueError, "distinct, got test 2 twice"),
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "of one problem and formulation .* got formulation"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], schema=Schema.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),

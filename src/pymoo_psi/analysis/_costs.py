@@ -195,13 +195,11 @@ def none_left_reason(table: TestTable) -> str:
             return f"{text}."
         values = table.column(name)[would_be_left & mask[:, alone.argmax()]]
         values = values[np.isfinite(values)]
-        span = "without a value"
+        span = "no value"
         if len(values):
-            span = f"from {number(values.min())} to {number(values.max())}"
-            if values.min() == values.max():
-                span = f"at {number(values.min())}"
-            span = f"{span} {table.schema.units.get(name, '')}".strip()
-        return f"{text}, {span}."
+            ends = dict.fromkeys([number(values.min()), number(values.max())])
+            span = f"{' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
+        return f"{text} ({name} {span})."
     rejects = mask.sum(axis=0)
     return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
 

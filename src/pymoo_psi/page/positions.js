@@ -42,7 +42,7 @@ function factsOf(one) {
   const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
   const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`]
-  return [broken.length && make("span.beyond", `beyond the limit ${listed(broken)}`), make("span.hint", tied(facts.filter(Boolean).join(" · ")))]
+  return [broken.length && make("span.beyond", `beyond the limit: ${listed(broken)}`), make("span.hint", tied(facts.filter(Boolean).join(" · ")))]
 }
 
 function choiceOf({chosen}, row) {

@@ -6,7 +6,7 @@ const MOST_NAMES = 20
 const FEW_NAMES = 8 // of designs that no other dominates, which may cover lines
 const MOST_OBSTACLES = 300 // points from which names keep away
 const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
-const CLEAR = 10 // pixels around a point, more than between a name and its own, so that one sees whose it is
+const CLEAR = [26, 10] // pixels beside and above a point that names of others keep: one sees whose a name is
 const GAP = 6 // pixels between names
 const AWAY = [5, 17, 29, 43, 59] // from the shape of a point, the first without a line
 const WIDEST = [0.6, 0.35] // share of the plot that a name may take; with the smaller one it has more lines
@@ -176,7 +176,7 @@ const scatter = (() => {
     const beyond = known.length - picked(known, isInside).length
     const missing = shownRows.length - known.length
     drawn = {points: known.length, missing, beyond}
-    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, rejected.length ? "more beyond a limit (outside the axes)" : "beyond a limit"], [missing, "without a value"]]
+    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, rejected.length ? "more beyond a limit, outside the axes" : "beyond a limit"], [missing, "without a value"]]
       .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
     const isHatched = columns.some(limitOf)
     const looks = new Set(marks.map(({look}) => look))
@@ -202,7 +202,7 @@ const scatter = (() => {
     const rows = [...new Set([...wanted, ...further])].filter(isInside)
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
-    const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR, y: v(row) - CLEAR, width: 2 * CLEAR, height: 2 * CLEAR}))
+    const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]}))
     const isFew = ranking.front.length <= FEW_NAMES
     let taken // by names and their lines
     const faultOf = (place) => {

@@ -56,10 +56,10 @@ function showCounts() {
   $("fixed").checked = state.fixed
   legend("foot", shownRows.length < 2 ? [] : [
     [swatch(shownRows.length <= MOST_LINES ? "tick.own" : "line"), `${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
-    shownRows.length <= MOST_LINES && [swatch("strong"), "places 1 to 3"],
+    shownRows.length <= MOST_LINES && [swatch("strong"), "places 2 and 3"],
     shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick"), "other designs"],
     data.columns.some((column) => !column.texts && limitOf(column)) && [swatch("hatch"), "beyond a limit"],
-    [swatch("thick"), `behind: ${state.fixed ? "per cent of the fixed range" : "0 % at their best, 100 % at their worst"}`]])
+    [swatch("thick"), state.fixed ? "the fixed range, 100 % to 0 % behind" : "their worst to best value, 100 % to 0 % behind"]])
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }

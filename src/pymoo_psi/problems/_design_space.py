@@ -6,7 +6,7 @@ import hashlib
 import inspect
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import compress
 from typing import Any
 
@@ -505,6 +505,8 @@ def problem_identity(problem: Any) -> Values:
 def own_parameters(problem: Any) -> Values:
     """Return what a problem's ``fingerprint()`` returns, or numbers and texts it was made with.
 
+    They may be in lists, mappings and data classes; other objects are not looked into.
+
     These are the arguments of its classes that it keeps as attributes of the same name, or with an
     underscore before it, except default values and what pymoo's ``Problem`` takes. A text that
     looks like a path is left out: it says where something is, not what.
@@ -538,19 +540,25 @@ def own_parameters(problem: Any) -> Values:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value with lists and numbers of Python for arrays and those of NumPy."""
+    """Return a value as lists, mappings and numbers of Python."""
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     if isinstance(value, list):
         return list(map(_plain, value))
     if isinstance(value, tuple):
         return tuple(map(_plain, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        value = {field.name: getattr(value, field.name) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(name): _plain(value[name]) for name in sorted(value, key=str)}
     return value
 
 
 def _is_constant(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
         return all(map(_is_constant, value))
+    if isinstance(value, dict):
+        return all(map(_is_constant, value.values()))
     if isinstance(value, str):
         return _PATH.fullmatch(value) is None
     return isinstance(value, (bool, int, float))

@@ -11,6 +11,7 @@ numbers, NaN, or infinite although the design is feasible.
 from __future__ import annotations
 
 import copy
+import warnings
 import zlib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -20,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
-from pymoo_psi._validation import AnyArray, Array, Mask, Values, known_name
+from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values, known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Runner, one_line, same_folder
 from pymoo_psi.pareto import competes, constraint_violation, meets_constraints
@@ -168,6 +169,7 @@ class _CheckedFunction:
         flaw = _flaw(row)
         if flaw:
             return {"failure": flaw}
+        _warn_of_failure(raw)
         for name, value in raw.items():
             if name not in row and value is not None:
                 if isinstance(value, (np.ndarray, list, dict)):
@@ -193,6 +195,7 @@ class _CheckedFunction:
                 return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)
         out["failure"] = _clear_failures(out)
+        _warn_of_failure(raw)
         for name, value in raw.items():
             if name in out or not isinstance(value, (list, np.ndarray)):
                 continue
@@ -226,6 +229,13 @@ class _CheckedFunction:
             if isinstance(out[name], list):  # in pymoo, a list holds the columns
                 out[name] = np.column_stack(out[name])
         return out
+
+
+def _warn_of_failure(raw: Entries) -> None:
+    """Warn of an output of a model that has the name of the reasons of failures."""
+    value = raw.get("failure")
+    if value is not None and not isinstance(value, str) and np.asarray(value).dtype.kind in "fiub":
+        warnings.warn("out['failure'] is left out; give it another name", stacklevel=2)
 
 
 def _clear_failures(out: Values) -> AnyArray:

@@ -496,10 +496,13 @@ class TestTable(View, Shown):
         indices = np.asarray(selection)
         if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
             indices = indices.astype(np.intp)
+        rule = "a mask or indices of rows"
+        if indices.ndim != 1:
+            raise invalid("selection", rule, Received(f"shape {indices.shape}"))
         try:
             rows = np.arange(len(self))[indices]
         except IndexError as error:
-            raise invalid("selection", "a mask or indices of rows", Received(error)) from error
+            raise invalid("selection", rule, Received(error)) from error
         numbers = self.numbers.take(rows)
         require_distinct(numbers)
         failures = self.failures
