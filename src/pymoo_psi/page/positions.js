@@ -67,7 +67,7 @@ function record() {
   $("adding").open = false
   $("position-name").value = ""
   const held = heldOf(state)
-  if (state.positions.some((one) => one.name !== name && one.reason === held.reason)) held.reason = ""
+  if (state.positions.some((one) => one.name !== name && one.chosen === held.chosen && one.reason === held.reason)) held.reason = ""
   change({positions: [...state.positions, {name, date: new Date().toISOString(), ...held}], weights: {}, aspiration: {}, answers: []})
 }
 
