@@ -125,7 +125,7 @@ def test_a_mistake_is_one_line_and_code_2(words, message, said, tmp_path):
     err = said(*shlex.split(words), code=2)
     assert message in err
     assert err.startswith("pymoo-psi: error: ")
-    assert {*os.listdir(tmp_path)} <= {"models.py", "pyproject.toml", "set.csv", "r"}
+    assert {*os.listdir(tmp_path)} <= {"models.py", "pyproject.toml", "set.csv", "r", "__pycache__"}
 
 
 def test_python_m_and_version():
