@@ -280,9 +280,8 @@ def _so_far(run: Run, tests: TestTable, settings: RunOptions) -> TestTable:
     warning names it, and all tests decide in the end.
     """
     unknown = {*run.model.formulation.columns} - {*tests.schema.names}
-    may_follow = settings.study is not None and run.executor.has_designs
-    for name in unknown:
-        may_follow = may_follow and not get_close_matches(name, tests.schema.names)
+    is_misspelt = any(get_close_matches(name, tests.schema.names) for name in unknown)
+    may_follow = settings.study is not None and run.executor.has_designs and not is_misspelt
     if unknown and may_follow and np.isfinite(tests.F).any():
         warnings.warn(f"no test has {', '.join(sorted(unknown))} so far", stacklevel=2)
         return run.model.under_so_far(tests)

@@ -90,8 +90,8 @@ _FAILURE = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _FEW = 6  # the most words that a limit to be written lists
+_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
-_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
 
