@@ -17,7 +17,6 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.population import Population
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
 from pymoo_psi import (
     Formulation,
@@ -52,11 +51,6 @@ def workbook(*sheets, edit=None):
     return stream.getvalue()
 
 
-def in_per_cent(sheet):
-    for row in (2, 3, 4):
-        sheet.cell(row, 1).number_format = "0.0%"
-
-
 def saved(save, **arrays):
     """What a function of NumPy writes."""
     stream = io.BytesIO()
@@ -67,6 +61,10 @@ def saved(save, **arrays):
 STATUS = "run,status,mass,cost\n1,ok,5,3\n2,failed,0,0\n3,ok,4,4\n4,timeout,0,\n"
 RANKED = (
     "test,x1,x2,f1,f2,g1,mu1,mu2,rank,pareto\n4,2,0.5,4,5,6,7,8,6,True\n9,3,0.5,4,5,6,7,8,6,True\n"
+)
+EXPORT = (
+    "place,number,f1,f2,mark\n,old,9,9,prototype\n"
+    "1,5,1,2,place 1\n2,7,2,1,place 2\n,8,3,3,dominated\n"
 )
 WIDE = [f"c{j}" for j in range(2_000)]
 
@@ -205,6 +203,13 @@ FILES = {
     "an objective that is not there": (RANKED, {"objectives": ["f3"]}, "objectives must be one of"),
     "lines of JSON": ('[{"a": 1, "b": 2}]', {"skip_rows": [1]}, "must be left out for JSON"),
     "results alone": ("status,violated,reason,pareto\nok,,,True\n", {"objectives": ["f1"]}, "objectives must be one of no names"),
+    "no list of designs": ('{"a": 1}', {}, "no list of designs"),
+    "a list of designs and a number": ('[{"a": 1}, 2]', {}, "no list of designs"),
+    "a list without an end": ('[{"a": 1', {}, "no list of designs"),
+    "numbers called design that are named": ("car,price,design\nA,1,7\nB,2,9\nC,3,9\n", {"objectives": ["price", "design"]}, {"price": [1, 2, 3], "design": [7, 9, 9]}),
+    "numbers called design that are maximised": ("car,price,design\nA,1,7\nB,2,9\nC,3,9\n", {"maximize": ["design"]}, {"price": [1, 2, 3], "design": [7, 9, 9]}),
+    "equal rows count once": ("name,cost,mass\nA,1,2\nB,2,1\nA,1,2\nA,1,3\nB,2,1\n", {}, {"cost": [1, 2, 1], "mass": [2, 1, 3]}),
+    "prototypes of an export": (EXPORT, {"objectives": ["f1", "f2"]}, {"f1": [1, 2, 3], "f2": [2, 1, 3]}),
     "no feasible test": ("a,b,status,violated,reason,pareto\n1,2,failed,,,False\n", {"objectives": ["a"]}, "none of its 1 row counts: not feasible"),
 }  # fmt: skip
 
@@ -232,12 +237,14 @@ def objectives(table):
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_is_read_right_or_refused(read, name):
     content, options, expected = FILES[name]
-    options = dict(options)
-    asked = Formulation(options.pop("objectives", ()), limits=options.pop("limits", {}))
+    asked = {
+        name: options[name] for name in ("objectives", "maximize", "limits") if name in options
+    }
+    options = {name: value for name, value in options.items() if name not in asked}
     if isinstance(expected, str):
-        refused(expected, read, content, asked, **options)
+        refused(expected, read, content, Formulation(**asked), **options)
     else:
-        assert objectives(read(content, asked, **options)) == expected
+        assert objectives(read(content, Formulation(**asked), **options)) == expected
 
 
 # Which columns are what
@@ -317,8 +324,7 @@ def test_columns_of_others_keep_names_like_ours(read, tmp_path):
     for name in ("t.csv", "t.xlsx"):
         write_table(table, tmp_path / name)
         assert read_table(tmp_path / name).equals(table)
-    both = read("name,status,status (pymoo-psi),a,b\nA,x,y,1,2\nB,x,z,2,1\n")
-    both.to_csv(tmp_path / "t.csv")
+    read("name,status,status (pymoo-psi),a,b\nA,x,y,1,2\nB,x,z,2,1\n").to_csv(tmp_path / "t.csv")
     assert read_table(tmp_path / "t.csv")["status (pymoo-psi)"].tolist() == ["y", "z"]
     write_table(read("run,cost,mass\nA,1,5\nB,2,3\nC,3,1\n"), tmp_path / "s.db")
     assert len(read_table(tmp_path / "s.db")) == 3
@@ -342,6 +348,13 @@ def test_columns_of_others_keep_names_like_ours(read, tmp_path):
             [],
             [],
             [f"row {k}" for k in range(1, 5)],
+        ),
+        (EXPORT, ["f1", "f2"], [], ["number 5", "number 7", "number 8"]),
+        (
+            EXPORT.replace("number", "test_point"),
+            ["f1", "f2"],
+            [],
+            ["test point 5", "test point 7", "test point 8"],
         ),
         ("row,a\n2.5,3\n1,4\n", ["row", "a"], [], ["design 1", "design 2"]),
         ("row,a\n2.5,3\n1,4\n", ["a"], ["row"], ["design 1", "design 2"]),
@@ -367,6 +380,10 @@ OTHER_WORDS = ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehle
         ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", {}, {}, []),
         ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds times"]),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),
+        ("a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n",
+         {"objectives": ["a", "b"]}, {"drop_incomplete": True},
+         ["^2 rows left out: not feasible.$",
+          r"^1 incomplete design left out, the first in row 3 \(line 4\).$"]),
         (STATUS, {"objectives": ["mass"]}, {},
          ["^2 designs with failed and timeout as status; to leave them out, say "
           "--limits 'status=ok', or limits= in Python.$"]),
@@ -385,12 +402,6 @@ def test_remarks_say_what_was_left_out_or_may_be_no_design(read, text, asked, op
     assert all(map(re.search, remarks, table.remarks))
 
 
-def test_numbers_called_design_are_ranked_if_they_are_named(read):
-    text = "car,price,design\nA,1,7\nB,2,9\nC,3,9\n"
-    for asked in (Formulation(["price", "design"]), Formulation(maximize=["design"])):
-        assert read(text, asked).schema.objectives == ("price", "design")
-
-
 def test_only_columns_that_are_needed_must_be_readable(read):
     text = "a;b;c;steel\n1;2;1.250;1.4301a\n2;1;980;1.4301b\n"
     asked = Formulation(["a", "ratio"], computed={"ratio": "a / b"}, limits={"b": 1.5})
@@ -403,30 +414,6 @@ def test_only_columns_that_are_needed_must_be_readable(read):
         read,
         text,
         Formulation(["a", "b"], limits={"c": 1000}),
-    )
-
-
-@pytest.mark.parametrize("label", ["number", "test_point"])
-def test_prototypes_of_an_export_are_no_designs(read, label):
-    text = (
-        "place,number,f1,f2,mark\n,old,9,9,prototype\n"
-        "1,5,1,2,place 1\n2,7,2,1,place 2\n,8,3,3,dominated\n"
-    )
-    table = read(text.replace("number", label), Formulation(["f1", "f2"]))
-    assert table.F.tolist() == [[1, 2], [2, 1], [3, 3]]
-    assert table.names[0] == f"{label.replace('_', ' ')} 5"
-
-
-def test_rows_that_do_not_count_are_told(read):
-    text = (
-        "a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n"
-    )
-    table = read(text, Formulation(["a", "b"]), drop_incomplete=True)
-    assert table.numbers.tolist() == [1, 3]
-    assert table.status.tolist() == ["ok", "failed"]
-    assert table.remarks == (
-        "2 rows left out: not feasible.",
-        "1 incomplete design left out, the first in row 3 (line 4).",
     )
 
 
@@ -456,9 +443,6 @@ def test_objects_of_json_are_designs(tmp_path):
     assert table.to_frame()["begun"].tolist() == ["2026-01-02 03:04:05", "2026-01-03 00:00:01"]
     (tmp_path / "set.json").write_text(frame.to_json(orient="records", date_format="iso"))
     np.testing.assert_array_equal(read_table(tmp_path / "set.json").F, table.F)
-    for text in ('{"a": 1}', '[{"a": 1}, 2]', '[{"a": 1'):
-        (tmp_path / "set.json").write_text(text)
-        refused("no list of designs", read_table, tmp_path / "set.json")
 
 
 NAMED = pd.DataFrame({"kind": [*"WXYZ"], "a": [0, 1, 2, 3], "b": [3, 2, 1, 0]})
@@ -477,6 +461,7 @@ PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("pl
         (NAMED[::2], (), ["W", "Y"], [[0, 3], [2, 1]]),
         (NAMED[["a", "b"]].iloc[[3, 0]], (), ["index 3", "index 0"], [[3, 0], [0, 3]]),
         (PLACES, ("f1", "f2"), ["row 1", "row 2"], [[1, 2], [2, 1]]),
+        (pd.DataFrame(np.ones((2, 2))), (), ["row 1", "row 2"], [[1, 1], [1, 1]]),
     ],
 )
 def test_arrays_and_frames(source, objectives, names, F):
@@ -492,6 +477,7 @@ def test_arrays_and_frames(source, objectives, names, F):
         (np.zeros(3), "source must be"),
         (FRAME[:0], "source must be"),
         (pd.DataFrame([[1, 2]], columns=["a", "a"]), "source must be"),
+        (Result(), "a result of pymoo with designs"),
     ],
 )
 def test_what_holds_no_designs_is_refused(source, message):
@@ -513,11 +499,6 @@ def test_databases_of_others_are_named(study_file, tables, name):
         f"no study of pymoo-psi, but a database of {name}; .* export it as CSV by .*{study_file}"
     )
     refused(message, read_table, study_file)
-
-
-@pytest.mark.parametrize("name", ["box.csv", "box.xlsx", "model.toml"])
-def test_files_of_other_kinds_are_no_studies(name):
-    refused("study must be a database", investigate, get_problem("bnh"), 4, study=name)
 
 
 RUNS = pd.DataFrame(
@@ -658,19 +639,6 @@ def test_the_frame_of_a_table_has_no_directions():
     assert read_table(table.to_frame(), named).F.tolist() == table.F.tolist()
 
 
-def test_equal_rows_of_a_file_count_once(read, path):
-    table = read("name,cost,mass\nA,1,2\nB,2,1\nA,1,2\nA,1,3\nB,2,1\n")
-    assert table.numbers.tolist() == [1, 2, 4]
-    assert table.remarks[0] == "2 rows left out: equal to another one in all cells."
-    assert len(read_table(pd.DataFrame(np.ones((3, 2))))) == 3
-
-
-def result_of(X, F):
-    result = Result()
-    result.opt = Population.new(X=np.array(X), F=np.array(F))
-    return result
-
-
 @pytest.mark.parametrize(
     ("X", "variables"),
     [
@@ -679,17 +647,12 @@ def result_of(X, F):
     ],
 )
 def test_results_of_pymoo_are_sources(X, variables):
-    table = read_table(result_of(X, [[1.0, 2.0], [2.0, 1.0]]))
+    result = Result()
+    result.opt = Population.new(X=np.array(X), F=np.array([[1.0, 2.0], [2.0, 1.0]]))
+    table = read_table(result)
     assert (table.schema.objectives, table.schema.variables) == (("f1", "f2"), variables)
     np.testing.assert_array_equal(table.F, [[1.0, 2.0], [2.0, 1.0]])
-    rows = [[*x.values()] if isinstance(x, dict) else x for x in X]
-    assert table.X.tolist() == rows
-
-
-def test_a_result_without_designs_is_refused():
-    result = Result()
-    result.opt = None
-    refused("a result of pymoo with designs", read_table, result)
+    assert table.X.tolist() == [[*x.values()] if isinstance(x, dict) else x for x in X]
 
 
 @pytest.mark.parametrize("least", [0.3, 3.0])

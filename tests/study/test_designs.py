@@ -30,8 +30,10 @@ def test_an_option_is_restricted_by_its_type():
     refused("one of 12, '12', 'oak'", Restricted, typed(12, "12", "oak"), {"a": 12.0})
 
 
-@pytest.mark.parametrize("suffix", ["-journal", "-wal", "-SHM", ".pymoo-psi-lock"])
-def test_files_that_belong_to_a_study_are_refused(suffix, study_file):
+@pytest.mark.parametrize(
+    "suffix", ["-journal", "-wal", "-SHM", ".pymoo-psi-lock", ".csv", ".xlsx", ".toml"]
+)
+def test_files_that_belong_to_a_study_or_to_none_are_refused(suffix, study_file):
     refused(
         "study must be a database with a name such as",
         investigate,
