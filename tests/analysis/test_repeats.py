@@ -9,7 +9,6 @@ import pytest
 from pymoo_psi import Formulation, TestTable, read_table
 from pymoo_psi.analysis import average_repeats
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import degrees_of_freedom
 from tests.helpers.refusals import refused
 
 FRAME = pd.DataFrame(
@@ -54,7 +53,6 @@ def test_five_tests_give_a_design_its_own_variance():
     pooled = sum(np.var(group) * len(group) for group in groups) / (len(f) - 3)
     assert errors[0] == pytest.approx(groups[0].std(ddof=1) / np.sqrt(5))
     assert errors[1:] == pytest.approx(np.sqrt(pooled / np.array([3, 4])))
-    assert degrees_of_freedom(np.array(counts)).tolist() == [5 - 1, 12 - 3, 12 - 3]
 
 
 def test_computed_columns_and_limits_are_of_means(file):
@@ -172,6 +170,26 @@ def test_two_designs_have_the_probability_of_a_normal_difference():
     )
     assert (frame["best"] == frame["pareto"]).all()  # each is the best in an objective: a tie
     assert (frame["near_best"] == frame["best"]).all()  # a dominated one is not near
+
+
+@pytest.mark.parametrize("n_tests", [2, 5])
+def test_errors_of_one_estimate_are_wrong_together(n_tests):
+    """A has tests at ±1 and B as many, or a single one: the difference is Student's or Welch's."""
+    from scipy.stats import t
+
+    f1 = [*np.resize([1.0, -1.0], n_tests), *np.resize([3.0, 1.0], 1 if n_tests == 2 else n_tests)]
+    is_a = np.arange(len(f1)) < n_tests
+    tests = TestTable.of(
+        range(1, len(f1) + 1), np.where(is_a, 1, 2)[:, None], np.column_stack([f1, is_a])
+    )
+    designs = average_repeats(tests)
+    difference = designs["f1"][1] - designs["f1"][0]
+    errors = designs["f1 standard error"]
+    chance = t.cdf(difference / np.hypot(*errors), n_tests - 1)
+    if n_tests == 5:  # each has an estimate of its own: integrated over that of B
+        values = t.ppf((np.arange(100_000) + 0.5) / 100_000, 4)
+        chance = t.cdf((difference + errors[1] * values) / errors[0], 4).mean()
+    assert designs.confidence()["pareto"].iloc[0] == pytest.approx(chance, abs=0.02)
 
 
 def test_a_true_value_better_than_a_fixed_range_is_not_farther():

@@ -181,10 +181,6 @@ class Case:
         ends = np.sort([self.whole.ideal, self.whole.nadir], axis=0).T.tolist()
         return dict(zip(self.names, ends, strict=True)) if state["fixed"] else None
 
-    def is_flat(self, state):
-        """Whether a state has fixed ranges, one of which is none: Python refuses it."""
-        return state["fixed"] and bool((self.whole.ideal == self.whole.nadir).any())
-
     def asked(self):
         return {
             "payload": self.payload,
@@ -262,7 +258,7 @@ def persons(cases):
     found = []
     for case in cases:
         for k in (case.seed % 2, case.seed % 2 + 2)[: 1 + case.seed // 2 % 2]:
-            if case.mask(case.states[k]).any() and not case.is_flat(case.states[k]):
+            if case.mask(case.states[k]).any():
                 found.append((case, k, *person_of(case, k)))
     return found
 
@@ -467,7 +463,7 @@ def test_switching_values_and_what_separates_positions_are_those_of_python(ranki
     compared = changed = n_regrets = 0
     for case, k, found, *_ in rankings:
         state = case.states[k]
-        if case.is_flat(state) or not case.is_thorough(k):
+        if not case.is_thorough(k):
             continue
         table = case.table(limits=state["limits"], ranges=case.ranges(state))
         limits = switching_values(table)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi import TestTable, explain, rank_of_efficiency, read_table
+from pymoo_psi import TestTable, cautions, explain, rank_of_efficiency, read_table
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.exact import best_rows
@@ -24,10 +24,17 @@ def test_designs_of_one_place_keep_their_order():
 CURVE = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
 
 
-def test_given_ideal_and_nadir():
-    ranking = rank_of_efficiency(CURVE, ideal=[-1.0, 0.0], nadir=[1.0, 2.0])
-    expected = np.hypot((CURVE[:, 0] + 1) / 2, CURVE[:, 1] / 2)
-    np.testing.assert_allclose(ranking.criteria[:, 0], expected)
+@pytest.mark.parametrize(
+    ("ideal", "worst"),
+    [([-1.0, 0.0], []), ([0.5, 0.0], ["beyond"]), ([0.5, 2.0], ["beyond", "flat"])],
+)
+def test_given_ideal_and_nadir(ideal, worst):
+    """Designs that are better than the ideal point in an objective are not far from it there."""
+    ranking = rank_of_efficiency(CURVE, ideal=ideal, nadir=[1.0, 2.0])
+    lengths = np.subtract([1.0, 2.0], ideal)
+    distances = np.maximum(CURVE - ideal, 0) / np.where(lengths, lengths, 1)
+    np.testing.assert_allclose(ranking.criteria[:, 0], np.hypot(*distances.T))
+    assert [one.kind for one in cautions(ranking) if one.kind in ("beyond", "flat")] == worst
 
 
 @pytest.mark.parametrize("given", ["ideal", "nadir"])
@@ -94,7 +101,6 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "None if it found no feasible design"),
         (np.zeros((0, 2)), {}, ValueError, r"one or more of each, got shape \(0, 2\); use F"),
-        (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "must be no worse than the best"),
         (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
         ([[1e308, 0], [-1e308, 1]], {}, ValueError, "F must be of finite range"),

@@ -156,14 +156,20 @@ def test_rows_of_a_table_are_those_of_all_tests():
     asked = {"best": SalukvadzeOptimum(), "ASF": ASF(), "other": Fixed(1)}
     assert table.take(SalukvadzeOptimum().do(table)).names == table.best().names == ["test 3"]
     assert [rows.tolist() for rows in compare_selectors(table, asked).values()] == [[2], [2], [2]]
+    wide = TestTable.of([1, 2, 3], np.zeros((3, 0)), [[0, 100], [3, 40], [9, 0]])
+    for normalize, best in ((True, 1), (False, 2)):
+        stated = wide.under(normalize=normalize)
+        for selector in (SalukvadzeOptimum(), CompromiseProgramming(2)):
+            assert selector.do(stated).tolist() == [best]
 
 
-def test_given_ranges_of_a_ranking_are_those_of_selectors():
+@pytest.mark.parametrize(("ideal", "best"), [([0.0, -100.0], 0), ([3.0, 0.0], 1)])
+def test_given_ranges_of_a_ranking_are_those_of_selectors(ideal, best):
     ranking = rank_of_efficiency(
-        [[0.0, 9.0], [2.0, 5.0], [4.0, 1.0], [9.0, 0.0]], ideal=[0.0, -100.0], nadir=[4.0, 9.0]
+        [[0.0, 9.0], [2.0, 5.0], [4.0, 1.0], [9.0, 0.0]], ideal=ideal, nadir=[4.0, 9.0]
     )
     chosen = compare_selectors(ranking, {"L2": CompromiseProgramming(2)})
-    assert chosen["L2"].tolist() == ranking.salukvadze.tolist() == [0]
+    assert chosen["L2"].tolist() == ranking.salukvadze.tolist() == [best]
 
 
 @pytest.mark.parametrize(

@@ -399,10 +399,10 @@ def test_units_of_a_decision_are_those_of_its_limits():
 TWO = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
 
 
-@pytest.mark.parametrize("pair", [[1.0, 1.0], [0.0, None], [2.0, 1.0]])
+@pytest.mark.parametrize("pair", [[0.0, None], [2.0, 1.0]])
 def test_a_fixed_range_has_two_ends(pair):
     refused(
-        "of two (different|finite) numbers|in increasing order",
+        "of finite numbers in increasing order",
         TWO.under,
         ranges={"f1": pair, "f2": [3.0, 4.0]},
     )

@@ -183,6 +183,9 @@ def _doubtful(
         F = F[kept]
         places = places[kept]
         lasting = lasting[kept]
+    if frame.is_fixed:  # what is better than U counts as U
+        F = np.maximum(F, frame.ideal)
+        b = np.maximum(b, frame.ideal)
     last_rows = np.searchsorted(places, tried, side="right") - 1
     measures = _measures(F, lasting, b, frame)[last_rows]
     waiting = [(0, len(tried), np.arange(len(F)))]

@@ -37,13 +37,13 @@ function frameOf(F, front, normalize, fixed) {
   return {low, high, ideal, nadir, lengths, scale, sizes}
 }
 
-// The distances of some rows to U, μ1, by row; NaN elsewhere.
+// The distances of some rows to U, μ1, by row; NaN elsewhere. A value better than a fixed U counts as U.
 function distances(F, {ideal, scale}, rows) {
   const away = new Float64Array(F[0].length).fill(NaN)
   for (let k = 0; k < rows.length; k++) {
     const row = rows[k]
     let square = 0
-    for (let j = 0; j < F.length; j++) square += ((F[j][row] - ideal[j]) / scale[j]) ** 2
+    for (let j = 0; j < F.length; j++) square += max((F[j][row] - ideal[j]) / scale[j], 0) ** 2
     away[row] = sqrt(square)
   }
   return away

@@ -151,7 +151,7 @@ def weighted_terms(ranking: EfficiencyRanking) -> tuple[Rows, Array, Rows]:
         objectives that have a weight: those that are not equal for all, or the first one.
     """
     front, values = front_of(ranking)
-    terms = np.maximum(ranking.frame.scaled(values), 0.0) + 0.0  # no -0.0
+    terms = ranking.frame.scaled(values) + 0.0  # no -0.0
     terms /= terms.max() or 1.0  # no sum overflows
     weighted = np.flatnonzero(np.ptp(terms, axis=0))
     if not len(weighted):

@@ -73,8 +73,8 @@ class Caution(NamedTuple):
     """A reason to check the optimum of a ranking.
 
     Attributes:
-        kind: ``"sign"``, ``"suspect"``, ``"decades"``, ``"redundant"``,
-            ``"constant"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
+        kind: ``"sign"``, ``"suspect"``, ``"beyond"``, ``"flat"``, ``"decades"``,
+            ``"redundant"``, ``"constant"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
             ``"extreme"``, ``"outlier"``, ``"unstable"`` or ``"weights"``;
             see :func:`cautions`.
         sentence: The reason.
@@ -112,6 +112,9 @@ def cautions(
                     orders of magnitude away if all have one sign; or values that programs write
                     for failures (-9999, 1e30, -1 among positive values), away from all others by
                     their range.
+    ``beyond``      Designs are better than the fixed range of an objective, and count as having its
+                    best value.
+    ``flat``        The fixed range of an objective in which designs differ is a single value.
     ``decades``     Most designs lie in a tenth of the range of an objective, whose values span
                     powers of ten. By its logarithm another design is the optimum.
     ``redundant``   Objectives differ from others by at most 4 % of a range, in the root mean
@@ -218,7 +221,9 @@ class _Checks:
     def of_distances(self) -> Iterator[Caution]:
         """Yield all cautions but that of other weights."""
         yield from self.of_values()
-        if not self.ranking.frame.is_fixed:  # else the ranges are the user's own
+        if self.ranking.frame.is_fixed:  # the ranges are the user's own
+            yield from self.of_ranges()
+        else:
             yield from self.decades()
             yield from self.redundant()
         yield from self.of_optimum()
@@ -242,6 +247,15 @@ class _Checks:
                 low=number(others.min()),
                 high=number(others.max()),
             )
+
+    def of_ranges(self) -> Iterator[Caution]:
+        """Yield the cautions about fixed ranges that do not tell designs apart."""
+        best = self.values.min(axis=0)
+        is_beyond = np.isfinite(unit_lengths(best, self.ranking.frame.ideal))
+        is_flat = self.varying & np.isinf(self.ranking.lengths)
+        for kind, mask in (("beyond", is_beyond & ~is_flat), ("flat", is_flat)):
+            if mask.any():
+                yield _caution(kind, objectives=listed(self.names[mask]))
 
     @cached_property
     def unlike(self) -> Mask:

@@ -42,25 +42,16 @@ def standard_errors(squares: Array, counts: Integers) -> Array:
     return np.sqrt(variances / counts)
 
 
-def degrees_of_freedom(counts: Array) -> Array:
-    """Return ``(n,)`` the degrees of freedom of the standard errors of n designs.
-
-    Args:
-        counts: ``(n,)`` numbers of tests; NaN where a number is not known.
-    """
-    pooled = np.fmax(counts - 1, 0).sum()
-    return np.where(counts < _MANY_TESTS, max(pooled, 1), counts - 1)
-
-
 def probabilities(
-    ranking: EfficiencyRanking, errors: Array, degrees: Array | None = None
+    ranking: EfficiencyRanking, errors: Array, counts: Array | None = None
 ) -> tuple[Array, Array]:
     """Return what is probable of the true values of designs whose means are ranked.
 
     Args:
         ranking: The ranking of the means of n designs.
         errors: ``(n, m)`` their standard errors.
-        degrees: ``(n,)`` the degrees of freedom of these; None if they are known exactly.
+        counts: ``(n,)`` the numbers of tests of which these are estimates; None if they are known
+            exactly.
 
     Returns:
         ``(n, m)`` expected true values, in the original directions, and ``(n, 3)`` the
@@ -74,31 +65,35 @@ def probabilities(
     generator = np.random.default_rng(_SEED)
     n_pareto, n_best, n_near = np.zeros((3, len(means)))
     for _ in range(n_samples):
-        steps = _random_steps(generator, means.shape, degrees)
+        steps = generator.standard_normal(means.shape)
+        if counts is not None:
+            steps *= _noise_ratios(generator, means.shape, counts)
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         is_pareto = nondominated(sample)
         frame = ranking.frame.around(sample[is_pareto])
-        # Of fixed ranges, a true value may lie beyond the best end: it is no farther than there.
-        distance = frame.distances(np.maximum(sample, frame.ideal))
+        distance = frame.distances(sample)
         least = distance[is_pareto].min()
         if np.isinf(frame.scale).all():  # one design is the best in all: no other is near
             distance[~is_pareto] = np.inf
         n_pareto += is_pareto
         n_best += is_pareto & (distance <= least * (1 + _ROUNDING))
         n_near += distance <= least * (1 + NEAR_BEST)
-    counts = np.column_stack([n_pareto, n_best, n_near])
-    return ranking.objectives.original(means), counts / n_samples
+    shares = np.column_stack([n_pareto, n_best, n_near]) / n_samples
+    return ranking.objectives.original(means), shares
 
 
-def _random_steps(
-    generator: np.random.Generator, shape: tuple[int, ...], degrees: Array | None
-) -> Array:
-    """Return ``(n, m)`` values of normal distributions, or of Student's with ``(n,)`` degrees."""
-    steps = generator.standard_normal(shape)
-    if degrees is not None:  # the variance of the noise is an estimate, too
-        degree = degrees[:, None]
-        steps *= np.sqrt(degree / generator.chisquare(degree, shape))
-    return steps
+def _noise_ratios(generator: np.random.Generator, shape: tuple[int, int], counts: Array) -> Array:
+    """Return ``(n, m)`` random ratios of the true noise of designs to its estimate.
+
+    By these, values of normal distributions become those of Student's. Designs with few tests have
+    one estimate, and so one ratio of each objective.
+    """
+    is_pooled = ~(counts >= _MANY_TESTS)  # also where a number is not known
+    pooled = max(np.fmax(counts - 1, 0).sum(), 1)
+    degrees = np.where(is_pooled, pooled, counts - 1)[:, None]
+    ratios = np.sqrt(degrees / generator.chisquare(degrees, shape))
+    ratios[is_pooled] = ratios[is_pooled.argmax()]
+    return ratios
 
 
 def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:

@@ -112,8 +112,13 @@ class UtopianFrame:
         return UtopianFrame(front.min(axis=0), front.max(axis=0), self.normalize)
 
     def scaled(self, F: Array) -> Array:
-        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
+        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1.
+
+        A point may be better than a fixed U. It counts as U there: it is not far from it.
+        """
         d = F - self.ideal
+        if self.is_fixed:
+            np.maximum(d, 0.0, out=d)
         d /= self.scale
         return d
 
@@ -537,8 +542,8 @@ def rank_of_efficiency(
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does. By default ``True``, or as the ranking or table has it.
         ideal: ``(m,)`` the point U, in the directions of ``F``; by default the fixed one of a
-            ranking or table, or the best values over the Pareto-optimal rows. It must be at least
-            as good as these.
+            ranking or table, or the best values over the Pareto-optimal rows. Rows that are better
+            than it in an objective count as equal to it there.
         nadir: ``(m,)`` the point N, as for ``ideal``; by default the worst values over the
             Pareto-optimal rows.
         maximize: The objectives to be maximised: column indices from 0, or names of columns of a
@@ -637,19 +642,15 @@ def _ends(
     objectives: Objectives, front: Array, ideal: ArrayLike | None, nadir: ArrayLike | None
 ) -> tuple[Array, Array]:
     """Return the points U and N, minimised: by default the ends of the front."""
-    best = front.min(axis=0)
-    U = best
+    U = front.min(axis=0)
     if ideal is not None:
         U = objectives.turned("ideal", ideal)
     N = front.max(axis=0)
     if nadir is not None:
         N = objectives.turned("nadir", nadir)
-    exceeded = np.flatnonzero(best < U)
-    if len(exceeded):
-        rule = f"no worse than the best value of {objectives.names[exceeded[0]]!r}"
-        raise invalid("ideal, or the better end of ranges,", rule, ideal, "leave it out")
     if (N < U).any():
-        raise invalid("nadir", "no better than the ideal", nadir, "leave it out")
+        received = Received(f"{objectives.original(N)} and {objectives.original(U)}")
+        raise invalid("nadir", "no better than the ideal", received, "leave both out")
     with np.errstate(over="ignore"):  # an infinite range would count as none
         if not np.isfinite(N - U).all():
             remedy = "leave out designs with values near the largest number"

@@ -136,7 +136,7 @@ def representatives(
     k = integer("k", k, minimum=1)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front, values = front_of(ranking)
-    points = ranking.frame.scaled(values)
+    points = (values - values.min(axis=0)) / ranking.frame.scale
     unit = points.max() or 1.0  # no square over- or underflows
     start = np.searchsorted(front, ranking.salukvadze[0])
     size = min(k, len(front))

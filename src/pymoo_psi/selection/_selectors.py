@@ -64,7 +64,7 @@ class RankingSelector(Indicator):
     ``pymoo.core.decision_making`` imports a module that SciPy has deprecated.
     """
 
-    def __init__(self, *, normalize: bool = True) -> None:
+    def __init__(self, *, normalize: bool | None = None) -> None:
         super().__init__()
         self.normalize = normalize
 
@@ -94,7 +94,8 @@ class SalukvadzeOptimum(RankingSelector):
 
     Args:
         normalize: Measure each objective in units of its range over the Pareto set; ``False``
-            is the paper's plain Euclidean distance.
+            is the paper's plain Euclidean distance. By default ``True``, or as the table or ranking
+            has it.
 
     Example:
         >>> import numpy as np
@@ -127,7 +128,7 @@ class EfficientSubset(RankingSelector):
         (array([2]), array([1]), array([3]))
     """
 
-    def __init__(self, rank: int, *, normalize: bool = True) -> None:
+    def __init__(self, rank: int, *, normalize: bool | None = None) -> None:
         super().__init__(normalize=normalize)
         if rank not in (3, 4, 5, 6):
             raise invalid("rank", "3, 4, 5 or 6", rank)
@@ -169,7 +170,7 @@ class CompromiseProgramming(RankingSelector):
     """
 
     def __init__(
-        self, p: float = 2, *, weights: ArrayLike | None = None, normalize: bool = True
+        self, p: float = 2, *, weights: ArrayLike | None = None, normalize: bool | None = None
     ) -> None:
         super().__init__(normalize=normalize)
         # Below 1 it would not be a norm; the comparison rejects NaN, too.
@@ -215,7 +216,7 @@ class ReferencePoint(RankingSelector):
     """
 
     def __init__(
-        self, point: ArrayLike, *, weights: ArrayLike | None = None, normalize: bool = True
+        self, point: ArrayLike, *, weights: ArrayLike | None = None, normalize: bool | None = None
     ) -> None:
         super().__init__(normalize=normalize)
         self.point: Array = finite_array("point", point)
@@ -256,7 +257,7 @@ class Preferred(RankingSelector):
         *,
         p: float = 2,
         factor: float | None = None,
-        normalize: bool = True,
+        normalize: bool | None = None,
     ) -> None:
         super().__init__(normalize=normalize)
         self.answers: list[tuple[Any, str, Any]] = [*answers]
@@ -322,9 +323,8 @@ def compare_selectors(
             ``HighTradeoffPoints``, or others. Or pymoo's decompositions, such as ``ASF()`` with
             weights of 1, or a pair ``(ASF(), weights)`` with those of its ``do``; the row with the
             least value is chosen.
-        normalize: Whether decompositions are normalised, as for
-            :func:`pymoo_psi.rank_of_efficiency`. Selectors of this package have options of their
-            own.
+        normalize: Whether decompositions are normalised, and selectors of this package that do not
+            say it themselves, as for :func:`pymoo_psi.rank_of_efficiency`.
         maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:

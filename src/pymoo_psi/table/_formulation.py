@@ -70,7 +70,8 @@ class Formulation:
         normalize: Whether designs are ranked in units of the objectives' ranges.
         ranges: Fixed ranges ``(lower, upper)`` of all objectives, independent of the limits. An
             empty mapping uses those of the Pareto set, None those of the table if it has the same
-            objectives. Equal ends are refused for an objective in which designs differ.
+            objectives. A value better than its range counts as the best end; an objective with
+            equal ends has no effect.
 
     Raises:
         ArgumentValueError: A name is given twice, or a limit or an expression cannot be read.

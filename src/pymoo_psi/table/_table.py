@@ -46,7 +46,6 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     Objectives,
-    degrees_of_freedom,
     probabilities,
     ranking_of,
     row_of_design,
@@ -406,11 +405,10 @@ class TestTable(View, Shown):
         return table
 
     def _require_fit(self) -> None:
-        """Refuse limits on texts that no test has, and fixed ranges that do not fit the objectives.
+        """Refuse limits on texts that no test has, and fixed ranges of other objectives.
 
         Rows that are taken from a table keep its limits, even if they meet none. Nor must tests of
-        a variable meet one: other tests may follow, and its problem knows the options. A range that
-        is 0 fits only where designs do not differ.
+        a variable meet one: other tests may follow, and its problem knows the options.
         """
         for name, limit in self.limits.items():
             if limit.texts and len(self) and name not in self.schema.variables:
@@ -418,20 +416,12 @@ class TestTable(View, Shown):
                 if len(missing) == len(limit.texts):
                     texts = {*texts_of(self.column(name)[:_N_SHOWN]).tolist()}
                     known_name(f"{name!r} in limits", missing[0], texts)
-        candidates = self.feasible()
+        self.feasible()  # refuses columns that limits and expressions cannot use
         ranges = self.fixed_ranges
         objectives = self.schema.objectives
         if ranges and {*ranges} != {*objectives}:
             rule = f"of every objective ({', '.join(objectives)}), or of none"
             raise invalid("ranges", rule, [*ranges])
-        for name, (low, high) in ranges.items():
-            if low == high and (self.column(name)[candidates] != low).any():
-                raise invalid(
-                    f"the fixed range of {name!r}",
-                    "of two different numbers, as designs differ in it",
-                    [low, high],
-                    "leave ranges out to use those of the Pareto set",
-                )
 
     # Rows and columns
 
@@ -719,10 +709,10 @@ class TestTable(View, Shown):
             remedy = "average tests by pymoo_psi.analysis.average_repeats(table, label)"
             raise invalid("the table", rule, Received("none"), remedy)
         errors = np.column_stack([self.column(name)[ranking.rows] for name in names])
-        degrees = None
+        counts = None
         if N_TESTS in self.schema.outputs:
-            degrees = degrees_of_freedom(self.column(N_TESTS)[ranking.rows])
-        expected, shares = probabilities(ranking, errors, degrees)
+            counts = self.column(N_TESTS)[ranking.rows]
+        expected, shares = probabilities(ranking, errors, counts)
         frame = pd.DataFrame(expected, list(ranking.objectives.labels), list(objectives))
         frame[["pareto", "best", "near_best"]] = shares
         return frame
