@@ -255,7 +255,7 @@ class _Checks:
         is_flat = self.varying & np.isinf(self.ranking.lengths)
         for kind, mask in (("beyond", is_beyond & ~is_flat), ("flat", is_flat)):
             if mask.any():
-                yield _caution(kind, objectives=listed(self.names[mask]))
+                yield _caution(kind, objectives=listed([*self.names[mask]]))
 
     @cached_property
     def unlike(self) -> Mask:
