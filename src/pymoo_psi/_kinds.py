@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Collection, Iterable, Sequence
+from decimal import Decimal
 from enum import Enum
 from hashlib import blake2b
 from typing import Any
@@ -52,6 +53,8 @@ def plain(value: Any) -> Any:
     """Return a value of a design as Python's own bool, int, float or str; others as they are."""
     if isinstance(value, np.generic):
         value = value.item()
+    if isinstance(value, Decimal):  # of a database
+        return float(value)
     for kind in (bool, int, float, str):
         if isinstance(value, kind):
             return kind(value)

@@ -149,6 +149,24 @@ def test_how_a_file_is_written(said, tmp_path):
     assert "Masse [kg]" in said("rank", "o.csv", "--long")
 
 
+def test_a_prototype_is_read_by_the_marks_of_its_own_file(said, tmp_path):
+    (tmp_path / "set.csv").write_bytes("name;Größe;b\nA;1.250;3\nB;980;4\n".encode("cp1252"))
+    (tmp_path / "own.csv").write_text("name,Größe,b\nold,1100.5,5\n", "utf-8")
+    (tmp_path / "same.csv").write_bytes("name;Größe;b\nold;1.100,5;5\n".encode("cp1252"))
+    with pd.ExcelWriter(tmp_path / "book.xlsx") as book:
+        for sheet in ("cover", "data"):
+            pd.read_csv(tmp_path / "own.csv").to_excel(book, sheet_name=sheet, index=False)
+    options = ["--decimal", ",", "--encoding", "cp1252", "--out", "r.html", "--prototype"]
+    for name in ("own.csv", "same.csv"):
+        said("report", "set.csv", *options, name)
+        assert ">1100<" in (tmp_path / "r.html").read_text("utf-8")
+    message = said("report", "set.csv", *options, "book.xlsx", code=2)
+    assert "or save it as a file of its own" in joined(message)
+    pd.read_csv(tmp_path / "own.csv").to_excel(tmp_path / "set.xlsx", sheet_name="data")
+    for name in ("own.csv", "book.xlsx"):
+        said("report", "set.xlsx", "--sheet", "data", "--prototype", name, "--out", "r.html")
+
+
 def joined(printed):
     return " ".join(printed.split())
 
@@ -234,19 +252,27 @@ def test_export_changes_nothing(sources, said, suffix):
 
 
 YIELDS = "name,price,yield\nA,5,80\nB,4,70\nC,3,60\n"
+COMMAS = "name;price;yield\nA;5,5;80\nB;4;70\nC;3;60\n"
 
 
 @pytest.mark.parametrize(
-    ("limits", "code", "sentence"),
+    ("text", "limits", "code", "sentence"),
     [
-        ("yield>=65", 0, "2 of 3 designs are within the limit (yield at least 65)"),
-        ("60 <= yield<=70", 0, "2 of 3 designs are within the limit (yield from 60 to 70)"),
-        ("price>=5.000", 2, "of numbers that can be read in one way"),
-        ("price<=80%", 2, "and no units"),
+        (YIELDS, "yield>=65", 0, "2 of 3 designs are within the limit (yield at least 65)"),
+        (YIELDS, "60 <= yield<=70", 0, "2 of 3 designs are within the limit (yield from 60 to 70)"),
+        (YIELDS, "price>=4.125", 0, "1 of 3 designs is within the limit (price at least 4.125)"),
+        (
+            COMMAS,
+            "price>=4.125",
+            2,
+            "beside decimal commas, got price>=4.125; write 4125 or 4.1250",
+        ),
+        (COMMAS, "price>=4.1250", 0, "1 of 3 designs is within the limit (price at least 4,125)"),
+        (YIELDS, "price<=80%", 2, "and no units"),
     ],
 )
-def test_limits_are_read_as_the_numbers_of_a_file(said, tmp_path, limits, code, sentence):
-    (tmp_path / "set.csv").write_text(YIELDS)
+def test_limits_are_read_as_the_numbers_of_a_file(said, tmp_path, text, limits, code, sentence):
+    (tmp_path / "set.csv").write_text(text)
     for command in (("rank", "--long"), ("report",)):
         assert sentence in joined(said(*command, "set.csv", "--limits", limits, code=code))
 

@@ -75,6 +75,8 @@ FILES = {
     "commas": ("cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "semicolons, decimal commas": ("cost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
     "columns of spaces": ("  cost   mass\n   1.5     30\n  2.25    2.5\n", {}, COST),
+    "a separator that is stated": ("sep=;\ncost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
+    "another one, and a line to leave out": ('Offers\r\n"sep=\t"\r\ncost\tmass\r\n1.5\t30\r\n2.25\t2.5\r\n', {"skip_rows": [1]}, COST),
     "a name with a comma": ("t, s;mass\n1,5;2,5\n2;3\n", {}, {"t, s": [1.5, 2], "mass": [2.5, 3]}),
     "a name over two lines": ('"cost\nin €",mass\n1.5,30\n2,2\n', {}, {"cost in €": [1.5, 2], "mass": [30, 2]}),
     "a short row": ("a,b\n1,2\n3\n", {}, "line 3 has 1 cell, most lines 2"),
@@ -446,6 +448,7 @@ def test_objects_of_json_are_designs(tmp_path):
 
 
 NAMED = pd.DataFrame({"kind": [*"WXYZ"], "a": [0, 1, 2, 3], "b": [3, 2, 1, 0]})
+OBJECTS = {"a": [Decimal("1.50"), Decimal(3)], "b": [np.int64(2), np.float32(1)]}
 FRAME = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
 # The name of its index is that of a column that follows from others.
 PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
@@ -457,6 +460,13 @@ PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("pl
         (np.array([[1.0, 2.0], [2.0, 1.0]]), (), ["row 1", "row 2"], [[1, 2], [2, 1]]),
         ([[3], [4]], (), ["row 1", "row 2"], [[3], [4]]),
         (FRAME, (), ["A", "B"], [[1, 3]]),
+        (pd.DataFrame(OBJECTS, dtype=object), (), ["row 1", "row 2"], [[1.5, 2], [3, 1]]),
+        (
+            [*map(list, zip(*OBJECTS.values(), strict=True))],
+            (),
+            ["row 1", "row 2"],
+            [[1.5, 2], [3, 1]],
+        ),
         (NAMED.iloc[[3, 0]], (), ["Z", "W"], [[3, 0], [0, 3]]),
         (NAMED[::2], (), ["W", "Y"], [[0, 3], [2, 1]]),
         (NAMED[["a", "b"]].iloc[[3, 0]], (), ["index 3", "index 0"], [[3, 0], [0, 3]]),

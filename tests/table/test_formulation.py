@@ -415,6 +415,7 @@ OFFERS = pd.DataFrame(
         "days": [1.0, 2.0, 3.0, 4.0],
         "rail": ["yes", "no", "yes", None],
         "material": ["alu", "steel", "tin", "alu"],
+        "coated": [True, False, False, True],
     }
 )
 
@@ -429,12 +430,16 @@ OFFERS = pd.DataFrame(
         (["price<=3", "material in steel, alu"], [0, 1]),
         ({"rail": ["yes", ""], "price": (2, None)}, [0, 3]),
         ({"rail": []}, []),
+        ({"coated": True}, [0, 3]),
+        ({"coated": np.False_, "price": 1}, [2]),
+        ("coated in True, False, price<=3", [0, 1, 2]),
     ],
 )
 def test_limits_on_texts(limits, kept):
     asked = Formulation(["price", "days"], limits=limits)
     for table in (
         read_table(OFFERS, asked),
+        read_table(OFFERS, asked, variables=["coated"]),
         read_table(OFFERS, Formulation(["price", "days"])).under(limits=limits),
     ):
         assert np.flatnonzero(table.feasible()).tolist() == kept
@@ -483,11 +488,10 @@ def test_what_is_written_is_read_back(limits):
 
 
 @pytest.mark.parametrize(
-    "limits", ["f1<=1.250", {"f1": "<= 1.250"}, "f1<=2, f2>=1.250", {"f1": ">= 0, <= 1.250"}]
+    "limits", ["f1<=1.250, f1>=-1", {"f1": ">= -1, <= 1.250"}, {"f1": (-1, 1.25)}]
 )
-def test_a_number_of_two_meanings_is_refused_in_every_form(limits):
-    refused("1.250.*write 1250", limits_of, limits)
-    assert limits_of({"f1": "<= 1.2500"}) == limits_of("f1<=1.2500")
+def test_numbers_in_texts_have_a_decimal_point(limits):
+    assert limits_of(limits) == {"f1": Limit(-1.0, 1.25)}
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import shlex
 import sys
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
@@ -245,12 +246,19 @@ def run_live(options: Options) -> int:
 
 
 def _existing(options: Options, table: TestTable) -> TestTable | None:
-    """Return existing designs, written as the designs are: who writes files has one way."""
+    """Return existing designs, read by the marks of their own file.
+
+    The options that say how the designs are read apply if these leave something open.
+    """
     from pymoo_psi.page import existing_designs
 
-    return existing_designs(
-        options.prototype, table, decimal=options.decimal, encoding=options.encoding
-    )
+    try:
+        return existing_designs(options.prototype, table)
+    except ArgumentValueError:
+        reading = {name: getattr(options, name) for name in ("decimal", "encoding", "sheet")}
+        with suppress(ArgumentValueError):
+            return existing_designs(options.prototype, table, **reading)
+        raise
 
 
 def _title(options: Options, table: TestTable, default: str) -> str:

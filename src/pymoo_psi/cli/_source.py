@@ -20,7 +20,14 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
-from pymoo_psi.table import Decision, Formulation, TestTable, entries_of, limits_of
+from pymoo_psi.table import (
+    Decision,
+    Formulation,
+    TestTable,
+    entries_of,
+    limits_of,
+    require_decimal_points,
+)
 
 
 def decision_in(options: Options) -> Decision:
@@ -108,6 +115,8 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
         sheet=options.sheet,
     )
     require_free_names((*table.schema.objectives, *table.schema.variables))
+    if table.decimal == ",":
+        require_decimal_points(options.limits, "--limits")
     # All that the command says of it is written as in the source.
     click.get_current_context().with_resource(decimal_mark(table.decimal))
     return table

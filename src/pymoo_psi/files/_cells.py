@@ -30,6 +30,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from pymoo_psi._kinds import plain
 from pymoo_psi._names import argument
 from pymoo_psi._validation import Array, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
@@ -311,9 +312,11 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
             head["variables"] = levels
             keys = [", ".join(map(str, key)) for key in frame.index]
             cells.insert(0, head["label"], keys)
-    cells = cells.astype(object)
-    cells = cells.where(cells.notna(), None)
-    columns = {name: column.tolist() for name, column in cells.items()}
+    columns = {}
+    for name, column in cells.items():
+        columns[name] = column.astype(object).where(column.notna(), None).tolist()
+        if column.dtype == object:
+            columns[name] = list(map(plain, columns[name]))
     return Cells(columns, range(1, len(frame) + 1)), head
 
 

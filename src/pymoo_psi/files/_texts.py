@@ -51,6 +51,9 @@ from pymoo_psi.table import (
 _SEPARATORS = ";\t|, "
 # A list must begin with an object, as a name in the header of a CSV may begin with a bracket.
 _JSON = re.compile(r"\s*(?:\{|\[\s*\{)")
+_STATED = re.compile(
+    r'\s*"?sep=([^\w"\r\n])"?\s*', re.IGNORECASE
+)  # the separator, as Excel writes it
 _COMMENT = re.compile(r'\s*"*#+|\s*"*%+')
 _BLANK = re.compile(r"\s*$")
 _PADDING = re.compile(r'"[ \t]+(?=[;,|\t]|$)', re.MULTILINE)  # behind a cell in quotation marks
@@ -146,7 +149,12 @@ def cells_of_text(
         lines[number - 1] = "\n"
     above = [*takewhile(lambda line: _COMMENT.match(line) or _BLANK.match(line), lines)]
     lines[: len(above)] = ["\n"] * len(above)
-    separator = _separator([line for line in lines if not line.startswith("#")])
+    stated = _STATED.fullmatch(lines[len(above)]) if len(above) < len(lines) else None
+    if stated is not None:
+        lines[len(above)] = "\n"
+        separator = stated[1]
+    else:
+        separator = _separator([line for line in lines if not line.startswith("#")])
     rows = _rows(lines, separator)
     if has_comments:
         rows = _without_comments(rows)

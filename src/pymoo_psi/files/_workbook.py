@@ -166,7 +166,7 @@ def _title(titles: Names, name: str | None) -> str:
     if len(titles) != 1:
         raise UnfitError(
             f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}",
-            f"name the one with the designs by {argument('sheet')}",
+            f"name that of the designs by {argument('sheet')}, or save it as a file of its own",
         )
     return titles[0]
 

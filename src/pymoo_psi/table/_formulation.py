@@ -56,8 +56,8 @@ class Formulation:
             ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``: at most 30, from 0.2 to 0.4,
             and at least 0.9. A number is the greatest value allowed; for a maximised objective it
             is refused, because it is ambiguous. On columns of texts, the allowed text or a list:
-            ``{"rail": "yes", "material": ["steel", "alu"]}``. Or texts, ``"mass<=30, gain>=0.9,
-            rail=yes, material in steel, alu"``.
+            ``{"rail": "yes", "material": ["steel", "alu"]}``; on those of true and false ``True``
+            or ``False``. Or texts, ``"mass<=30, gain>=0.9, rail=yes, material in steel, alu"``.
         omitted: Constraints that are omitted and become outputs; a limit on such a column replaces
             the bound.
         computed: Further columns by name, each an expression of others, such as ``"mass /

@@ -2,7 +2,8 @@
 
 A limit is given as a number (the greatest value allowed), as a pair ``(lower, upper)`` with
 ``None`` for an open end, or as a text such as ``">= 1, <= 5"``; on a column of texts as the text
-allowed, or a list of these. Several limits are a mapping from columns to these, or texts such as
+allowed, or a list of these, and on a binary one as True or False. Numbers in texts have a decimal
+point. Several limits are a mapping from columns to these, or texts such as
 ``"f1<=60, 1<=x1<=2, rail=yes, material in steel, alu"``, as on the command line. Everything that
 takes limits reads them here, once: :func:`limits_of` returns a :class:`Limit` for each column.
 """
@@ -46,7 +47,7 @@ _TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>
 _STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does not continue a list
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
-# Five or five thousand, as in a file: see the rule for numbers in read_table.
+# Five or five thousand to a reader of decimal commas.
 _AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
 _FORM = "a number or a pair (lower, upper)"
 
@@ -92,6 +93,8 @@ class Limit(NamedTuple):
                 ends = sides.get(">=", -math.inf), sides.get("<=", math.inf)
                 return cls(*ends)._checked(argument)
             value = [value]
+        if isinstance(value, (bool, np.bool_)):
+            value = [str(value)]
         if not isinstance(value, (tuple, list)):
             high = _end(argument, value)
             return cls(upper=high, is_bare=high < math.inf)._checked(argument)
@@ -113,8 +116,8 @@ class Limit(NamedTuple):
             raise invalid(argument, "(lower, upper) in increasing order", received)
         return self
 
-    def require_fit(self, name: str, schema: Schema) -> None:
-        """Refuse the limit on a column that is not there, or that cannot have it.
+    def fitted(self, name: str, schema: Schema) -> Limit:
+        """Return the limit as a column has it: "True" on a binary column is the number 1.
 
         Raises:
             ArgumentValueError: The column is unknown or a constraint, has values of another kind,
@@ -122,14 +125,18 @@ class Limit(NamedTuple):
         """
         if self.texts is not None:
             known_name("a name in limits", name, schema.names)
-            if name not in schema.notes and schema[name].kind is not Kind.CHOICE:
+            kind = schema[name].kind
+            if kind is Kind.BINARY and self.texts and {*self.texts} <= {"False", "True"}:
+                numbers = [float(text == "True") for text in self.texts]
+                return Limit(min(numbers), max(numbers))
+            if name not in schema.notes and kind is not Kind.CHOICE:
                 raise invalid(
                     f"{name!r} in limits",
                     "numbers, as its values are",
                     self.plain,
                     "a limit on numbers is such as '<= 250'",
                 )
-            return
+            return self
         remedy = ""
         if name in schema.constraints:
             remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
@@ -143,6 +150,7 @@ class Limit(NamedTuple):
                 upper,
                 f"say ({upper}, None) for at least or (None, {upper}) for at most",
             )
+        return self
 
     def excess(self, name: str, cells: AnyArray) -> Array:
         """``(n,)`` by how much cells exceed it.
@@ -229,6 +237,8 @@ class Limit(NamedTuple):
             allowed = f"at most {high}"
         elif self.upper == math.inf:
             allowed = f"at least {low}"
+        elif self.lower == self.upper:
+            allowed = f"= {low}"
         else:
             allowed = f"from {low} to {high}"
         return f"{name} {allowed} {unit}".strip()
@@ -243,7 +253,7 @@ def _end(argument: str, value: Any) -> float:
 
 AnyLimit: TypeAlias = float | str | Sequence[float | None] | Names | Limit
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
-``">= 1, <= 5"``; of a column of texts the text allowed, or a list of them."""
+``">= 1, <= 5"``; of a column of texts the text allowed, or a list of them; True or False."""
 Limits: TypeAlias = Mapping[str, AnyLimit] | Names
 """Limits on objectives, variables and outputs by name; or texts such as ``"f1<=60, x1<=2"``."""
 
@@ -256,8 +266,7 @@ def limits_of(limits: Limits | None, argument: str = "limits") -> dict[str, Limi
         argument: What messages call it, such as ``--limits``.
 
     Raises:
-        ArgumentValueError: A text is not a limit, a column of texts has two limits, or a number
-            may have a point between thousands.
+        ArgumentValueError: A text is not a limit, or a column of texts has two limits.
         ArgumentTypeError: It has none of these forms.
 
     Example:
@@ -316,9 +325,9 @@ def _limit_of_entry(entry: str, argument: str) -> tuple[str, Limit]:
         )
     ends = {">=": -math.inf, "<=": math.inf}
     if match["left"]:
-        ends[_TURNED[match["left"]]] = _number_of_one_meaning(match["first"], entry, argument)
+        ends[_TURNED[match["left"]]] = finite_number(argument, float(match["first"]))
     if match["right"]:
-        ends[match["right"]] = _number_of_one_meaning(match["last"], entry, argument)
+        ends[match["right"]] = finite_number(argument, float(match["last"]))
     return match["name"], Limit(ends[">="], ends["<="])
 
 
@@ -330,8 +339,7 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
         text: The limit.
 
     Raises:
-        ArgumentValueError: The text is something else, gives a side twice, or has a number whose
-            point may be one between thousands.
+        ArgumentValueError: The text is something else, or gives a side twice.
 
     Example:
         >>> sides_of_text("the limit on stress", ">= 1, <= 250")
@@ -342,20 +350,21 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
         side = _SIDE.fullmatch(part)
         if side is None or side["sign"] in sides:
             raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
-        sides[side["sign"]] = _number_of_one_meaning(side["number"], text, argument)
+        sides[side["sign"]] = finite_number(argument, float(side["number"]))
     return sides
 
 
-def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
-    """Return a number; one that people write for five and for five thousand alike is refused."""
-    if _AMBIGUOUS.fullmatch(number):
-        raise invalid(
-            argument,
-            "of numbers that can be read in one way",
-            Received(f"{text}, whose point may be decimal or separate thousands"),
-            f"write {number.replace('.', '')}, or one decimal more or less",
-        )
-    return finite_number(argument, float(number))
+def require_decimal_points(texts: Names, argument: str) -> None:
+    """Refuse limits on a file of decimal commas with a point that may separate thousands.
+
+    Whoever writes 2,5 into files may type 1.250 for 1250.
+    """
+    for match in filter(None, map(_LIMIT.fullmatch, entries_of(texts))):
+        for digits in match.group("first", "last"):
+            if digits and _AMBIGUOUS.fullmatch(digits):
+                rule = "of numbers that can be read in one way, beside decimal commas"
+                remedy = f"write {digits.replace('.', '')} or {digits}0"
+                raise invalid(argument, rule, Received(match[0]), remedy)
 
 
 def entries_of(texts: Names) -> list[str]:
@@ -388,7 +397,7 @@ def _entry(text: str) -> str:
 
 
 def _digits(number: float) -> str:
-    """Return a number as it is written in a limit, where its point is a decimal one."""
+    """Return a number as it is written in a limit, also for a file of decimal commas."""
     text = str(plain_number(number))
     if _AMBIGUOUS.fullmatch(text):
         text += "0"

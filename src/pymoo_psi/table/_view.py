@@ -193,7 +193,7 @@ class View:
         for name, limit in self.formulation.allowed.items():
             if name not in schema.names and self._have_failed.all():
                 continue  # which outputs a model has is unknown before its first value
-            limit.require_fit(name, schema)
+            limit = limit.fitted(name, schema)
             if limit.texts is not None:
                 on_texts[name] = limit
             elif limit != Limit():
