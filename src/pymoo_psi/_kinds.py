@@ -106,7 +106,7 @@ def matrix_of(columns: Sequence[AnyArray], n: int) -> AnyArray:
 def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[str]:
     """Return a key for each of n designs, which is that of no other design, in files too.
 
-    It tells 12, "12", 12.0 and True, and 0.0 and -0.0, apart, as a model can.
+    It tells 12, "12", 12.0 and True apart, as a model can; 0.0 and -0.0 are one number.
 
     Args:
         columns: ``(n,)`` values of each variable; choices as the texts of :func:`option_text`.
@@ -121,6 +121,7 @@ def keys_of_designs(columns: Sequence[AnyArray], kinds: Sequence[Kind]) -> list[
         cells = column.astype(DTYPES[kind])
         if kind.real:
             cells[np.isnan(cells)] = np.nan  # one of the many
+            cells += 0.0  # no -0.0
         elif kind is Kind.BINARY:
             cells = cells.astype(np.int64)
         numbers.append(cells.view(np.int64))

@@ -1,9 +1,10 @@
 """Options that are printed alike, and names that a study cannot have."""
 
+import numpy as np
 import pytest
 from pymoo.core.variable import Choice
 
-from pymoo_psi import Restricted, investigate
+from pymoo_psi import Recorded, Restricted, investigate
 from pymoo_psi.errors import StudyMismatchError
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
@@ -24,6 +25,13 @@ def test_models_of_options_that_look_alike_are_different(study_file):
         study=study_file,
         error=StudyMismatchError,
     )
+
+
+def test_zero_is_one_design_whatever_its_sign(study_file):
+    model = Model(lambda x: {"F": [x[0], 1 - x[0]]}, n_var=1)
+    recorded = Recorded(model, study=study_file)
+    recorded.evaluate(np.array([[0.0], [-0.0], [1.0]]))
+    assert len(recorded.table) == len(model.calls) == 2
 
 
 def test_an_option_is_restricted_by_its_type():
