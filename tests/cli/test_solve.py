@@ -182,6 +182,14 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     assert best == before or f"(before: {before})" in printed
 
 
+def test_a_proposal_that_further_tests_have_changed_is_new(said):
+    solve = ["solve", "models:Drift", "--points", 8, "--study", "my study.db", "--repeat"]
+    said(*solve, 1)
+    printed = joined(said(*solve, 2))
+    assert "This run: 8 tests; the proposal is new (before: test 2)." in printed
+    assert printed.endswith('Next: pymoo-psi page "my study.db"')
+
+
 PROBLEMS = [
     (["dtlz2", "--n-obj", 4, "--n-var=7"], [7, 4]),
     (["models:Sized", "--length", 2.5], [2, 2]),

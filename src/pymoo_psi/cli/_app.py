@@ -20,6 +20,8 @@ from functools import partial
 from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
+from shutil import get_terminal_size
+from textwrap import fill
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -595,9 +597,17 @@ def printable(text: str) -> str:
 
 
 def print_error(line: str) -> None:
-    """Print a line on standard error, or nothing if that cannot be written to."""
+    """Print a line on standard error, or nothing if that cannot be written to.
+
+    A terminal has it wrapped between words; scripts count on one line.
+    """
+    text = printable(line)
     try:
-        print(printable(line), file=sys.stderr, flush=True)
+        if sys.stderr.isatty():
+            layout = {"break_long_words": False, "break_on_hyphens": False}
+            columns = get_terminal_size().columns
+            text = "\n".join(fill(line, columns, **layout) for line in text.splitlines())
+        print(text, file=sys.stderr, flush=True)
     except OSError:
         # The exit code still reports the error. Python would try to write again when it ends, and
         # exit with 120.

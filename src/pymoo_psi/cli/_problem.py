@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.cli._app import Options, print_error
-from pymoo_psi.cli._console import print_frame, say
+from pymoo_psi.cli._console import command, print_frame, say, say_next
 from pymoo_psi.cli._source import pairs_in, typed_options
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import ExecutorRunner, Runner, one_line, runner_of_jobs
@@ -86,7 +86,7 @@ def load_problem(
     if timeout is not None and name.endswith(".toml") and not source.by_people:
         # The program's own limit, so that its folder is kept and named in the reason.
         source.program = replace(source.program, timeout=timeout)
-    command = _command_words(name)  # before click has consumed the arguments of the problem
+    words = _command_words(name)  # before click has consumed the arguments of the problem
     problem = _construct(name, source)
     if problem.n_var < 1:  # pymoo's -1 if a problem gives none
         raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
@@ -97,7 +97,7 @@ def load_problem(
             rule = "left out for a problem that is called for many designs at once"
             raise invalid("--noisy", rule, Received(name), "make it an ElementwiseProblem")
         problem.noisy = True
-    layers(problem)[-1].command_words = command
+    layers(problem)[-1].command_words = words
     if not bounds:
         return problem
     return Restricted(problem, _bounds_in(bounds, problem))
@@ -193,9 +193,9 @@ def _arguments(problem: str, names: Names) -> Values:
     # With the command's own options click can suggest one of them for a misspelt name.
     own = [param for param in context.command.params if not param.required]
     options = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
-    command = click.Command(problem, params=[*own, *options])
+    parser = click.Command(problem, params=[*own, *options])
     try:
-        texts = command.make_context(problem, context.args).params
+        texts = parser.make_context(problem, context.args).params
     except click.UsageError as error:
         message = error.format_message().rstrip(".")
         listed = ", ".join(option.opts[0] for option in options) or "none"
@@ -332,8 +332,9 @@ def write_example(name: str) -> int:
     path.write_text(text.replace("bracket", path.stem), encoding="utf-8")
     say(
         f"{path} written. Its template is a folder 'model' beside it: make it, with the files that "
-        f"your program needs. Edit {path.name}; then: pymoo-psi solve {shlex.quote(name)} --try"
+        f"your program needs. Edit {path.name}."
     )
+    say_next(command("pymoo-psi", "solve", name, "--try"))
     return 0
 
 
@@ -367,9 +368,9 @@ def try_program(name: str, problem: Any, points: int) -> int:
         say(f"Wrong: {flaw}")
     if run.flaws:
         return 1
-    study = shlex.quote(f"{Path(name).stem}.db")
-    command = f"pymoo-psi solve {shlex.quote(name)} --points {points} --study {study}"
-    say(f"Nothing is wrong; next: {command}")
+    say("Nothing is wrong.")
+    study = f"{Path(name).stem}.db"
+    say_next(command("pymoo-psi", "solve", name, "--points", str(points), "--study", study))
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import warnings
 import webbrowser
 from collections import Counter
@@ -19,7 +18,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Integers, Mask, Names, Received, counted, invalid
+from pymoo_psi._validation import Integers, Received, counted, invalid
 from pymoo_psi.algorithms import (
     Model,
     Recorded,
@@ -46,6 +45,7 @@ from pymoo_psi.cli._console import (
     command,
     require_output,
     say,
+    say_next,
     say_ranking,
     shortened,
     write_frame,
@@ -95,11 +95,13 @@ class Result:
         table: What is ranked: the tests, the means of repeated ones, or the designs that NSGA-III
             returns.
         n_evaluated: How many designs this command has evaluated.
+        former: The same of the tests that the study had before, if there were any.
     """
 
     tests: TestTable
     table: TestTable
     n_evaluated: int
+    former: Result | None = None
 
 
 def run_solve(options: Options) -> int:
@@ -110,13 +112,7 @@ def run_solve(options: Options) -> int:
     """
     if options.new:
         return write_example(options.problem)
-    formulation = decision_in(options).formulation  # before a user's model is imported
-    n_points, more = options.points or (_POINTS[options.algorithm], False)
-    if not options.points and options.problem.endswith(".toml"):
-        n_points = _POINTS_OF_PROGRAM
-    _require_effect(options, more)
-    keywords = {name: getattr(options, name) for name in _KEYWORDS}
-    settings = RunOptions(**keywords, more=more, formulation=formulation)
+    n_points, settings = _settings(options)  # before a user's model is imported
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -127,45 +123,29 @@ def run_solve(options: Options) -> int:
     require_model(problem)
     if getattr(options, "try"):  # a keyword of Python, as "from" is
         return try_program(options.problem, problem, n_points)
-    out = options.out
-    if out is not None:
-        inputs = (options.study, options.decision, getattr(options, "from"))
-        out = require_output(out, suffixes_for("designs"), *inputs)
-    model = Model(problem, settings)  # after this only the search can fail
-    require_free_names((*model.schema.names, *model.formulation.computed))
-    runner = set_runner(problem, options)
-    _import(problem, options, settings)
-    settings = replace(settings, formulation=model.formulation, runner=runner)
-    study = options.study and options.study.absolute()  # a model may change the working directory
-    known = _known_tests(options.study)
+    out = _output(options)
+    settings = _prepared(options, problem, settings)  # after this only the search can fail
+    subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
     result = _search(options, problem, n_points, settings)
-    subject = f"{problem_name(problem)} by {options.algorithm}"
-    if study is not None:
-        subject = str(options.study)
-        tests = read_table(study, average_by=False)
-        result = _result(problem, settings, tests, result.n_evaluated)
-    is_new = ~np.isin(result.tests.numbers, known)
-    reasons = _reasons(result.tests)
     if not result.table.feasible().any():
-        say(
-            f"{subject}: No design is left: {none_left_reason(result.table)}", *result.table.remarks
-        )
-        say(*reasons)
-        if out is not None:
-            say(f"{options.out} is not written.")
+        _say_none_left(options, subject, result)
         return 1
     if out is not None:
         write_ranking(result.table, out, only_pareto=True)
-    _say_result(options, subject, result, is_new, reasons)
+    _say_result(options, subject, result)
     return 0
 
 
 # What can be refused before the search
 
 
-def _require_effect(options: Options, more: bool) -> None:
-    """Refuse options that would have no effect."""
+def _settings(options: Options) -> tuple[int, RunOptions]:
+    """Return how many points are asked for, and how; refuse options that have no effect."""
     algorithm = options.algorithm
+    formulation = decision_in(options).formulation
+    n_points, more = options.points or (_POINTS[algorithm], False)
+    if not options.points and options.problem.endswith(".toml"):
+        n_points = _POINTS_OF_PROGRAM
     for algorithms, names, remedy in _USED_BY:
         words = typed_options(names)
         if words and algorithm not in algorithms:
@@ -176,6 +156,25 @@ def _require_effect(options: Options, more: bool) -> None:
     words = typed_options(_OF_STUDY)
     if words and options.study is None:
         raise invalid(words[0], "used with --study", Received("no --study"))
+    keywords = {name: getattr(options, name) for name in _KEYWORDS}
+    return n_points, RunOptions(**keywords, more=more, formulation=formulation)
+
+
+def _output(options: Options) -> Path | None:
+    """Return the file that the Pareto set is written to, if any."""
+    if options.out is None:
+        return None
+    inputs = (options.study, options.decision, getattr(options, "from"))
+    return require_output(options.out, suffixes_for("designs"), *inputs)
+
+
+def _prepared(options: Options, problem: Problem, settings: RunOptions) -> RunOptions:
+    """Return the settings with formulation and runner, once the tests of ``--from`` are there."""
+    model = Model(problem, settings)
+    require_free_names((*model.schema.names, *model.formulation.computed))
+    runner = set_runner(problem, options)
+    _import(problem, options, settings)
+    return replace(settings, formulation=model.formulation, runner=runner)
 
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
@@ -191,16 +190,35 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
 
 
 def _search(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Result:
-    """Search; an interrupt says how the search continues."""
+    """Search; all tests of a study are its result. An interrupt says how the search continues."""
     search = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[options.algorithm]
+    study = options.study and options.study.absolute()  # a model may change the working directory
+    known = _known_tests(options.study)
     try:
         with stored_at_termination(), _watched(options), progress_bar(True) as show:
-            return search(problem, n_points, settings, show)
+            result = search(problem, n_points, settings, show)
     except KeyboardInterrupt:
         place = f"see {options.study};"
         if options.study is None:
             place = "nothing is kept; with --study FILE.db"
         raise KeyboardInterrupt(f"{place} the same command continues") from None
+    if study is None:
+        return result
+    tests = read_table(study, average_by=False)
+    result = _result(problem, settings, tests, result.n_evaluated)
+    is_known = np.isin(tests.numbers, known)
+    if is_known.any():
+        former = _result(problem, settings, tests.take(is_known), 0)
+        result = replace(result, former=former)
+    return result
+
+
+def _known_tests(study: Path | None) -> Integers:
+    """Return the numbers of the tests that a study has, if there is one."""
+    if study is None or not study.is_file():
+        return np.empty(0, dtype=np.int64)
+    with Study(study).reading() as database:
+        return database.test_numbers()
 
 
 def _watched(options: Options) -> AbstractContextManager[Any]:
@@ -317,77 +335,92 @@ def _by_nsga3(problem: Problem, n_points: int, settings: RunOptions, show: Show)
     # pymoo has no F if no design is feasible.
     designs = outcome.pop if outcome.F is None else outcome.opt
     is_returned = np.isin(tests.numbers, designs.get("test_point"))
-    return replace(result, table=result.table.take(is_returned))
+    table = result.table.take(is_returned)
+    n_tests = counted(len(tests), "test")
+    remark = f"{n_tests} in all, {counted(len(table), 'design')} ranked."
+    return replace(result, table=replace(table, remarks=(remark, *table.remarks)))
 
 
 # The result
 
 
-def _known_tests(study: Path | None) -> Integers:
-    """Return the numbers of the tests that a study has, if there is one."""
-    if study is None or not study.is_file():
-        return np.empty(0, dtype=np.int64)
-    with Study(study).reading() as database:
-        return database.test_numbers()
+def _say_none_left(options: Options, subject: str, result: Result) -> None:
+    """Say that and why no design is left."""
+    reason = none_left_reason(result.table)
+    say(f"{subject}: No design is left: {reason}", *result.table.remarks)
+    say(*_reasons(result.tests))
+    if options.out is not None:
+        say(f"{options.out} is not written.")
 
 
-def _say_result(
-    options: Options, subject: str, result: Result, is_new: Mask, reasons: Names
-) -> None:
+def _say_result(options: Options, subject: str, result: Result) -> None:
     """Print the ranking, what this run has added to a study, why tests failed, and what is next.
 
     Args:
         options: The options.
         subject: The study, or the problem and the algorithm.
         result: The tests.
-        is_new: ``(n,)`` which tests of the result this run has added.
-        reasons: Why tests failed.
     """
     table = result.table
     ranking = table.feasible_ranking()
-    found = cautions_of_distances(ranking)
     head = [*table.remarks, counts_sentence(table, subject)]
-    if len(table) < len(result.tests):
-        n_tests = counted(len(result.tests), "test")
-        head.insert(0, f"{n_tests} in all, {counted(len(table), 'design')} ranked.")
-    if not is_new.all():
-        head.append(_added(result, is_new))
-    notes = [*reasons]
+    if result.former is not None:
+        head.append(_added(result, result.former))
+    notes = _reasons(result.tests)
     more = ": --out FILE.csv"
     if options.out is not None:
         more = ""
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
-    formulated = typed_options(OF_FORMULATION)
+    source = str(options.study or options.out or "FILE.db")
+    say_ranking(
+        table,
+        cautions_of_distances(ranking),
+        head,
+        notes,
+        _next_command(options, source),
+        all_by=" ".join(command("pymoo-psi", "rank", source, "--long")),
+        more=more,
+    )
+
+
+def _next_command(options: Options, source: str) -> list[str]:
+    """Return the command that shows what was written, or that keeps the tests.
+
+    Args:
+        options: The options.
+        source: The file that has the tests, or a name for one.
+    """
     if options.study is not None:
-        following = command("pymoo-psi", "page", str(options.study), *formulated)
-    elif options.out is not None:
-        following = command("pymoo-psi", "page", str(options.out))
-    else:
-        typed = click.get_current_context().obj  # again, but the study keeps the tests
-        following = command("pymoo-psi", *typed, "--study", "FILE.db")
-    where = f"pymoo-psi rank {options.study or options.out or 'FILE'} --long"
-    say_ranking(table, found, head, notes, following, all_by=where, more=more)
+        return command("pymoo-psi", "page", source, *typed_options(OF_FORMULATION))
+    if options.out is not None:
+        return command("pymoo-psi", "page", source)
+    typed = click.get_current_context().obj
+    first, *others = command("pymoo-psi", *typed, "--study", source)
+    return [f"keep every test by {first}", *others]
 
 
-def _added(result: Result, is_new: Mask) -> str:
+def _added(result: Result, former: Result) -> str:
     """Return what this run has added to the tests of a study, and whether the proposal is new."""
     table = result.table
-    n_new = int(is_new.sum())
+    n_new = len(result.tests) - len(former.tests)
     if not n_new:
-        again = f", {result.n_evaluated} evaluated again" if result.n_evaluated else ""
+        again = ""
+        if result.n_evaluated:
+            again = f", {result.n_evaluated} evaluated again"
         return f"This run: no new test{again}."
-    added = np.isin(table.numbers, result.tests.numbers[is_new])
     ranking = table.feasible_ranking()
-    n_optimal = (added[ranking.rows] & ranking.pareto).sum()
-    verb = "is" if n_optimal == 1 else "are"
-    text = f"This run: {counted(n_new, 'test')}, of which {n_optimal} {verb} not dominated"
-    before = table.take(~added)
-    if before.feasible().any():
-        (former,) = before.best().names
-        if former == ranking.name_of(ranking.salukvadze[0]):
+    text = f"This run: {counted(n_new, 'test')}"
+    if len(table) == len(result.tests):  # no means of several tests
+        is_new = ~np.isin(table.numbers[ranking.rows], former.tests.numbers)
+        n_optimal = (is_new & ranking.pareto).sum()
+        verb = "is" if n_optimal == 1 else "are"
+        text += f", of which {n_optimal} {verb} not dominated"
+    if former.table.feasible().any():
+        (proposed,) = former.table.best().names
+        if proposed == ranking.name_of(ranking.salukvadze[0]):
             text += "; the proposal is as before"
         else:
-            text += f"; the proposal is new (before: {former})"
+            text += f"; the proposal is new (before: {proposed})"
     return f"{text}."
 
 
@@ -434,11 +467,9 @@ def run_ask(options: Options) -> int:
         frame[name] = [float(f"{value:.15g}") for value in frame[name]]
     units = Study(options.study).facts().head.get("units", {})
     write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)
-    study = shlex.quote(str(options.study))
-    file = shlex.quote(str(options.out))
     say(f"{counted(len(frame), 'design')} to test written to {options.out}.")
     say("Fill in the results, or why a test failed.")
-    say(f"Next: pymoo-psi tell {file} --study {study}")
+    say_next(command("pymoo-psi", "tell", str(options.out), "--study", str(options.study)))
     return 0
 
 
