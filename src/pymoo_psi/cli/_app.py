@@ -21,7 +21,7 @@ from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
 from shutil import get_terminal_size
-from textwrap import fill
+from textwrap import TextWrapper
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -604,9 +604,9 @@ def print_error(line: str) -> None:
     text = printable(line)
     try:
         if sys.stderr.isatty():
-            layout = {"break_long_words": False, "break_on_hyphens": False}
             columns = get_terminal_size().columns
-            text = "\n".join(fill(line, columns, **layout) for line in text.splitlines())
+            wrapper = TextWrapper(columns, break_long_words=False, break_on_hyphens=False)
+            text = "\n".join(map(wrapper.fill, text.splitlines()))
         print(text, file=sys.stderr, flush=True)
     except OSError:
         # The exit code still reports the error. Python would try to write again when it ends, and
