@@ -36,7 +36,10 @@ function foreign(data) {
   const {state} = Logic.stateOf(data.opens_with)
   const written = Logic.decisionOf(state, "2026-01-31")
   const {objectives} = written
-  return [{objectives: [...objectives].reverse()}, {units: {}},
+  // What a command writes of it: objectives and the page are left out.
+  const bare = {objectives: undefined, page: undefined, normalize: undefined, units: undefined, ranges: undefined}
+  return [{objectives: [...objectives].reverse()}, {units: {}}, bare, {...bare, maximize: undefined},
+    {...bare, maximize: ["other"]}, {...bare, limits: undefined, positions: undefined},
     {units: {[objectives[0]]: "t"}}, {maximize: [...written.maximize, "other"]},
     {objectives: objectives.slice(1)}, {objectives: [null]}, {objectives: 5}, {page: 7},
     {normalize: !data.normalize}, {ranges: Object.fromEntries(objectives.map((name) => [name, [-1e9, 1e9]]))}]

@@ -527,12 +527,15 @@ def test_preferences_choose_what_reference_point_chooses(rankings):
 def test_a_decision_about_something_else_is_not_opened(answers):
     """As the commands refuse it: its limits would mean something else here."""
     for answer in answers:
-        *same, unit, turned, fewer, none, wrong, bare, normalized, ranges = answer["foreign"]
-        assert same == [answer["initial"]] * 2
-        others = (unit, turned, fewer, none, wrong, bare, normalized, ranges)
-        assert all(one["state"] is None and len(one["remarks"]) == 1 for one in others)
-        assert "unit" in unit["remarks"][0]
-        assert "other objectives" in fewer["remarks"][0]
+        same, foreign = answer["foreign"][:4], answer["foreign"][4:]
+        assert same == [answer["initial"]] * 4
+        turned, no_decision, *others = (one["remarks"][0] for one in foreign)
+        assert all(one["state"] is None for one in foreign)
+        assert "other directions" in turned
+        parts = ("units", "directions", "objectives", "objectives", "objectives", "no decision")
+        for part, remark in zip((*parts, "normalization", "ranges"), others, strict=True):
+            assert part in remark
+        assert "no decision" in no_decision
 
 
 def opened(case, **changes):
@@ -560,7 +563,7 @@ def test_what_a_page_opens_with_is_checked(cases):
     weighted = Decision(positions=[{"name": "Cy", "weights": {name: 2.0, "gone": 1.0}}])
     gone = {"pins": ["nobody", first], "weights": {"gone": 1}}
     found = opened(case, page={"state": gone}, positions=weighted.positions)
-    lost = "Not applied, as it does not fit these designs: positions, pins, weights."
+    lost = "Not applied, as it does not fit these designs: pins, positions (weights), weights."
     assert (found["remarks"], found["state"]["pins"]) == ([lost], [first])
     assert found["state"]["positions"][0]["weights"] == {name: 2.0}
 

@@ -86,6 +86,16 @@ def test_people_take_turns_on_one_page(visit, tmp_path):  # noqa: F811
     assert ann == ann | of_ann
     assert ben == ben | nobody
     assert ann["chosen"] == ben["chosen"] == "Lane"
+    # The same words are a person's own where this person has typed them.
+    reader.page.fill("#reason", of_ann["reason"])
+    reader.keep_position("Cy")
+    assert reader.state["positions"][-1] == ben | {"reason": of_ann["reason"]} | {
+        key: reader.state["positions"][-1][key] for key in ("name", "date")
+    }
+    reader.click(reader.page.get_by_label("Show: Ann"))
+    reader.keep_position("Dan")
+    assert reader.state["positions"][-1] == reader.state["positions"][-1] | nobody
+    reader.set(positions=reader.state["positions"][:2])
     # The decision of the group ends with its choice, also where another position is shown.
     reader.set(chosen="Coast")
     reader.click("#decide")

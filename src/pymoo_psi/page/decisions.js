@@ -13,76 +13,109 @@ function timeOf(date) {
   return Date.parse(date.replace(" ", "T") + (offset ? "" : "Z"))
 }
 
-// A state from untrusted input, a file; a remark names what does not fit.
+// How untrusted input, a file, is read: a reader returns a value as the page has it, or undefined where it does
+// not fit, and calls `lose` where it leaves out a part.
+
+const isText = (value) => typeof value === "string"
+const isTexts = (list) => Array.isArray(list) && list.every(isText)
+const isDesign = (name) => data.rowOf.has(name)
+const isColumn = (name) => data.by.has(name)
+const isAnswer = (answer) => isTexts(answer) && answer.length === 3 && RELATIONS.includes(answer[1])
+const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.every((end) => end === null || isNumber(end)) &&
+  pair.some(isNumber) && !isTwisted(pair)
+const isTrue = (value) => value === true
+const only = (fits) => (value) => (fits(value) ? value : undefined)
+// Different items.
+const listOf = (read) => (list, lose) => {
+  if (!Array.isArray(list)) return undefined
+  const items = [...new Set(list)].map((item) => read(item, lose))
+  if (items.includes(undefined)) lose()
+  return items.filter((item) => item !== undefined)
+}
+// Values by the names of columns.
+const byColumn = (read) => (object, lose) => {
+  if (!isObject(object)) return undefined
+  const values = byName()
+  for (const [name, entry] of entriesOf(object)) {
+    const value = isColumn(name) ? read(entry, lose, data.by.get(name)) : undefined
+    if (value === undefined) lose()
+    else values[name] = value
+  }
+  return values
+}
+const numbersIf = (fits) => byColumn((value, lose, column) =>
+  isObjective(column) && isNumber(value) && fits(value) ? value : undefined)
+// A number is the greatest value. Texts that no design has any more allow none; if no text is known, the choice
+// is foreign.
+const limits = byColumn((value, lose, {texts}) => {
+  if (!texts) return isNumber(value) ? [null, value] : only(isPair)(value)
+  if (!Array.isArray(value)) return undefined
+  const known = texts.filter((text) => value.includes(text))
+  if (known.length < value.length) lose()
+  return known.length || !value.length ? known : undefined
+})
+
+// The fields of a state and of a position: their readers, and what they are where there is nothing that fits.
+// What somebody says is personal: a position keeps it, and it is not that of the next person.
+const PERSONAL = {
+  weights: [numbersIf((weight) => weight >= 0), {}],
+  aspiration: [numbersIf(() => true), {}],
+  reason: [only(isText), ""],
+  answers: [listOf(only(isAnswer)), []],
+}
+const personal = Object.keys(PERSONAL)
+const POSITION = {
+  name: [only(isText), ""],
+  date: [only((date) => date === "" || (isText(date) && isNumber(timeOf(date)))), ""],
+  chosen: [only(isText), null], // perhaps of other designs
+  limits: [limits, {}],
+  ...PERSONAL,
+}
+const STATE = {
+  limits: [limits, {}],
+  fixed: [isTrue, false],
+  dominated: [isTrue, false],
+  // The rows of objectives: their order, those that are hidden, those with the other scale.
+  rows: [listOf(only(isColumn)), []],
+  hidden: [listOf(only(isColumn)), []],
+  turned: [listOf(only(isColumn)), []],
+  plot: [listOf(only((name) => data.by.get(name)?.texts === null)), []], // across and up
+  pins: [listOf(only(isDesign)), []],
+  chosen: [only(isDesign), null],
+  sorted: [only((name) => name === data.label || isColumn(name)), null], // by a column or the label; null: by place
+  down: [isTrue, false],
+  positions: [positionsIn, []],
+  decided: [only((one) => isObject(one) && isDesign(one.chosen) && [[one.date], one.agree, one.dissent].every(isTexts)), null],
+  ...PERSONAL,
+  owners: [only((names) => isObject(names) && isTexts(Object.values(names))), {}], // who has said it, of what is personal
+}
+
+function fieldsOf(fields, object, lose) {
+  const values = {}
+  for (const [key, [read, otherwise]] of entriesOf(fields)) {
+    const entry = entryOf(object, key)
+    const value = entry === undefined ? otherwise : read(entry, (part) => lose(part ? `${key} (${part})` : key))
+    if (value === undefined) lose(key)
+    values[key] = value ?? otherwise
+  }
+  return values
+}
+
+// In one order, each once, whatever files they come from and in whatever order.
+function positionsIn(list, lose) {
+  const known = new Map()
+  const positions = listOf((one) => isObject(one) ? fieldsOf(POSITION, one, lose) : undefined)(list, lose) ?? []
+  for (const one of positions) {
+    const order = [one.date && 5e15 + timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)]
+    if (one.name) known.set(order.join("\0"), one)
+  }
+  return [...known].sort().map(([, one]) => one)
+}
+
+// A state from untrusted input; a remark names what does not fit.
 function checked(anything) {
   const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
-  const fitting = (key, fits, otherwise, object = anything) => {
-    const value = entryOf(object, key)
-    if (value === undefined || fits(value)) return value ?? otherwise
-    lost.add(key)
-    return otherwise
-  }
-  // A list of different items, and values by the names of columns, without those that do not fit.
-  const items = (key, fits) => [...new Set(fitting(key, Array.isArray, []))].filter((item) => fits(item) || !lost.add(key))
-  const entries = (key, read) => {
-    const values = byName()
-    for (const [name, entry] of entriesOf(fitting(key, isObject, {}))) {
-      const column = data.by.get(name)
-      const value = column && read(column, entry)
-      if (value === undefined) lost.add(key)
-      else values[name] = value
-    }
-    return values
-  }
-  const isText = (value) => typeof value === "string"
-  const isTexts = (list) => Array.isArray(list) && list.every(isText)
-  const isName = (name) => data.by.has(name)
-  const isDesign = (name) => data.rowOf.has(name)
-  const isDate = (text) => text === "" || (isText(text) && isNumber(timeOf(text)))
-  const isAnswer = (answer) => isTexts(answer) && answer.length === 3 && RELATIONS.includes(answer[1])
-  const isEnd = (end) => end === null || isNumber(end)
-  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.every(isEnd) && pair.some(isNumber) && !isTwisted(pair)
-  const isDecided = (one) => isObject(one) && isDesign(one.chosen) && [[one.date], one.agree, one.dissent].every(isTexts)
-  // Texts that no design has any more allow none; if no text is known, the choice is foreign.
-  const limit = ({texts}, value) => {
-    if (!texts && isNumber(value)) return [null, value] // it is the greatest
-    if (!texts) return isPair(value) ? value : undefined
-    if (!Array.isArray(value)) return undefined
-    const known = texts.filter((text) => value.includes(text))
-    if (known.length < value.length) lost.add("limits")
-    return known.length || !value.length ? known : undefined
-  }
-  // What somebody holds at a date, checked as a state is; the choice may be of other designs.
-  const position = (one) => {
-    const {state: {limits, reason, weights, aspiration, answers}, remarks} = checked({...one, chosen: null, positions: []})
-    if (remarks.length) lost.add("positions")
-    const name = isText(one.name) ? one.name : ""
-    return {name, date: fitting("date", isDate, "", one), chosen: fitting("chosen", isText, null, one), limits, weights, aspiration, reason, answers}
-  }
-  const numberIf = (fits) => (column, value) => isObjective(column) && isNumber(value) && fits(value) ? value : undefined
-  const positions = items("positions", isObject).map(position).filter((one) => one.name)
-  const state = {
-    limits: entries("limits", limit),
-    fixed: entryOf(anything, "fixed") === true,
-    dominated: entryOf(anything, "dominated") === true,
-    // The rows of objectives: their order, those that are hidden, those with the other scale.
-    rows: items("rows", isName),
-    hidden: items("hidden", isName),
-    turned: items("turned", isName),
-    plot: items("plot", (name) => data.by.get(name)?.texts === null), // across and up
-    pins: items("pins", isDesign).slice(0, MOST_PINS),
-    answers: items("answers", isAnswer),
-    chosen: fitting("chosen", isDesign, null),
-    sorted: fitting("sorted", (name) => name === data.label || isName(name), null), // by a column or the label; null: by place
-    down: entryOf(anything, "down") === true,
-    weights: entries("weights", numberIf((weight) => weight >= 0)),
-    aspiration: entries("aspiration", numberIf(() => true)),
-    // In one order, each once, whatever files they come from and in whatever order.
-    positions: [...new Map(positions.map((one) => [[one.date && 5e15 + timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one]))]
-      .sort().map(([, one]) => one), // by their keys
-    decided: fitting("decided", isDecided, null),
-    reason: fitting("reason", isText, ""),
-  }
+  const state = fieldsOf(STATE, anything, (key) => lost.add(key))
   return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
 
@@ -123,20 +156,28 @@ function decisionOf(state, date) {
 // The state that a decision file holds, or null if it is about something else.
 function opened(text) {
   const content = parsed(text)
-  const {objectives, maximize = [], normalize = true, units, ranges, page} = isObject(content) ? content : {} // Python leaves defaults out
+  const parts = ["objectives", "limits", "chosen", "positions"].filter((key) => entryOf(content, key) !== undefined)
+  if (!parts.length || !isObject(content.page ?? {})) {
+    return {state: null, remarks: ['The file is no decision. "Decision file" of a page, and commands with --out, write one.']}
+  }
+  // A file without objectives is on those of any page; of one that has them Python leaves the defaults out.
   const own = data.opens_with
-  const sorted = (list) => Array.isArray(list) ? JSON.stringify([...list].sort()) : ""
-  const unlike = data.columns.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
-  const isOther = [
-    !isObject(page), sorted(objectives) !== sorted(own.objectives), sorted(maximize) !== sorted(own.maximize), unlike, normalize !== data.normalize,
-    isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
-  ]
-  if (!isOther.some(Boolean)) return stateOf(content)
-  return {state: null, remarks: ["The file cannot be opened: it is no decision on this page, or one with other objectives, directions, units or ranges."]}
+  const {objectives, maximize, normalize, units, ranges} = {...(parts.includes("objectives") ? {maximize: [], normalize: true} : own), ...content}
+  const isSame = (list, other) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...other].sort())
+  const differs = {
+    objectives: !isSame(objectives, own.objectives),
+    directions: !isSame(maximize, own.maximize),
+    units: data.columns.some(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit),
+    normalization: normalize !== data.normalize,
+    ranges: isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
+  }
+  const others = Object.keys(differs).filter((part) => differs[part])
+  if (!others.length) return stateOf(content)
+  return {state: null, remarks: [`The file has other ${listed(others)} than this page. Open it on a page that was made with its own.`]}
 }
 
 // The state of a formulation, and what a reader must know of it.
-function stateOf({limits, chosen, reason, ranges, positions, decided, page: {values, state: view}}) {
+function stateOf({limits, chosen, reason, ranges, positions, decided, page: {values, state: view} = {}}) {
   const {state, remarks} = checked({...view, fixed: isFixed(ranges), limits, chosen, reason, positions, decided})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&

@@ -7,7 +7,7 @@ function reset() {
 }
 onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
 $("fixed").onchange = () => change({fixed: $("fixed").checked})
-$("reason").oninput = () => { state = {...state, reason: $("reason").value} }
+$("reason").oninput = () => { state = edited({reason: $("reason").value}) }
 $("reason").onchange = commit
 
 function redraw() {

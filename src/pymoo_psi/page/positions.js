@@ -33,7 +33,8 @@ const heldOf = ({limits, chosen, reason, weights, aspiration, answers}) => ({lim
 
 // The page as somebody had it.
 function showPosition(one) {
-  change({...heldOf(one), chosen: data.rowOf.has(one.chosen) ? one.chosen : null})
+  const owners = Object.fromEntries(personal.map((key) => [key, one.name]))
+  change({...heldOf(one), chosen: data.rowOf.has(one.chosen) ? one.chosen : null, owners})
 }
 
 // Which limits a choice breaks, why somebody wants it, and what the verdict gives up against it.
@@ -60,15 +61,17 @@ function given(row) {
   return `${role}: ${changeText(data.objectives[j], gains[j], ranking)}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`
 }
 
-// Limits, choice and its reason stay; what else somebody has said is not that of the next person.
+// Limits, choice and its reason stay; what another person has said is left out.
 function record() {
   const name = $("position-name").value.trim()
   if (!name) return say(["Give the position a name."])
   $("adding").open = false
   $("position-name").value = ""
-  const held = heldOf(state)
-  if (state.positions.some((one) => one.name !== name && one.chosen === held.chosen && one.reason === held.reason)) held.reason = ""
-  change({positions: [...state.positions, {name, date: new Date().toISOString(), ...held}], weights: {}, aspiration: {}, answers: []})
+  const {owners, reason, positions} = state
+  const nothing = Object.fromEntries(personal.map((key) => [key, PERSONAL[key][1]]))
+  const others = personal.filter((key) => (owners[key] ?? name) !== name)
+  const held = {...heldOf(state), ...Object.fromEntries(others.map((key) => [key, nothing[key]]))}
+  change({positions: [...positions, {name, date: new Date().toISOString(), ...held}], ...nothing, reason, owners: {reason: owners.reason ?? name}})
 }
 
 function decide() {

@@ -12,12 +12,19 @@ let left, ranking, verdict, order
 let filtered = "" // the part of the state that left and ranking were made from
 let inspected = -1 // what is looked at, which chooses nothing
 
+// The state with changes: who makes them has said what they are.
+function edited(changes) {
+  const owners = {...state.owners}
+  for (const key of Object.keys(changes)) delete owners[key]
+  return {...state, owners, ...changes}
+}
+
 // Take a new state; `done` is false while a hand drags: undo goes back to before the drag. Another
 // choice ends the inspection, and what the group decided unless it brings a decision of its own.
 let dragging = false
 function change(changes, done = true) {
   const {chosen, decided} = state
-  state = {...state, ...changes}
+  state = edited(changes)
   if (state.chosen !== chosen) {
     inspected = -1
     if (state.decided === decided) state.decided = null

@@ -38,7 +38,7 @@ function showVerdict() {
     renew("verdict-variables")
   }
   renew("certain", !isAsOpened() && "For the limits and ranges that the page opened with:")
-  renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
+  renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`, state.owners.reason && `, by ${state.owners.reason}`)
   if ($("reason").value !== state.reason) showText($("reason"), state.reason)
   renew("reason-printed", state.reason || "–")
   showCounts()
