@@ -92,15 +92,17 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
         ("upper", "tighter", "1.23456"),
         ("lower", "looser", "1.23456"),
         ("lower", "tighter", "1.23457"),
+        ("upper", "tighter", "9.8"),
     ],
 )
 def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
-    row = {"end": end, "direction": direction, "value": 1.234565, "column": "f1", "design": "A"}
+    value = 10.1 - 0.3 if text == "9.8" else 1.234565  # 9.799999999999999 up to rounding
+    row = {"end": end, "direction": direction, "value": value, "column": "f1", "design": "A"}
     table = read_table(
         pd.DataFrame({"f1": [1.0, 2.0], "f2": [2.0, 1.0]}),
         Formulation(["f1", "f2"], units={"f1": "kg"}),
     )
-    assert f"{text} kg" in change_text(table, row)
+    assert f" {text} kg" in change_text(table, row)
 
 
 @pytest.mark.parametrize("offset", [1_000_000, 1_234_567.5, 123_456_789_012])

@@ -139,7 +139,7 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
     (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
     np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
     assert sum(map(len, [*points(ax).values(), line_of(ax, "proposed")])) == 4
-    assert {"2 beyond the limit", "1 of them outside the axes"} < {
+    assert {"2 beyond the limit", "1 design outside the axes"} < {
         *ax.get_legend_handles_labels()[1]
     }
     lines = [line for line in ax.lines if line.get_linestyle() == "--"]

@@ -54,8 +54,9 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
             span the feasible designs, or all if there are none, except for outliers
             beyond three times the interquartile range, which are in no bin. Of values that span
             more than three decades the bins are equal by their logarithm.
-        bins: The number of equal bins between the bounds of a real variable, or of an integer with
-            more than twice as many tested values; other columns have one bin for each value.
+        bins: The number of equal bins between the bounds of a real variable. An integer with more
+            than twice as many tested values has at most so many bins, each of the same number of
+            integers; other columns have one bin for each value.
 
     Raises:
         ArgumentValueError: There is no such column, or no bin.
@@ -96,8 +97,10 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         is_finite = np.isfinite(points)
         edges[0] = points.min(initial=edges[0], where=is_finite)
         edges[-1] = points.max(initial=edges[-1], where=is_finite)
-    elif kind is Kind.REAL or (kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins):
+    elif kind is Kind.REAL:
         edges = _edges(points.astype(np.float64), bins)
+    elif kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins:
+        edges = _edges_of_integers(points.astype(np.float64), bins)
     else:
         options, places = value_ranks(places)
         values = tuple(options)
@@ -139,3 +142,11 @@ def _edges(points: Array, bins: int) -> Array:
         low -= pad
         high += pad
     return np.linspace(low, high, bins + 1)
+
+
+def _edges_of_integers(points: Array, bins: int) -> Array:
+    """Return edges from below the least of finite integers, with as many integers in each bin."""
+    points = points[np.isfinite(points)]
+    n = points.max() - points.min() + 1
+    width = np.ceil(n / bins)
+    return np.asarray(points.min() - 0.5 + width * np.arange(np.ceil(n / width) + 1))

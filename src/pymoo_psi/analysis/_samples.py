@@ -18,7 +18,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import UtopianFrame, hypervolume, without_rounding
+from pymoo_psi.pareto import UtopianFrame, hypervolume, unit_lengths, without_rounding
 from pymoo_psi.table import (
     BY_ALGORITHM,
     BY_PEOPLE,
@@ -151,7 +151,8 @@ def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFram
 
     Returns:
         Index ``(column, variable)``; ``first_order``, the index S_i; ``lower`` and ``upper``, its
-        95 % confidence band. Variables with one value are omitted; NaN if a column is constant.
+        95 % confidence band. Variables with one value are omitted; NaN if a column is constant up
+        to rounding.
 
     Raises:
         ArgumentValueError: The tests are no even sample, or a column is unknown, a variable or has
@@ -196,7 +197,7 @@ def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFram
         if key not in bases_by_tests:
             bases_by_tests[key] = [_basis(table.column(v)[finite]) for v in variables]
         shares = np.full((len(variables), 3), np.nan)
-        if y.min() < y.max():
+        if np.isfinite(unit_lengths(y.min(), y.max())):
             shares = _shares(bases_by_tests[key], y)
         for variable, row in zip(variables, shares, strict=True):
             rows.append((name, variable, *row))
@@ -346,7 +347,9 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
     """
     n = steps.index[-1]
     last = steps.iloc[-1]
-    if len(steps) < 2 or not steps["optimum"].iloc[-2]:
+    if len(steps) < 2:
+        return f"Too few tests to tell: {n}, and {2 * _FIRST} are needed."
+    if not steps["optimum"].iloc[-2]:
         return (
             f"Too few tests to tell: {last['feasible']:.0f} of {n} are within the limits, and the "
             "first half of the tests needs one or more."

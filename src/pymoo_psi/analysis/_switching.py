@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
 _CELLS = 2**18  # values that are compared at once: they fit into a cache
 _ALL_DIGITS = 17  # of a float64
+_SAFE_DIGITS = 12  # of these, without the rounding of a calculation
 _MOST_DESIGNS = 500  # of more Pareto-optimal ones, a sentence is not worth its time
 
 
@@ -354,7 +355,10 @@ def _rounded(value: float, cells: AnyArray, is_up: bool, least: int) -> tuple[in
     rounded = value
     for digits in range(least, _ALL_DIGITS + 1):
         context = Context(prec=digits, rounding=ROUND_CEILING if is_up else ROUND_FLOOR)
-        rounded = float(context.create_decimal(repr(value)))
+        text = repr(value)
+        if digits <= _SAFE_DIGITS:  # 9.799999999999999 is 9.8
+            text = f"{value:.{_SAFE_DIGITS}g}"
+        rounded = float(context.create_decimal(text))
         if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():
             break
     return digits, rounded

@@ -96,7 +96,7 @@ const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 function inDigits(value, others, isUp) {
   for (let digits = 6; digits < 17; digits++) {
     const options = {maximumSignificantDigits: digits, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}
-    const near = Number(new Intl.NumberFormat("en", options).format(value))
+    const near = Number(new Intl.NumberFormat("en", options).format(digits > 12 ? value : value.toPrecision(12)))
     if (!others.some((other) => other !== value && other >= min(value, near) && other <= max(value, near))) return [near, digits]
   }
   return [value, 17]

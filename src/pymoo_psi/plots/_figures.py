@@ -7,7 +7,7 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations, pairwise, permutations, product
+from itertools import chain, combinations, pairwise, permutations, product
 from math import comb
 from typing import TYPE_CHECKING, Any
 
@@ -295,7 +295,7 @@ def plot_objectives(
     pairs = list(combinations(names, 2))
     if objectives is None:
         pairs = _conflicting_pairs(table)
-    points = points_of_table(table, names, marked)
+    points = points_of_table(table, [*dict.fromkeys(chain(*pairs))], marked)
     n_columns = min(len(pairs), _PANELS)
     if len(pairs) == _PAIRS:
         n_columns = 2

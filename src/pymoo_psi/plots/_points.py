@@ -225,7 +225,7 @@ class Points:
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
                 up = np.clip(y.places[rows], *y.ends)
-                label = f"{self.n_outside} of them outside the axes"
+                label = f"{counted(self.n_outside, 'design')} outside the axes"
                 axes.plot(across, up, marker, label=label, **_OUTSIDE)
 
     @property

@@ -11,6 +11,7 @@ both are those of :class:`View`; :meth:`TestTable.under` returns the same column
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -521,13 +522,13 @@ class TestTable(View, Shown):
             ['test 1', 'test 2', 'test 1000001']
             >>> table.with_notes({"run": ["1", "1", "2"], "test_point": ["1", "2", "1"]}).names
             ['test 1', 'test 2', 'test 2.1']
-            >>> table.with_notes({"row_no": ["A", "A", 7]}, "row_no").names
-            ['A #1', 'A #2', 'row no 7']
+            >>> table.with_notes({"row_no": ["A", -1.5, 7]}, "row_no").names
+            ['A', 'row no -1.5', 'row no 7']
         """
         word = (self.schema.label or TEST).replace("_", " ")
         names = []
         for label in map(str, self._labels()):
-            if label.isdecimal():
+            if _is_value(label):
                 label = f"{word} {label}"
             names.append(label)
         numbers = self.numbers.tolist()
@@ -577,7 +578,7 @@ class TestTable(View, Shown):
             return row_of_design(design, numbers, self.names, numbers, short)
         labels = list(map(str, self._labels()))
         # Where labels are numbers, one that is none of them is more likely a mistake.
-        if any(map(str.isdecimal, labels)) and labels != list(map(str, numbers)):
+        if any(map(_is_value, labels)) and labels != list(map(str, numbers)):
             numbers = []
         return row_of_design(design, numbers, self.names, labels, numbers)
 
@@ -1003,6 +1004,11 @@ class TestTable(View, Shown):
     def __deepcopy__(self, memo: dict[int, Any]) -> TestTable:
         """Return the table itself, which never changes; pymoo copies its algorithms often."""
         return self
+
+
+def _is_value(label: str) -> bool:
+    """Whether a label alone would be taken for a value: 7, 1.5, -2."""
+    return re.fullmatch(r"[-+−]?\d*[.,]?\d+(?:[eE][-+]?\d+)?", label) is not None
 
 
 def has_errors(table: TestTable) -> bool:
