@@ -25,6 +25,7 @@ from pymoo_psi.table import (
     OUTPUT,
     PROPOSAL_ROUND,
     Column,
+    Expression,
     Formulation,
     TestTable,
     blank,
@@ -41,8 +42,9 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     """Return the table of designs, each the mean of its tests.
 
     Tests with the same value in a column are tests of one design. Further outputs are ``tests``,
-    their number, and the standard error of each objective. Failed tests do not count. Notes in
-    which tests of a design differ are omitted.
+    their number, and the standard error of each objective, also of those that the formulation
+    names or computes. Failed tests do not count. Notes in which tests of a design differ are
+    omitted.
 
     Args:
         table: The tests.
@@ -61,10 +63,10 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         >>> designs["f1 standard error"].round(2)
         array([1.19, 0.97])
     """
-    tests = table.under(Formulation(ranges={}))
-    schema = tests.schema
+    tests = _under_all_objectives(table)
+    schema = tests.evaluated
     by, first, design = _tests_by_design(tests, by)
-    new_names = [N_TESTS, *map(error_column, schema.objectives)]
+    new_names = [N_TESTS, *map(error_column, tests.schema.objectives)]
     for name in new_names:
         if name in schema.names:
             rule = f"without a column {name!r}, which the means of repeated tests have"
@@ -106,6 +108,23 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     return designs.with_notes({}, label).under(table.decision)
 
 
+def _under_all_objectives(table: TestTable) -> TestTable:
+    """Return tests whose objectives are those evaluated and those asked for, without limits.
+
+    What is computed of the means, such as of their standard errors, is unknown of tests.
+    """
+    names = {*table.evaluated.values}
+    computed = {}
+    for name, text in table.formulation.computed.items():
+        expression = Expression.of(text)
+        if names.issuperset(expression.columns):
+            computed[name] = text
+            names.add(name)
+    objectives = dict.fromkeys([*table.evaluated.objectives, *table.formulation.objectives])
+    known = [name for name in objectives if name in names]
+    return table.under(Formulation(known, computed=computed, ranges={}))
+
+
 def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Integers) -> Columns:
     """Return the means of designs, the standard errors of objectives, and the numbers of tests.
 
@@ -116,18 +135,20 @@ def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Inte
         counts: ``(k,)`` numbers of tests.
     """
     columns: Columns = {N_TESTS: counts.astype(np.float64)}
-    for name in designs.schema.of_role(*NUMBERS_ROLES):
+    n = len(counts)
+    for name in tests.evaluated.of_role(*NUMBERS_ROLES):
         if name == PROPOSAL_ROUND:  # that of the first test
             continue
-        values = tests.data[name]
-        means = np.bincount(design, values, len(counts)) / np.maximum(counts, 1)
+        means = np.bincount(design, tests.data[name], n) / np.maximum(counts, 1)
         columns[name] = np.where(counts == 0, designs.data[name], means)
-        if name in designs.schema.objectives:
-            deviations = values - means[design]
-            deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
-            squares = np.zeros(len(counts))
-            np.add.at(squares, design, deviations**2)
-            columns[error_column(name)] = standard_errors(squares, counts)
+    for name in tests.schema.objectives:
+        values = tests.column(name)
+        means = np.bincount(design, values, n) / np.maximum(counts, 1)
+        deviations = values - means[design]
+        deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
+        squares = np.zeros(n)
+        np.add.at(squares, design, deviations**2)
+        columns[error_column(name)] = standard_errors(squares, counts)
     return columns
 
 
@@ -145,11 +166,11 @@ def _tests_by_design(table: TestTable, by: str | None) -> tuple[str, Rows, Rows]
     Raises:
         ArgumentValueError: A value is missing, or tests with equal ones have different variables.
     """
-    keys = table.schema.keys(table.data)  # none without variables
+    keys = table.evaluated.keys(table.data)  # none without variables
     labels: list[Any] = keys
     if by is None or (by == _VARIABLES and by not in table.columns):
         by = _VARIABLES
-        if not table.schema.variables:
+        if not table.evaluated.variables:
             raise invalid("by", "the column that names designs, as there are no variables", None)
     else:
         cells = table.column(known_name("by", by, table.columns))
