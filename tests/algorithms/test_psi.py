@@ -100,26 +100,36 @@ SOMETIMES = Model(
 @pytest.mark.parametrize("keep", ["feasible", "pareto"])
 def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
     """However the tests are cut into blocks, of which whole ones may lack the output."""
-    asked = investigate(SOMETIMES, 64).under(Formulation(limits={"heat": 0.5}))
+    options = {"units": {"heat": "K"}}  # which promise the output
+    asked = investigate(SOMETIMES, 64, **options).under(Formulation(limits={"heat": 0.5}))
     expected = (asked.X[:, 0] >= 0.75) & (asked.X[:, 1] <= 0.5)
     np.testing.assert_array_equal(asked.feasible(), expected)
-    kept = investigate(SOMETIMES, 64, limits={"heat": 0.5}, keep=keep, block_size=block_size)
+    options |= {"block_size": block_size}
+    kept = investigate(SOMETIMES, 64, limits={"heat": 0.5}, keep=keep, **options)
     assert kept.equals(asked.take(getattr(asked, keep)()))
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
-def test_limits_on_outputs_of_no_test_are_refused(keep, study_file):
-    """Only then is it known that no test has it; what was computed is in the study."""
-    refused(
-        "a name in limits must be one of .*'heat'",
-        investigate,
-        Sum(),
-        32,
-        limits={"heat": 0.5},
-        keep=keep,
-        study=study_file,
-    )
-    assert read_table(study_file).equals(investigate(Sum(), 32))
+@pytest.mark.parametrize("elementwise", [True, False])
+@pytest.mark.parametrize("asked", [{"limits": "heta<=1"}, {"formulation": Formulation(["heta"])}])
+def test_a_misspelt_output_is_refused_at_the_first_test(keep, elementwise, asked, study_file):
+    """What was computed is in the study; designs that fail have no outputs."""
+
+    def hot(x):
+        if x[0] == 0:
+            raise ValueError
+        return {"F": [x[0]], "heat": x[1]}
+
+    def all_hot(X):
+        return {"F": X[:, :1], "heat": X[:, 1]}
+
+    for study in (None, study_file):
+        problem = Model(hot if elementwise else all_hot, n_var=2, n_obj=1, elementwise=elementwise)
+        mistaken = partial(investigate, problem, 10_000, keep=keep, study=study, **asked)
+        refused("a name in .* must be one of .*'heta'; did you mean 'heat'", mistaken)
+        assert len(problem.calls) == (2 if elementwise else 1)
+    if elementwise:
+        assert len(read_table(study_file)) == 2
 
 
 def test_a_limit_on_a_choice_may_be_met_by_later_tests():
@@ -175,6 +185,9 @@ def test_a_repeated_design_is_evaluated_once_but_for_workers():
 
 def test_an_algorithm_is_set_up_once():
     algorithm = PSI(8)
+    assert algorithm.n_tested == len(algorithm.table) == 0
+    for ask in (lambda: algorithm.n_left, algorithm.has_next, algorithm.next):
+        refused("PSI must be set up, got one without a problem; call setup", ask)
     minimize(CHUTE, algorithm, copy_algorithm=False)
     refused("must be set up before it runs, got one that has tested 8", algorithm.setup, CHUTE)
 

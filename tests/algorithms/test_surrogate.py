@@ -141,7 +141,7 @@ def test_designs_without_a_limited_value_are_not_promising(limit):
         F = [(x[1] - 0.3) ** 2 - x[0], (x[1] - 0.6) ** 2 - x[0]]
         return {"F": F} if x[0] > 0.5 else {"F": F, "heat": 1 + x[0]}
 
-    table = run(Model(silent, n_var=2), 36, limits={"heat": limit}).table
+    table = run(Model(silent, n_var=2), 36, limits={"heat": limit}, units={"heat": "K"}).table
     known = np.isfinite(table.column("heat"))
     assert known[:20].mean() < 0.6
     assert known[20:].mean() > 0.65

@@ -4,8 +4,10 @@ import contextlib
 import pathlib
 import warnings
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pymoo.problems
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
@@ -88,11 +90,35 @@ class Steel:
     E: float
 
 
-@pytest.mark.parametrize("kind", [dict, Steel])
-def test_constants_in_mappings_and_data_classes_belong_to_a_study(study_file, kind):
-    investigate(Model(weights=kind(E=1.0)), 4, study=study_file)
-    other = Model(weights=kind(E=210.0))
-    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study_file)
+class Mesh:
+    def __init__(self, E, model=None):
+        self._E, self.model = E, model
+
+
+def owned(E):
+    """An object that has the problem in which it is."""
+    model = Model()
+    model.weights = Mesh(E, model)
+    return model
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda E: Model(weights={"E": E, "solve": print}),
+        lambda E: Model(weights=Steel(E)),
+        lambda E: Model(weights=[Mesh(E), Mesh(2.0)]),
+        lambda E: Model(weights=SimpleNamespace(E=E)),
+        lambda E: Model(weights={E, 2.0}),
+        lambda E: Model(weights=[None, E * 1j]),
+        lambda E: Model(weights=pd.Series([E, 2.0])),
+        owned,
+    ],
+)
+def test_constants_in_objects_belong_to_a_study(study_file, made):
+    for _ in range(2):
+        investigate(made(1.0), 4, study=study_file)
+    refused(ANOTHER, investigate, made(210.0), 4, error=StudyMismatchError, study=study_file)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +131,7 @@ def test_constants_in_mappings_and_data_classes_belong_to_a_study(study_file, ki
 )
 @pytest.mark.parametrize("title_of", [str, lambda path: [path, 1]])
 def test_paths_are_not_compared(study_file, path, title_of):
-    table = investigate(Model(), 4, study=study_file)
+    table = investigate(Model(title=title_of("/other")), 4, study=study_file)
     assert investigate(Model(title=title_of(path)), 4, study=study_file).equals(table)
 
 

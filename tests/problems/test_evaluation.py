@@ -188,6 +188,24 @@ def test_a_call_that_raises_is_repeated_by_design():
     assert sum(len(X) for (X,) in problem.calls) <= 2 * 1000 + 2 * 64
 
 
+@pytest.mark.parametrize("n", [2, 3, 64, 66, 67, 130])
+@pytest.mark.parametrize("n_obj", [2, 3, 64])
+def test_values_are_never_those_of_other_designs(n, n_obj):
+    """Also where there are as many designs, in a part, as values of each."""
+
+    def results(X):
+        return {"F": X + np.arange(n_obj)}
+
+    X = np.arange(100.0, 100 + n)[:, None]
+    options = {"n_var": 1, "n_obj": n_obj, "elementwise": False}
+    right = OfFunction(results, **options)
+    for _ in range(2):
+        np.testing.assert_array_equal(evaluate_designs(right, X)["F"], results(X)["F"])
+    assert len(right.calls[-1][0]) == n
+    transposed = OfFunction(lambda X: {"F": results(X)["F"].T}, **options)
+    assert evaluate_designs(transposed, X)["failure"].all()
+
+
 def test_designs_by_name_are_copies_too():
     def moving(x):
         x["b"] = x.pop("a")

@@ -84,7 +84,10 @@ class PieceTask:
 
     def __call__(self, piece: Points) -> tuple[Numbers, TestTable]:
         """Evaluate the points of a piece."""
-        return piece.numbers, self.needed(self._model.evaluated(piece))
+        tests = self._model.evaluated(piece)
+        if np.isfinite(tests.F).any():
+            self._model.require_outputs(tests.schema.names)
+        return piece.numbers, self.needed(tests)
 
     def needed(self, tests: TestTable) -> TestTable:
         """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
@@ -248,6 +251,8 @@ class Executor:
         _, values, seconds = result
         if self.has_designs:
             self._n_called += 1
+            if not values["failure"]:
+                self._model.require_outputs(values)
         else:
             self._n_called += len(values[0])
         return seconds

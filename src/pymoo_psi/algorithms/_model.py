@@ -7,7 +7,7 @@ that a problem would return of stored tests.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -104,8 +104,7 @@ class Model:
         """Return tests of a run, perhaps not yet all of them, under its formulation or another.
 
         The formulation may use an output of which nothing is known before a test has run without
-        failing. Until then, no test keeps a limit on it. Whether its name is a mistake is known
-        when all tests are there, however they were cut into blocks.
+        failing. Until then, no test keeps a limit on it.
         """
         formulation = formulation or self.formulation
         present = (*formulation.computed, *tests.schema.names)
@@ -115,6 +114,23 @@ class Model:
             unknown = np.full(len(tests), np.nan)
             tests = tests.with_outputs(dict.fromkeys(missing, unknown))
         return tests.under(formulation)
+
+    def require_outputs(self, names: Collection[str]) -> None:
+        """Refuse a formulation that uses an output which a test that has not failed lacks.
+
+        Outputs that only some designs have are promised by their units.
+
+        Args:
+            names: The columns of the test.
+        """
+        known = {*self.schema.names, *self.formulation.units, *names} - NO_OUTPUTS
+        for name in self.formulation.columns:
+            if name not in known:
+                title = "a name in the formulation"
+                if name in self.formulation.allowed:
+                    title = "a name in limits"
+                remedy = "an output that only some designs have must have a unit"
+                known_name(title, name, known - {*self.schema.constraints}, remedy)
 
     def under(self, tests: TestTable) -> TestTable:
         """Return all tests of a run under its formulation.

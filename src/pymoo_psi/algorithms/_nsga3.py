@@ -89,8 +89,8 @@ def nsga3(
         :class:`~pymoo_psi.Required` as the problem and read its ``n_not_run``.
 
     Raises:
-        ArgumentValueError: The budget is below 1, the problem has a single objective, or it seems
-            to be one of permutations and there is neither ``sampling`` nor ``permutation``.
+        ArgumentValueError: The budget is below 1, the problem has a single objective, or it is one
+            of permutations of pymoo and there is no ``sampling``.
         ArgumentTypeError: The problem is not a pymoo problem, or a keyword is unknown.
 
     Example:

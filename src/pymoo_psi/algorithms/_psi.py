@@ -86,6 +86,7 @@ class PointAlgorithm(WithTable, Algorithm):
         self.options = options
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._most_evaluations = math.inf
+        self._begun: Run | None = None
         self._n_passed = 0  # points of the last block if none of them needed an evaluation
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
@@ -97,6 +98,14 @@ class PointAlgorithm(WithTable, Algorithm):
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; the options have the seed of pymoo's ``minimize``."""
         raise NotImplementedError
+
+    @property
+    def _run(self) -> Run:
+        if self._begun is None:
+            received = Received("one without a problem")
+            remedy = "call setup(problem), or minimize(problem, algorithm)"
+            raise invalid(f"the algorithm {type(self).__name__}", "set up", received, remedy)
+        return self._begun
 
     @property
     def table(self) -> TestTable:
@@ -188,7 +197,7 @@ class PointAlgorithm(WithTable, Algorithm):
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
-        self._run = self.begin(options)
+        self._begun = self.begin(options)
         self._run.executor.may_end_early = self._may_end_early
         self._tables = [self._run.store.empty]
 
@@ -286,6 +295,8 @@ class PointAlgorithm(WithTable, Algorithm):
         for individual in infills:
             names = ("F", "G", "H", "failure", *individual.data.get("outputs", ()))
             values.append({name: individual.get(name) for name in names})
+            if not individual.get("failure"):
+                self._run.model.require_outputs(names)
         X = self._run.model.space.to_matrix(infills.get("X"))
         return self._run.model.tests(replace(points, designs=X), values)
 
@@ -431,7 +442,8 @@ class PSI(PointAlgorithm):
         limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
             see :class:`TestTable`. A design that exceeds a limit, or has no value for it, counts as
             infeasible. The table keeps the design, so that other limits can be tried afterwards. A
-            limit on an unknown column is an error.
+            limit on an unknown column is an error, at the latest after the first design that does
+            not fail; an output that only some designs have must have one of the ``units``.
         formulation: Used instead of ``limits`` to change objectives, directions, limits, computed
             columns and constraints. The study keeps the original values; the table shows them under
             the formulation.
@@ -442,11 +454,12 @@ class PSI(PointAlgorithm):
             evaluated again. With a ``share`` it is the name of a folder with a file for each share,
             which :func:`~pymoo_psi.read_table` reads as one study.
         study_key: A version or constants of the model; a study rejects a changed key. The study
-            itself compares name, variables, choices and number of objectives, and the numbers and
-            texts that the problem was made with (arguments of its class that it keeps as
-            attributes of the same name, but no paths), or what its method ``fingerprint()``
-            returns. It does not know attributes of the class or the code of the model. Other
-            bounds, samplings or requirements start another run in the same study.
+            itself compares name, variables, choices and number of objectives, and the numbers,
+            texts and arrays that the problem was made with, or what its method ``fingerprint()``
+            returns. These are arguments of its class that it keeps as attributes of the same name,
+            and those of objects among them, but no paths. It does not know other attributes or the
+            code of the model. Other bounds, samplings or requirements start another run in the same
+            study.
         more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
             points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study.

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from datetime import date, timedelta
 from itertools import compress
+from numbers import Number
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -34,8 +39,8 @@ from pymoo_psi.table import Schema, unit_texts
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
+_UNKNOWN = object()  # what a study cannot compare, such as code
 _LEAST = np.finfo(np.float64).tiny  # stands for 0 and negative values on a logarithmic scale
-_FEWEST_PLACES = 5  # fewer integers between 0 and their number are no sign of permutations
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
 # A text that looks like a path, whatever is on the disk: /data, ./a, ~/a, C:\a, meshes/ or a/b.msh.
 # Units are none: a suffix of one letter, or of such a letter with a power, may be a factor, as in
@@ -347,34 +352,27 @@ def is_permutation(problem: Any) -> bool:
     """Whether the designs of a problem are permutations of its variables.
 
     An attribute ``permutation`` of the problem says so. Without it, these are pymoo's travelling
-    salesman and flow shop, and problems of n integers, five or more, that all lie between 0 and
-    n - 1, 1 and n, or 0 and n as in pymoo's travelling salesman.
+    salesman and flow shop alone, as bounds do not show whether integers may be equal.
     """
     stated = getattr(problem, "permutation", None)
     if isinstance(stated, bool):
         return stated
-    model = layers(problem)[-1]
-    if {cls.__name__ for cls in type(model).__mro__} & _PERMUTATIONS:
-        return True
-    if model.vtype is not int or getattr(model, "vars", None) or model.n_var < _FEWEST_PLACES:
-        return False
-    n = model.n_var
-    bounds = {*zip(*(end.tolist() for end in model.bounds()), strict=True)}
-    return len(bounds) == 1 and bounds <= {(0, n - 1), (1, n), (0, n)}
+    names = {cls.__name__ for cls in type(layers(problem)[-1]).__mro__}
+    return not names.isdisjoint(_PERMUTATIONS)
 
 
 def require_no_permutation(problem: Any) -> None:
     """Refuse a problem of permutations, where a value is chosen for each variable alone.
 
     Raises:
-        ArgumentValueError: It is one, or seems to be one.
+        ArgumentValueError: It is one.
     """
     if is_permutation(problem):
         rule = "one whose variables are chosen independently"
         remedy = (
             "search permutations by nsga3(problem, n, sampling=PermutationRandomSampling()), or, "
             "also for a single objective, by another algorithm of pymoo with such operators, on "
-            "Recorded(problem, study); if integers may be equal, set problem.permutation = False"
+            "Recorded(problem, study)"
         )
         received = f"{problem_name(problem)} of permutations"
         raise invalid("problem", rule, Received(received), remedy)
@@ -503,13 +501,12 @@ def problem_identity(problem: Any) -> Values:
 
 
 def own_parameters(problem: Any) -> Values:
-    """Return what a problem's ``fingerprint()`` returns, or numbers and texts it was made with.
+    """Return what a problem's ``fingerprint()`` returns, or the constants that it was made with.
 
-    They may be in lists, mappings and data classes; other objects are not looked into.
-
-    These are the arguments of its classes that it keeps as attributes of the same name, or with an
-    underscore before it, except default values and what pymoo's ``Problem`` takes. A text that
-    looks like a path is left out: it says where something is, not what.
+    These are numbers, texts and arrays, also in lists, mappings and objects. They are the arguments
+    of its classes that it keeps as attributes of the same name, or with an underscore before it,
+    except default values and what pymoo's ``Problem`` takes; likewise of an object among them. A
+    text that looks like a path is left out: it says where something is, not what.
     """
     fingerprint = getattr(problem, "fingerprint", None)
     if callable(fingerprint):
@@ -517,51 +514,79 @@ def own_parameters(problem: Any) -> Values:
         if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
             parameters["wrapped"] = own_parameters(problem.wrapped)
         return parameters
-    problem = layers(problem)[-1]
-    of_pymoo = inspect.signature(Problem).parameters
-    arguments: dict[str, inspect.Parameter] = {}
-    for kind in reversed(type(problem).__mro__):
-        if issubclass(kind, Problem):
-            arguments.update(inspect.signature(kind).parameters)
-    parameters = {}
-    for name, argument in arguments.items():
-        if name in of_pymoo:
-            continue
-        value = _plain(getattr(problem, name, getattr(problem, f"_{name}", argument.default)))
-        default = argument.default
-        # A default array is no constant: the problem may have changed its values.
-        if not _is_constant(value) or (_is_constant(default) and value == default):
-            continue
+    model = layers(problem)[-1]
+    parameters = _constants_of(model, (model,))
+    for name, value in parameters.items():
         text = repr(value)
         if len(text) > _LONGEST:
-            value = hashlib.sha256(text.encode()).hexdigest()[:16]
-        parameters[name] = value
+            parameters[name] = hashlib.sha256(text.encode()).hexdigest()[:16]
     return parameters
 
 
-def _plain(value: Any) -> Any:
-    """Return a value as lists, mappings and numbers of Python."""
+def _constants_of(owner: Any, owners: tuple[Any, ...]) -> Values:
+    """Return the constants that an object was made with, by argument, except default values.
+
+    Args:
+        owner: The object.
+        owners: It, and the objects whose constant it is.
+    """
+    arguments: dict[str, inspect.Parameter] = {}
+    for kind in reversed(type(owner).__mro__):
+        with suppress(ValueError, TypeError):  # those in C may have no signature
+            arguments.update(inspect.signature(kind).parameters)
+    if isinstance(owner, Problem):
+        for name in inspect.signature(Problem).parameters:
+            arguments.pop(name, None)
+    constants = {}
+    for name, argument in arguments.items():
+        default = argument.default
+        kept = getattr(owner, name, getattr(owner, f"_{name}", default))
+        constant = _constant(kept, owners)
+        # A default array is no constant: the problem may have changed its values.
+        if constant is not _UNKNOWN and not (_is_of_python(default) and constant == default):
+            constants[name] = constant
+    return constants
+
+
+def _constant(value: Any, owners: tuple[Any, ...]) -> Any:
+    """Return a constant of objects as numbers, texts, lists and mappings; or ``_UNKNOWN``."""
     if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    if isinstance(value, list):
-        return list(map(_plain, value))
-    if isinstance(value, tuple):
-        return tuple(map(_plain, value))
-    if is_dataclass(value) and not isinstance(value, type):
-        value = {field.name: getattr(value, field.name) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(name): _plain(value[name]) for name in sorted(value, key=str)}
-    return value
-
-
-def _is_constant(value: Any) -> bool:
-    if isinstance(value, (list, tuple)):
-        return all(map(_is_constant, value))
-    if isinstance(value, dict):
-        return all(map(_is_constant, value.values()))
+        value = value.tolist()
+    elif hasattr(value, "to_numpy"):  # of pandas and polars
+        value = value.to_numpy().tolist()
+    if isinstance(value, (Number, date, timedelta)) or value is None:
+        return value if _is_of_python(value) else repr(value)
     if isinstance(value, str):
-        return _PATH.fullmatch(value) is None
-    return isinstance(value, (bool, int, float))
+        return _UNKNOWN if _PATH.fullmatch(value) else value
+    is_code = isinstance(value, (type, ModuleType)) or inspect.isroutine(value)
+    if is_code or isinstance(value, os.PathLike) or any(value is owner for owner in owners):
+        return _UNKNOWN
+    owners = (*owners, value)
+    if isinstance(value, (set, frozenset)):
+        value = sorted(value, key=repr)
+    if isinstance(value, (list, tuple)):
+        items = [_constant(item, owners) for item in value]
+        known = [item for item in items if item is not _UNKNOWN]
+        if items and not known:
+            return _UNKNOWN
+        return tuple(known) if isinstance(value, tuple) else known
+    if isinstance(value, SimpleNamespace):
+        value = vars(value)
+    if not isinstance(value, Mapping):
+        return {"class": type(value).__name__} | _constants_of(value, owners)
+    constants = {}
+    for name in sorted(value, key=str):
+        constant = _constant(value[name], owners)
+        if constant is not _UNKNOWN:
+            constants[str(name)] = constant
+    return constants
+
+
+def _is_of_python(value: Any) -> bool:
+    """Whether a value is a number, a text or ``None``, or a list or tuple of these."""
+    if isinstance(value, (list, tuple)):
+        return all(map(_is_of_python, value))
+    return value is None or isinstance(value, (str, bool, int, float))
 
 
 def _variables(problem: Any) -> Iterator[Variable]:

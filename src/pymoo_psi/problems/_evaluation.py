@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import chain
 from typing import Any, Literal
+from weakref import WeakValueDictionary
 
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
@@ -38,6 +39,9 @@ from pymoo_psi.problems._wrapped import (
 # in parts of this size, and the designs of a part that raises, one by one: 64 designs take at most
 # 128 evaluations, and one culprit among 65 536 is found in 1100 calls.
 _PART = 64
+# Vectorised problems whose values have been seen to be a row for each design, by their id (they may
+# have no hash). Those of as many designs as there are values would not show it.
+_WITH_ROWS: WeakValueDictionary[int, Any] = WeakValueDictionary()
 # Values of a design that failed.
 _FAILED = {"F": np.inf, "G": 0.0, "H": 0.0}
 # Constraint violation of a failed design: above any other, and finite for sums and ratios.
@@ -183,6 +187,10 @@ class _CheckedFunction:
 
     def together(self, X: Any) -> Values:
         """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
+        has_rows = _WITH_ROWS.get(id(self.problem)) is self.problem
+        is_square = len(X) > 1 and len(X) in self.sizes.values()
+        if is_square and not has_rows:
+            return self._in_parts(X)
         try:
             raw = self._raw(X)
             out = {}
@@ -194,6 +202,7 @@ class _CheckedFunction:
             if len(X) == 1:
                 return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)
+        _WITH_ROWS[id(self.problem)] = self.problem
         out["failure"] = _clear_failures(out)
         _warn_of_failure(raw)
         for name, value in raw.items():
@@ -204,7 +213,7 @@ class _CheckedFunction:
         return out
 
     def _in_parts(self, X: Any) -> Values:
-        """Evaluate designs, some of which have raised, in parts or one by one."""
+        """Evaluate designs in parts or one by one."""
         size = _PART if len(X) > _PART else 1
         rows = []
         for start in range(0, len(X), size):
