@@ -24,7 +24,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
-from tests.helpers.models import Model, Sum
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
