@@ -30,16 +30,10 @@ TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.sea
 
 # Their clusters, processes, figures and whole programs take most of the time.
 WHOLE = (
-    "A program",
-    "analyst",
-    "board",
-    "changing_a_study",
-    "cluster",
-    "engineer_python",
-    "figures",
-    "live",
+    *("A program", "analyst", "board", "changing_a_study", "cluster", "engineer_python", "figures"),
+    *("live", "mixtures", "noise", "programs", "pymoo_user", "researcher", "tutorial"),
+    "which_runner",
 )
-WHOLE += ("mixtures", "noise", "programs", "pymoo_user", "researcher", "tutorial", "which_runner")
 
 
 @pytest.fixture

@@ -200,8 +200,7 @@ def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, opt
     if of_two_runs:
         minimize(problem, SurrogatePSI(4, study=study))
     table = read_table(study)
-    source = table.to_frame() if of_two_runs else study
-    tests = import_tests(problem, source, options)
+    tests = import_tests(problem, table.to_frame() if of_two_runs else study, options)
     ran = table.status != "failed"
     np.testing.assert_array_equal(tests["heat"], table["heat"][ran])
     assert [remark.split()[0] for remark in tests.remarks] == [f"{ran.sum()}", f"{(~ran).sum()}"]

@@ -87,16 +87,10 @@ def test_ties_are_drawn_evenly_and_smaller_violations_win(algorithm):
     run = algorithm(np.eye(2))
     seed_ties(run)
     assert run.mating.selection is not algorithm(np.eye(2)).mating.selection  # which all share
-    drawn = []
-    for _ in range(2):
-        np.random.seed(1)  # noqa: NPY002 - pymoo 0.6.1.5 has no other generator
-        drawn.append(
-            run.mating.selection.do(
-                None, population, 1500, 2, False, random_state=np.random.default_rng(1)
-            )
-        )
-    winners, again = drawn
-    np.testing.assert_array_equal(winners, again)
+    np.random.seed(1)  # noqa: NPY002 - pymoo 0.6.1.5 has no other generator
+    winners = run.mating.selection.do(
+        None, population, 1500, 2, False, random_state=np.random.default_rng(1)
+    )
     # Each meets itself never and every other with the same chance, once in each pair of a
     # permutation: the feasible one wins 1/2 of all, the next all but that with it: 1/3.
     shares = np.bincount(winners.ravel(), minlength=4) / winners.size

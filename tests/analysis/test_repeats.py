@@ -141,8 +141,7 @@ def test_remarks_tell_repeats(frame, average_by, remarks):
 
 def test_the_command_counts_designs(file, said):
     printed = said("rank", file, "--objectives", "cost,mass", "--average-by", "variant")
-    expected = "3 designs, 8 tests.*Proposed: C.*C is the best with a probability of"
-    assert re.search(expected, printed, re.DOTALL)
+    assert re.search("(?s)3 designs, 8 tests.*Proposed: C.*C is the best with a prob", printed)
 
 
 def known(F, error):

@@ -88,8 +88,7 @@ def test_columns_are_named_and_failures_left_out():
     X = lp_tau(512, 3) * [1, 1, 0] + [0, 0, 0.5]  # the third is fixed
     F = np.column_stack([-X[:, 0], X[:, 1] - X[:, 0], 1 + 4e-16 * np.round(X[:, 1])])
     F[::50] = np.nan
-    names = ["width", "height", "depth"], ["gain", "mass", "one"]
-    schema = Schema.of(*names, maximize=["gain"])
+    schema = Schema.of(["width", "height", "depth"], ["gain", "mass", "one"], maximize=["gain"])
     found = sensitivities(table_of(X, F, outputs={"heat": X[:, 1]}, schema=schema))
     assert found.index.unique("column").tolist() == ["gain", "mass", "one", "heat"]
     assert found.index.unique("variable").tolist() == ["width", "height"]

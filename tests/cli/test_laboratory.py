@@ -1,6 +1,7 @@
 """Tests that people make: `ask` and `tell`, two files at once, repeats, corrections, mixtures."""
 
 import json
+import re
 import sqlite3
 import subprocess
 import sys
@@ -49,8 +50,7 @@ def alloy(tmp_path, in_folder):
 
 
 def asked(name, *words):
-    command = ["ask", "alloy.toml", "--study", "lab.db", "--out", name, *map(str, words)]
-    assert main(command) == 0
+    assert main(["ask", "alloy.toml", "--study", "lab.db", "--out", name, *map(str, words)]) == 0
     reader = partial(pd.read_csv, **EXACT) if name.endswith(".csv") else pd.read_excel
     return reader(name).astype({"failure": object})
 
@@ -129,9 +129,8 @@ def test_a_later_result_corrects_the_former_one(alloy, said, told):
 def test_a_row_that_lacks_a_result_stays_pending(alloy, told):
     frame = filled(asked("next.csv"))
     frame.loc[1, "where"] = np.nan
-    text = told(frame)
-    assert "A row of test 2 is not taken: where is blank." in text
-    assert "Pending tests: 2." in text
+    expected = "A row of test 2 is not taken: where is blank.*Pending tests: 2."
+    assert re.search(expected, told(frame), re.DOTALL)
 
 
 def test_fifteen_digits_are_the_design_asked_for(alloy, told):

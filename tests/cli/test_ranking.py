@@ -34,8 +34,7 @@ def random_table(seed):
 @pytest.mark.parametrize("seed", range(40))
 def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path):
     rows, objectives, maximize, limit = random_table(seed)
-    frame = pd.DataFrame(rows).T.astype(float)
-    frame.to_csv(tmp_path / "set.csv", index_label="name")
+    pd.DataFrame(rows).T.astype(float).to_csv(tmp_path / "set.csv", index_label="name")
     words = ["rank", "set.csv", "--limits", f"f0<={float(limit)}"]
     printed = said(*words, *(["--maximize", ",".join(maximize)] if maximize else []))
     signs = {name: -1 if name in maximize else 1 for name in objectives}

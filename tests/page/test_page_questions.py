@@ -25,8 +25,7 @@ ASKED = Formulation(["price", "range", "noise"], maximize=["range"])
 
 
 def page_of(frame, path):
-    page = decision_page(read_table(frame, ASKED), title="Cars")
-    page.save(path)
+    decision_page(read_table(frame, ASKED), title="Cars").save(path)
     return path
 
 
@@ -135,16 +134,12 @@ def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F81
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [1, 2, 6])
-def test_few_or_equal_designs_leave_nothing_to_ask_in_the_end(visit, tmp_path, n):  # noqa: F811
-    frame = CARS.iloc[[0, 4][:n]] if n < 6 else CARS * 0 + 1
+@pytest.mark.parametrize(("frame", "n_buttons"), [(CARS[:1], 0), (CARS * 0 + 1, 1), (CARS[:2], 1)])
+def test_few_or_equal_designs_leave_nothing_to_ask(visit, tmp_path, frame, n_buttons):  # noqa: F811
     reader = visit(page_of(frame, tmp_path / "cars.html"))
     button = reader.page.get_by_role("button", name="Help me choose")
-    if n == 1:
-        assert button.count() == 0
-        return
-    if button.count():
+    assert button.count() == n_buttons
+    for _ in range(n_buttons):
         reader.click(button)
-        while reader.page.locator("#pair h3").count():
-            reader.press("a")
+        reader.press("a")
         assert reader.text("#questions-title") == "No more questions"

@@ -438,7 +438,12 @@ def test_shares_of_two_expressions_are_no_table(tmp_path):
         partial(investigate, n_points=2, names={"x1": "width", "f1": "m", "f2": "twice"}),
         lambda problem, study: investigate(LogScaled(problem), 2, study=study),
         lambda problem, study: compare(
-            problem, n_evaluations=4, seeds=1, algorithms=["psi"], folder=study, progress=False
+            problem,
+            n_evaluations=4,
+            seeds=1,
+            algorithms=["psi", "psi+nsga3"],
+            folder=study,
+            progress=False,
         ),
     ],
     ids=["other names", "logarithms", "comparison"],

@@ -113,8 +113,7 @@ def ranked(frame, most=np.inf, **least):
     within = frame[frame["price"] <= most]
     for column, value in least.items():
         within = within[within[column] >= value]
-    signs = {name: -1 if name in LARGER else 1 for name in NAMES}
-    return Ranked(within.to_dict("index"), signs)
+    return Ranked(within.to_dict("index"), {name: 1 - 2 * (name in LARGER) for name in NAMES})
 
 
 def is_written(text, value):
@@ -133,18 +132,10 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     table = read_table(frame, Formulation(list(NAMES), maximize=LARGER, limits={"price": most}))
     oracle = ranked(frame, most)
     proposed, shares = oracle.front[0], oracle.shares(oracle.front[0])
-    reader = Reader(decision_report(table, question="Which?"))
-    sections = reader.sections
-    heading = sections["sheet"]
-    assert heading[1:3] == ["Which?", f"Proposed: {proposed}"]
-    assert f"among the {len(oracle.rows)} designs within the limit." in heading[3]
-    behind = [name for name in NAMES if shares[name] > 0]
-    costs = COST.findall(heading[3].partition("What it costs against the best: ")[2])
-    assert {name for _, name, _ in costs} == {*behind}
-    for amount, name, share in costs:
-        assert float(share) == pytest.approx(100 * shares[name], abs=0.5)
-        lost = oracle.lost(proposed, name)
-        assert float("".join(amount.split())) == pytest.approx(lost, rel=6e-3)
+    sections = Reader(decision_report(table, question="Which?")).sections
+    # What it costs is the sentence of the terminal, see cli/test_ranking.py.
+    assert sections["sheet"][1:3] == ["Which?", f"Proposed: {proposed}"]
+    assert f"among the {len(oracle.rows)} designs within the limit." in sections["sheet"][3]
     rows = [row.split(" | ") for row in sections["Values"][1:4]]
     for name, (heads, worst, _, best, value, share) in zip(NAMES, rows, strict=True):
         assert heads.startswith(name)
@@ -170,8 +161,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     # The limit: what it rejects, what is proposed without it, and at which value another one is.
     (title, text, *_) = [t for key in sections for t in sections[key] if "Limits" in key]
     assert title == f"price at most {most}"
-    n_rejected = len(frame) - len(oracle.rows)
-    assert text.startswith(f"Rejects {n_rejected} of {len(frame)} designs.")
+    assert text.startswith(f"Rejects {len(frame) - len(oracle.rows)} of {len(frame)} designs.")
     free = ranked(frame)
     then = "the proposal is the same" if free.front[0] == proposed else f"{free.front[0]} is"
     assert f"Without it {then}" in text
@@ -198,8 +188,7 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     assert {row[1] for row in designs} == {*frame.index}
     for row in designs:
         assert all(map(is_written, row[2:5], frame.loc[row[1]]))
-        inside = row[1] in oracle.rows
-        assert inside == (row[5] != "beyond the limit")
+        assert (row[1] in oracle.rows) == (row[5] != "beyond the limit")
         assert (row[0] == "–") == (row[1] not in oracle.front)
 
 
@@ -220,7 +209,6 @@ def test_limits_are_written_as_the_column_and_have_their_effect(seed):
         assert len(value.partition(".")[2]) <= 2
 
 
-COST = re.compile(r"([\d. ]*\d) in (price|battery|speed) \(([\d.]+) %")
 CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 
 
@@ -313,12 +301,10 @@ def test_cautions_say_that_they_are_about_the_optimum():
     """Where another design is chosen they would be taken for its own, and so would their lack."""
     F = [[0.0, 4.0], [1.0, 1.0], [0.5, 1.33], [4.0, 0.0]]
     table = read_table(pd.DataFrame(F, ["V1", "V2", "V3", "V4"], ["a", "b"]))
-    own = decision_report(table)
-    (best,) = table.best().names
-    cautions = [line for line in lines(own, "sheet") if line.startswith("Attention: ")]
-    other = lines(decision_report(table, design="V1"), "sheet")
-    mark = f"Attention to {best}, the proposal: "
-    assert [line.replace(mark, "Attention: ") for line in other if mark in line] == cautions != []
+    own, other = (lines(decision_report(table, design=name), "sheet") for name in (None, "V1"))
+    mark = f"Attention to {table.best().names[0]}, the proposal: "
+    expected = [line.replace("Attention: ", mark) for line in own if "Attention: " in line]
+    assert [line for line in other if "Attention" in line] == expected != []
 
 
 @undrawn
@@ -326,17 +312,14 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
     path = tmp_path / "offers.csv"
     path.write_text("offer;price;days\nA;4748,36;10\nB;3085,5;39,25\nC;5200,25;8\n", "utf-8")
     report = decision_report(read_table(path))
-    row = lines(report, "Values")[1].split(" | ")
-    assert row[3:5] == ["3085,50", "4748,36"]
+    assert " | 3085,50 | 4748,36 | " in lines(report, "Values")[1]
     assert "days 29,25 higher" in " ".join(lines(report, "One step away"))
 
 
 @undrawn
 def test_no_line_ends_between_a_number_and_its_unit(html):
-    sheet = html[html.index("<body") :]
-    assert "\N{NO-BREAK SPACE}kg" in sheet
-    assert "\N{NO-BREAK SPACE}%" in sheet
-    assert not re.search(r"\d (kg|MPa|mm|%)", sheet)
+    assert len(re.findall("\\d\N{NO-BREAK SPACE}(kg|MPa|%)", html)) > 20
+    assert not re.search(r"\d (kg|MPa|mm|%)", html[html.index("<body") :])
 
 
 @undrawn
@@ -358,8 +341,7 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
     free = TABLE.under(limits={"stress": 70}).feasible()
     now, then = (TABLE.column("stiffness")[mask].max() for mask in (LIMITED.feasible(), free))
     assert then > now
-    said = lines(beam, "Limits")
-    text = said[said.index("mass at most 55 kg") + 1]
+    text = " ".join(lines(beam, "Limits")).partition("mass at most 55 kg")[2]
     found = re.search(r"stiffness is ([\d. ]+) instead of ([\d. ]+)\.", text)
     assert is_written(found[1], then)
     assert is_written(found[2], now)
@@ -367,12 +349,9 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
 
 @undrawn
 def test_many_designs_have_representatives():
-    own = pd.DataFrame(TABLE.F * [1, -1], columns=["mass", "stiffness"], index=TABLE.numbers)
-    own = own[LIMITED.feasible()]
-    few = representatives(own, 5, maximize=["stiffness"])
-    head = " | ".join(f"test {own.index[row]}" for row in few.rows)
+    few = representatives(LIMITED, 5)
     said = lines(decision_report(LIMITED), "Representatives")
-    assert f"design | {head}" in said
+    assert " | ".join(["design", *map(LIMITED.feasible_ranking().name_of, few.rows)]) in said
     (radius,) = re.findall(r"none farther than ([\d.]+)\.", " ".join(said))
     assert few.radius <= float(radius) <= 1.01 * few.radius
 
@@ -382,8 +361,7 @@ def test_many_objectives_are_folded_but_complete():
     rng = np.random.default_rng(1)
     names = [f"o{i}" for i in range(40)]
     report = decision_report(read_table(pd.DataFrame(rng.random((60, 40)), columns=names)))
-    sections = Reader(report).sections
-    rows = sections["Values"][1:9] + sections["Further objectives"][1:33]
+    rows = lines(report, "Values")[1:9] + lines(report, "Further objectives")[1:33]
     assert [re.match(r"o\d+", row)[0] for row in rows] == names
     frame = pd.DataFrame(rng.random((5_000, 2)), columns=["a", "b"])
     assert "The first 20 of 5000 designs" in Reader(decision_report(read_table(frame))).sections
@@ -424,11 +402,9 @@ def test_nothing_is_loaded_and_nothing_runs(html):
     assert not {"script", "link", "iframe", "object"} & {*found.tags}
     for name, value in found.attributes:
         assert name[:2] != "on"
-        is_address = name in ("src", "href", "srcset")
-        assert not is_address or value.startswith("data:image/svg+xml,")
+        assert name not in ("src", "href", "srcset") or value.startswith("data:image/svg+xml,")
     sources = "font-src data:; img-src data:; style-src 'unsafe-inline'"
-    policy = f"default-src 'none'; {sources}; base-uri 'none'"
-    assert ("content", policy) in found.attributes
+    assert ("content", f"default-src 'none'; {sources}; base-uri 'none'") in found.attributes
     assert not re.search(r"url\((?!data:)|@import", html)
 
 
@@ -493,18 +469,16 @@ def test_the_nearest_value_is_beyond_the_limit(table, nearest):
 )
 def test_small_and_odd_tables(values):
     X, F = values
-    report = decision_report(TestTable.of(range(1, len(F) + 1), X, F))
-    text = Reader(report.html()).text
+    text = Reader(decision_report(TestTable.of(range(1, len(F) + 1), X, F))).text
     assert "test" in text
     assert "nan" not in text.replace("dominan", "")
 
 
 def test_rows_of_two_files_are_not_the_same_designs():
-    frames = [pd.DataFrame({"a": [1.0, 2, 4], "b": [4.0, 2, 1]}) for _ in range(2)]
-    frames[1].loc[0, "a"] = 3.0
-    html = decision_report(frames[0], prototype=frames[1]).html()
-    statuses = [row.rpartition("| ")[2].strip() for row in Reader(html).sections["All 3 designs"]]
-    assert statuses[1:] == ["proposed", "", "present design"]
+    frames = [pd.DataFrame({"a": [a, 2, 4], "b": [4.0, 2, 1]}) for a in (1.0, 3.0)]
+    rows = lines(decision_report(frames[0], prototype=frames[1]), "All 3 designs")
+    statuses = [row.rpartition("| ")[2].strip() for row in rows[1:]]
+    assert statuses == ["proposed", "", "present design"]
 
 
 DATE = '<span class="date"><span class="rule"></span><span>date</span><span class="rule"></span></span>'
@@ -532,16 +506,11 @@ def test_the_sheet_has_the_decision_of_the_group():
     sheet = html[: html.index('class="appendix')]
     # Word and rule stay together where lines wrap.
     assert sheet.count("<span>date</span>") == sheet.count(DATE) == 2
-    chosen = table.decision.chosen
-    present = table.column("mass")[5]
     head, row, *_ = Reader(html).sections["Values"]
     assert head.endswith("proposed | present design")
-    assert is_written(row.split(" | ")[-1], present)
-    for text in (
-        f"Decided on 2026-01-04 for {chosen} by Ben.",
-        *("Dissent: Ann.", "So be it.", "At worst"),
-    ):
-        assert text in sheet
+    assert is_written(row.split(" | ")[-1], table.column("mass")[5])
+    decision = f"Decided on 2026-01-04 for {names[2]} by Ben."
+    assert all(text in sheet for text in (decision, "Dissent: Ann.", "So be it.", "At worst"))
     assert sheet.count("<b>Ann</b>") == sheet.count("<b>Ben</b>") == 1
 
 
@@ -551,12 +520,13 @@ def test_a_weight_on_what_is_no_objective_does_not_count():
     frame = pd.DataFrame(
         {"price": [1.0, 2.0, 4.0], "range": [9.0, 5.0, 2.0], "seats": [4, 5, 2]}, ["A", "B", "C"]
     )
-    regrets = set()
-    for weights in ({"price": 3.0}, {"price": 3.0, "seats": 2.0}):
+
+    def regret(**weights):
         held = [{"name": "Ann", "chosen": "A", "weights": weights}, {"name": "Ben", "chosen": "C"}]
         asked = Decision(Formulation(["price", "range"]), positions=held)
-        regrets.add(separation_sentences(read_table(frame, asked))[0])
-    assert len(regrets) == 1
+        return separation_sentences(read_table(frame, asked))[0]
+
+    assert regret(price=3.0) == regret(price=3.0, seats=2.0)
 
 
 @pytest.mark.parametrize(
@@ -580,9 +550,7 @@ def test_designs_left_that_are_equal_may_cost_somebody_something(limits, regret)
 def test_a_report_opens_what_a_page_opens(tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("car,price,range\nA,1,9\nB,2,5\nB,4,\n")
-    report = decision_report(path)
-    assert str(report) == str(decision_report(read_table(path, drop_incomplete=True)))
-    assert "1 incomplete design left out, the first in row 3" in Reader(report).text
+    assert "1 incomplete design left out, the first in row 3" in Reader(decision_report(path)).text
     with pytest.raises(OSError, match="No such file"):
         decision_report(tmp_path / "k.db")
 
@@ -591,15 +559,12 @@ def test_a_report_opens_what_a_page_opens(tmp_path):
 def test_a_repeated_test_is_the_design_of_its_first_one():
     """Each design is ranked once; a decision may name any of its tests."""
     table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.1]], [[0, 4], [1, 1], [0, 4]])
-    again, first = (Reader(decision_report(table, design=design)).text for design in (3, 1))
-    assert again == first
+    assert decision_report(table, design=3).html() == decision_report(table, design=1).html()
     positions = [
         {"name": name, "chosen": chosen} for name, chosen in [("A", "test 1"), ("B", "test 3")]
     ]
     table = table.under(Decision(chosen="test 3", reason="measured twice", positions=positions))
-    report = decision_report(table)
-    assert str(report).startswith("Report on a choice: test 1 chosen")
-    assert "measured twice" in report.html()
+    assert "Reason: measured twice" in lines(decision_report(table), "sheet")
     assert separation_sentences(table) == []  # both want one design
     others = [positions[1], {"name": "C", "chosen": "test 2"}]
     _, apart = separation_sentences(table.under(replace(table.decision, positions=others)))
