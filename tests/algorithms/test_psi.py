@@ -51,9 +51,22 @@ def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
     first = algorithm.ask()
-    refused("infills must be evaluated, and the next test points", algorithm.tell, infills=first)
+    refused(r"with F of shape \(40, 4\), got shape \(40, 0\)", algorithm.tell, infills=first)
+    first.set("F", np.ones((40, 4)))
+    refused(r"with G of shape \(40, 1\), got shape \(40, 0\)", algorithm.tell, infills=first)
     algorithm.evaluator.eval(CHUTE, first)
     refused(r"points in their order, \[1, 2, ", algorithm.tell, infills=first[::-1])
+
+
+class Counting(Evaluator):
+    """An evaluator of a user."""
+
+
+@pytest.mark.parametrize("evaluator", [Counting(), Evaluator(callback=print)])
+def test_an_evaluator_that_would_do_nothing_is_refused(evaluator):
+    """It may ask and tell."""
+    run = partial(minimize, CHUTE, PSI(4), evaluator=evaluator)
+    refused("evaluator must be pymoo's own without a callback", run)
 
 
 def heated(x):
@@ -222,6 +235,10 @@ def test_mistakes(run, options, message):
         (lambda: PSI(8, share=(1, 2, 3)), "share must be a pair"),
         (lambda: PSI(8, share="12"), "share must be a pair"),
         (lambda: PSI(8, share=3), r"share must be a pair \(k, n\), the k-th of n parts, got 3"),
+        (
+            lambda: investigate(Problem(vars={"c": Choice(options=["x", None])}, n_obj=1), 4),
+            "a value of c must be a number, True, False or text, got None; name options",
+        ),
         (
             lambda: investigate(Problem(n_var=1, n_obj=1, xl=0, xu=1, vtype=np.float64), 4),
             "vtype of the problem must be float, int or bool, got <class 'numpy.float64'>",

@@ -36,6 +36,7 @@ from pymoo_psi.table import (
     Limit,
     Schema,
     TestTable,
+    cells_of_kind,
     choice_values,
     designs_of,
 )
@@ -72,6 +73,8 @@ class Model:
             default_names = {own: name for name, own in names.items()}
             log = [default_names.get(name, name) for name in log]
         self.space: DesignSpace = design_space(self.problem, log=log)
+        for variable in self.space.variables:  # options that no table holds are refused here
+            cells_of_kind(variable.title, variable.options, Kind.CHOICE)
         columns = options.names, options.maximize, options.units
         schema = problem_schema(self.problem, self.space, *columns)
         self._limits = known_limits(self.problem, schema)  # constraints that a table lacks

@@ -209,6 +209,11 @@ class PointAlgorithm(WithTable, Algorithm):
         """Test the next block; meanwhile no other process can test it for the same study."""
         if self._run.n_left == 0:
             return
+        evaluator = self.evaluator
+        if type(evaluator) not in (Evaluator, _Evaluator) or evaluator.callback is not None:
+            rule = "pymoo's own without a callback, as the run evaluates by itself"
+            remedy = "give the problem or the algorithm a callback, or ask and tell"
+            raise invalid("evaluator", rule, Received(type(evaluator).__name__), remedy)
         if not self.is_initialized:
             self._initialize()
         run = self._run
@@ -287,10 +292,18 @@ class PointAlgorithm(WithTable, Algorithm):
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
         points = self._run.next_points(self.options.block_size).at(slice(0, len(infills)))
         numbers = infills.get("test_point")
-        is_evaluated = infills.get("F").shape[1] == self.problem.n_obj
-        if not np.array_equal(numbers, points.numbers) or not is_evaluated:
-            rule = f"evaluated, and the next test points in their order, {points.numbers.tolist()}"
+        if not np.array_equal(numbers, points.numbers):
+            rule = f"the next test points in their order, {points.numbers.tolist()}"
             raise invalid("infills", rule, Received(str(numbers.tolist())))
+        problem = self._run.model.inner
+        sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
+        for name, size in sizes.items():
+            shape = infills.get(name).shape
+            # those of requirements and failures may follow the constraints of the model
+            least = (len(infills), size)
+            if shape != least and (name != "G" or len(shape) < 2 or shape[1] < size):
+                rule = f"evaluated, with {name} of shape {least}"
+                raise invalid("infills", rule, Received(f"shape {shape}"))
         values = []
         for individual in infills:
             names = ("F", "G", "H", "failure", *individual.data.get("outputs", ()))
