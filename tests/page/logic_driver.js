@@ -1,7 +1,7 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const names = ["Preferences", "checked", "compareRows", "countedAnswers", "csv", "decisionOf", "decode", "explain", "limited", "metadata", "opened",
-  "ordered", "parsed", "preference", "ranked", "separation", "stateOf", "switchTexts", "switches", "typed", "verdictOn", "written"]
+  "ordered", "parsed", "preference", "ranked", "separation", "stateOf", "changesOf", "outcomeOf", "switches", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
@@ -50,7 +50,7 @@ function switched(state, ranking) {
   const search = Logic.switches(state, ranking)
   let {value: rows, done} = search.next()
   while (!done) ({value: rows, done} = search.next())
-  return {rows, texts: Logic.switchTexts(rows).map(([text]) => text)}
+  return {rows, texts: Logic.changesOf(rows).map((change) => `${change.condition}, ${Logic.outcomeOf(change)}`)}
 }
 
 function answer({payload, states, rows, pins, texts, typed, thorough, numbers = []}) {

@@ -403,8 +403,10 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
     for case, k, found, rows, ranking in rankings:
         best, units = int(ranking.salukvadze[0]), case.units
         why = explain(ranking, row=best, units=units)
-        verdict = {"row": rows[best], "standing": why.sentences[0]}
-        assert verdict.items() <= found["verdict"].items()
+        verdict, design = found["verdict"], ranking.name_of(best)
+        merit = SENTENCES["optimum"].format(design=design, best=verdict["merit"])
+        said = f"{merit} {verdict['ties']}".strip()
+        assert (verdict["row"], said) == (rows[best], why.sentences[0])
         one_by_one = zip(case.rows[k], found["explained"], found["instead"], strict=True)
         for row, one, instead in one_by_one:
             if row not in rows:
@@ -415,7 +417,8 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
             costs = re.sub(r" \([^()]* %( of its (fixed )?range)?\)", "", why.sentences[1])
             assert one["costs"] == costs
             for step, text in zip(one["steps"], why.sentences[2:], strict=True):
-                assert text.endswith(f": {step['text']}.")
+                parts = [step[part] for part in ("better", "worse") if step[part]]
+                assert text.endswith(f": {'. But '.join(parts)}.")
             shares = np.array([objective["share"] for objective in one["objectives"]], dtype=float)
             np.testing.assert_allclose(shares, why.shares, rtol=1e-12, atol=1e-13)
             two = compare_designs(ranking, rows=[best, at], units=units)
@@ -473,7 +476,7 @@ def test_switching_values_and_what_separates_positions_are_those_of_python(ranki
             one = told[row.column, int(row.end == "upper"), row.direction == "looser"]
             design = case.payload["names"][one["row"]] if one["row"] >= 0 else None
             value = None if np.isnan(row.value) else row.value
-            assert (one["value"], design, one["exact"]) == (value, row.design, True)
+            assert (one["value"], design, one["isExact"]) == (value, row.design, True)
             changed += row.design is not None
         compared += len(limits)
         positions = found["state"]["positions"]

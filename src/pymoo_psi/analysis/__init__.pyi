@@ -31,7 +31,6 @@ from ._positions import separation_sentences as separation_sentences
 from ._positions import text_beyond as text_beyond
 from ._positions import written_limits as written_limits
 from ._repeats import averaged_repeats as averaged_repeats
-from ._repeats import certainty_sentences as certainty_sentences
 from ._repeats import confidence_sentences as confidence_sentences
 from ._repeats import has_repeats as has_repeats
 from ._repeats import undeclared_repeats as undeclared_repeats

@@ -18,7 +18,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.pareto import sentence, standard_errors, weights_sentence
+from pymoo_psi.pareto import sentence, standard_errors
 from pymoo_psi.table import (
     N_TESTS,
     NUMBERS_ROLES,
@@ -235,17 +235,6 @@ def undeclared_repeats(table: TestTable) -> list[str]:
         f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "
         "average_by= in Python."
     ]
-
-
-def certainty_sentences(table: TestTable, row: int) -> list[str]:
-    """Say for how many weights a design is the best and, if errors are known, how sure that is.
-
-    Args:
-        table: The designs.
-        row: Row of the design in the ranking of the feasible designs.
-    """
-    weights = weights_sentence(table.feasible_ranking(), row)
-    return [*filter(None, [weights]), *confidence_sentences(table, row)]
 
 
 def confidence_sentences(table: TestTable, row: int) -> list[str]:

@@ -38,6 +38,7 @@ from pymoo_psi.pareto import (
     nondominated,
     sentence,
     unit_lengths,
+    with_article,
     without_rounding,
 )
 from pymoo_psi.table import Limit, TestTable
@@ -300,7 +301,8 @@ def switching_sentences(table: TestTable) -> list[str]:
                 else:
                     changes.append(change_text(table, row))
             if best:
-                changes.append(sentence("none better", objectives=listed(best, "or")))
+                condition = sentence("better", objectives=with_article(listed(best, "or")))
+                changes.append(f"{condition}, {sentence('none')}")
             if changes:
                 sentences.append(sentence(direction, changes="; ".join(changes)))
     return sentences
@@ -318,7 +320,8 @@ def change_text(table: TestTable, row: Mapping[Any, Any]) -> str:
     other = sentence("none")
     if row["design"]:
         other = sentence("other", design=row["design"])
-    return sentence(template, column=row["column"], limit=limit, other=other)
+    condition = sentence(template, column=with_article(row["column"]), limit=limit)
+    return f"{condition}, {other}"
 
 
 def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> str:

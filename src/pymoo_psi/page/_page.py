@@ -14,10 +14,10 @@ from typing import Any
 
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name, wrong_type
-from pymoo_psi.analysis import certainty_sentences, failure_sentences
+from pymoo_psi.analysis import confidence_sentences, failure_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page._payload import payload, roles, values_of
-from pymoo_psi.pareto import cautions
+from pymoo_psi.pareto import cautions, weights_sentence
 from pymoo_psi.table import Decision, Formulation, Limit, TestTable
 
 # A policy that forbids other scripts and styles, and requests but to a source. Its last part makes
@@ -56,6 +56,7 @@ class DecisionPage(Document):
         prototype: Existing designs to compare with; None if there are none.
         decision: The objectives, limits, choice and reason that the page opens with.
         cautions: Reasons not to rely on the optimum within the limits of the decision.
+        confidence: How sure it is that the optimum is the best, if errors are known.
         origin: Name of the file with the designs, for the print; empty if there is none.
         further: The command that makes further tests; empty if no command has begun the study.
 
@@ -72,6 +73,7 @@ class DecisionPage(Document):
     prototype: TestTable | None
     decision: Decision
     cautions: tuple[str, ...]
+    confidence: tuple[str, ...] = ()
     origin: str = ""
     further: str = ""
 
@@ -105,7 +107,7 @@ class DecisionPage(Document):
             self.table,
             self.prototype,
             self.decision,
-            self.cautions,
+            self.confidence,
             self.origin,
             self.further,
             live,
@@ -117,7 +119,7 @@ class DecisionPage(Document):
         parts = {
             "title": escape(self.title),
             "remarks": _paragraphs("hint", content["remarks"]),
-            "cautions": _paragraphs("caution", self.cautions),
+            "cautions": _paragraphs("caution", [*self.cautions, *self.confidence]),
             "scale": _SCALES[content["normalize"]],
             "further": further,
             "policy": _POLICY.format(
@@ -221,10 +223,13 @@ def page_of_tests(
         prototype: Existing designs to compare with.
     """
     reasons: list[str] = []
+    confidence: list[str] = []
     if table.feasible().any():
         ranking = table.feasible_ranking()
+        best = int(ranking.salukvadze[0])
         reasons += map(str, cautions(ranking))
-        reasons += certainty_sentences(table, int(ranking.salukvadze[0]))
+        reasons += filter(None, [weights_sentence(ranking, best)])
+        confidence += confidence_sentences(table, best)
     formulation = replace(table.formulation, limits=_limits_of_page(table))
     return DecisionPage(
         title=title,
@@ -232,6 +237,7 @@ def page_of_tests(
         prototype=prototype,
         decision=replace(table.decision, formulation=formulation),
         cautions=tuple(dict.fromkeys(reasons)),
+        confidence=tuple(confidence),
         origin=origin,
     )
 

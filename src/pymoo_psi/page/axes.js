@@ -103,6 +103,20 @@ const axes = (() => {
       drawBeyond(g, lane)
       drawMarks(g, lane)
     }
+    explainLeft(isFew)
+  }
+
+  function explainLeft(isFew) {
+    const {colour} = LOOKS.other
+    const text = `${exact(shownRows.length)} designs${state.dominated ? within() : " that no other dominates"}`
+    legend("foot", shownRows.length < 2 ? [] : [
+      ...legendOfMarks(true),
+      isFew || !gaps.length ? [swatch("tick", colour), text] : [swatch("area", colour), `${text}${DENSITY}`],
+      isFew && gaps.length && [swatch("slope", colour), "places 2 and 3"],
+      shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick", INK.context), "other designs"],
+      lanes.some(({column}) => limitOf(column)) && [swatch("hatch", INK.text), "beyond a limit"],
+      [swatch("span", INK.muted), state.fixed ? "the fixed range, 100 % to 0 % behind" : "their worst to best value, 100 % to 0 % behind"],
+    ])
   }
 
   // What is rejected, the range of the per cent, and ticks of designs.

@@ -113,22 +113,29 @@ function nearestRow(most, distance) {
   return best
 }
 
-// A part of the page as a picture: its canvases, bars and texts where they stand.
+// A part of the page as a picture: its canvases, icons, bars and texts where they stand.
 function picture(section) {
+  section.classList.add("copied") // with its whole legend, without controls
   const box = section.getBoundingClientRect()
   const scale = 2
-  const canvas = make("canvas", {width: scale * box.width, height: scale * box.height})
+  const margin = 12
+  const canvas = make("canvas", {width: scale * (box.width + 2 * margin), height: scale * (box.height + 2 * margin)})
   const g = canvas.getContext("2d")
-  g.setTransform(scale, 0, 0, scale, -scale * box.left, -scale * box.top)
+  g.scale(scale, scale)
   g.fillStyle = INK.panel
-  g.fillRect(box.left, box.top, box.width, box.height)
+  g.fillRect(0, 0, canvas.width, canvas.height)
+  g.translate(margin - box.left, margin - box.top)
   for (const part of section.querySelectorAll("canvas, .bar, .bar i")) {
     const {left, top, width, height} = part.getBoundingClientRect()
     g.fillStyle = getComputedStyle(part).backgroundColor
     part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
   }
+  for (const one of section.querySelectorAll(".icon")) {
+    const {left, top, width} = one.getBoundingClientRect()
+    if (width) drawShape(g, one.look, left + width / 2, top + width / 2)
+  }
   const draw = (element, text, {left, top, bottom}) => {
-    if (!element.checkVisibility() || element.closest("button, option, details, .key, .unseen, .other:not(.on)")) return
+    if (!element.checkVisibility({visibilityProperty: true}) || element.closest("option, .unseen, .other:not(.on)")) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
     Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle"})
     g.fillText(text, left, (top + bottom) / 2)
@@ -146,5 +153,6 @@ function picture(section) {
   for (const field of section.querySelectorAll("select, input[type=text]")) {
     draw(field, field.selectedOptions?.[0].text ?? ` ${field.value}`, field.getBoundingClientRect())
   }
+  section.classList.remove("copied")
   return canvas
 }

@@ -8,7 +8,7 @@ let hoveredRow = -1
 function markDesigns() {
   marks = [...data.prototypes].map((row) => ({row, look: "prototype"}))
   for (const name of state.pins) marks.push({row: rowOf(name), look: "compared"})
-  if (ranking.count) marks.push({row: proposedRow(), look: "best"})
+  if (ranking.count) marks.push({row: proposedRow(), look: "proposed"})
   if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
   if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
   marked = marks.map(({row}) => row)
@@ -23,9 +23,14 @@ function showCharts() {
   formerEnds = ends
 }
 
-// A legend: pairs of pictures, swatches of page.css or icons, and a text.
-const swatch = (kind) => make(`i.${kind}`)
-const legend = (id, entries) => renew(id, entries.filter(Boolean).map(([pictures, text]) => make("li", pictures, text)))
+// A legend: icons, a text, and whether only a picture to copy has the entry.
+const legend = (id, entries) => renew(id, entries.filter(Boolean).map(([icons, text, isPictured]) =>
+  make(isPictured ? "li.pictured" : "li", icons, text)))
+function legendOfMarks(areNamed) {
+  return [...Map.groupBy(marks, ({look}) => look)].map(([look, some]) => [icon(LOOKS[look]),
+    areNamed && some.length <= MOST_PINS ? `${look}: ${listed(some.map(({row}) => called(row)))}` : look, look === "proposed"])
+}
+const DENSITY = "; darker: more of them"
 
 // A design under the pointer is marked in all charts and in the table.
 function mark(row) {

@@ -47,7 +47,7 @@ function renewElement(old, node) {
     else old.setAttribute(name, value)
   }
   for (const name of old.getAttributeNames()) if (!node.hasAttribute(name)) old.removeAttribute(name)
-  old.onclick = node.onclick
+  Object.assign(old, {onclick: node.onclick, look: node.look})
   renew(old, ...node.childNodes)
 }
 
@@ -98,13 +98,13 @@ function download(content, name, note = "") {
 }
 
 // Copy a part of the page as a picture; where that is forbidden, save it.
-function copyPicture(section, name) {
-  picture(section).toBlob(async (blob) => {
+function copyPicture(id, name) {
+  picture($(id)).toBlob(async (blob) => {
     try {
       await navigator.clipboard.write([new ClipboardItem({"image/png": blob})])
       say(["The picture is in the clipboard."])
     } catch {
-      download(blob, `${name}.png`)
+      download(blob, `${data.file}-${name}.png`)
     }
   })
 }

@@ -13,6 +13,8 @@ function sentence(name, parts = {}) {
 
 // A name that the user gave stays as it is.
 const capital = (text) => text.replace(/^(design|row|test) \d/, (ours) => ours[0].toUpperCase() + ours.slice(1))
+// The name of a column in a sentence: "the price", but "f1".
+const withArticle = (name) => (/^\p{L}{3,}(?![\p{L}\p{N}_])/u.test(name) ? `the ${name}` : name)
 const listed = (names, word = "and") =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} ${word} ${names.at(-1)}` : names.join("")
 const counted = (n, one) => `${exact(n)} ${one}${n === 1 ? "" : "s"}`
@@ -39,17 +41,18 @@ function gainsOf({frame}, row, other) {
   return {gains, shares: gains.map((gain, j) => shareOf(gain, frame.lengths[j]))}
 }
 
-// What is gained and what is lost, the largest share of a range first.
-const gainsAndLosses = ({gains, shares}, text) => [1, -1].map((sign) =>
-  listed(bySize(shares).filter((j) => sign * gains[j] > 0).map(text)))
-
 const changeText = (column, gain, ranking) => sentence((gain > 0) === column.maximize ? "higher" : "lower",
   {objective: column.name, amount: amount(column, abs(gain), ranking)})
 
-// Where a design is better than another and where worse, in words.
+// Where a design is better than another and where worse, the largest share of a range first.
+function differenceOf(ranking, row, other) {
+  const {gains, shares} = gainsOf(ranking, row, other)
+  const [better, worse] = [1, -1].map((sign) => listed(bySize(shares).filter((j) => sign * gains[j] > 0)
+    .map((j) => changeText(data.objectives[j], gains[j], ranking))))
+  return {better, worse}
+}
 function differenceText(ranking, row, other) {
-  const difference = gainsOf(ranking, row, other)
-  const [better, worse] = gainsAndLosses(difference, (j) => changeText(data.objectives[j], difference.gains[j], ranking))
+  const {better, worse} = differenceOf(ranking, row, other)
   return better && worse ? sentence("mixed", {better, worse}) : better || worse || sentence("equal")
 }
 
@@ -130,7 +133,7 @@ function explain(ranking, row) {
   return {
     row,
     objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], share: shares[j]})),
-    steps: [...steps].map((i) => ({row: i, text: differenceText(ranking, i, row)})),
+    steps: [...steps].map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
     costs: costsOf(ranking, behind, shares),
   }
 }
@@ -156,18 +159,16 @@ function costsOf(ranking, behind, shares) {
   return sentence("costs", {changes: listed(changes)})
 }
 
-// That a design is proposed, and in what it is the best.
-function standingOf({front, best, frame}, row) {
-  const design = data.names[row]
-  if (front.length === 1) return sentence("single", {design})
-  const names = data.objectives.filter((_, j) => frame.low[j] < frame.high[j] && data.F[j][row] === frame.low[j]).map(({name}) => name)
-  const text = sentence("optimum", {design, best: names.length ? sentence("best", {objectives: listed(names)}) : sentence("nearest")})
-  return best.length > 1 ? `${text} ${sentence("ties", {count: best.length})}` : text
+// In what the proposed design is the best.
+function meritOf({front, frame: {low, high}}, row) {
+  if (front.length === 1) return sentence("only")
+  const best = data.objectives.filter((_, j) => low[j] < high[j] && data.F[j][row] === low[j])
+  return best.length ? sentence("best", {objectives: listed(best.map(({name}) => name))}) : sentence("nearest")
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;
 // null if nothing is left and none is chosen.
-//   standing   that it is proposed, as a sentence; "" where it is not
+//   merit      why it is proposed, and, in a sentence, that others are as near
 //   instead    it against what is proposed; "" where they are one
 //   remarks    what a reader must know of it
 function verdictOn(ranking, chosen, key = "instead") {
@@ -179,6 +180,12 @@ function verdictOn(ranking, chosen, key = "instead") {
   if (!ranking.best.includes(first)) {
     remarks.push(against(ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
-  const isProposed = ranking.best.includes(row)
-  return {...explain(ranking, row), remarks, standing: isProposed ? standingOf(ranking, row) : "", instead: isProposed ? "" : against(ranking, key, row, proposed)}
+  const {best} = ranking
+  return {
+    ...explain(ranking, row),
+    remarks,
+    merit: meritOf(ranking, row),
+    ties: best.length > 1 ? sentence("ties", {count: best.length}) : "",
+    instead: best.includes(row) ? "" : against(ranking, key, row, proposed),
+  }
 }

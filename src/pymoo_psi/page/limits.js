@@ -24,82 +24,94 @@ function limited(state) {
   return {mask, count: sum(mask) - (total - n), rejected}
 }
 
+// The end of its limits beyond which an objective gets worse: 0 is the lower one.
+const worseEnd = ({maximize}) => (maximize ? 0 : 1)
 const isTwisted = ([low, high]) => low !== null && high !== null && low > high
 const limitText = ({name, unit}, end, value) =>
   `${name} ${end ? "at most" : "at least"} ${withUnit({unit}, exact(value))}`
 
-// At which limits another design is proposed (selection's switching_values): as each that is set, or
-// that no objective has on its worse side, is tightened or loosened over the values that designs have.
-// A generator, which pauses after each ranking. Returns {name, end, looser, value, row, next, exact, written}s:
-// value is the limit up to which the proposal stays, or from which, looser, it does not; null if it
-// stays at any; row the design proposed then, -1 for none; next the limit there; limit the value
-// in words; isBest that no design is better.
+// At which limits another design is proposed (analysis' switching_values): each end of a limit that is set, or
+// that no objective has on its worse side, is tightened, and one that is set is loosened, over the values that
+// designs have. A generator, which pauses after each ranking. Returns
+//   name, end, looser   what is moved: 0 is the lower end
+//   value               up to which the proposal stays or, looser, from which it does not; null if it stays
+//   row, next           the design proposed then, -1 for none, and the limit there
+//   isExact             whether all values were tried
+//   condition           the limit in words
+//   isBest              whether no design is better
 const MOST_STEPS = 200
 function* switches(state, now) {
-  const found = []
-  for (const column of data.columns) {
-    if (column.texts) continue
+  const changes = []
+  for (const column of data.columns.filter(({texts}) => !texts)) {
     const pair = entryOf(state.limits, column.name) ?? [null, null]
-    for (const end of [0, 1]) for (const looser of [false, true]) {
-      const isWorse = isObjective(column) && end === (column.maximize ? 0 : 1)
-      if (pair[end] !== null || (isWorse && !looser)) found.push(yield* switchOf(state, now, column, pair, end, looser, isWorse))
+    for (const end of [0, 1]) {
+      const isSet = pair[end] !== null
+      const isWorse = isObjective(column) && end === worseEnd(column)
+      if (isSet || isWorse) changes.push(yield* changeAt(now, {column, end, isSet, isWorse, mask: now.mask, looser: false}))
+      if (!isSet) continue
+      const {mask} = limited({limits: {...state.limits, [column.name]: pair.with(end, null)}})
+      changes.push(yield* changeAt(now, {column, end, isSet, isWorse, mask, looser: true, present: pair[end]}))
     }
   }
-  return found
+  return changes
 }
 
-function* switchOf(state, now, column, pair, end, looser, isWorse) {
+function* changeAt(now, moved) {
+  const {column, end, looser, isSet, mask} = moved
   const {name, values} = column
-  const sign = end ? 1 : -1
-  const without = {...state.limits, [name]: pair.map((limit, k) => (k === end ? null : limit))}
-  const free = looser ? limited({limits: without}) : now
-  let rows = picked(data.designs, (i) => free.mask[i])
-  if (isWorse) rows = looser ? ranked(free.mask).front : now.front
-  const known = gathered(values, rows).map((value) => sign * value).sort()
-  let steps = [...new Set(known)].filter((value) => value === value && (!looser || value > sign * pair[end]))
-  if (!looser) steps = steps.reverse()
-  const first = now.best[0] ?? -1
-  const proposedAt = (step) => { // the row, or null for the same
-    const mask = new Uint8Array(data.total)
-    for (const i of rows) if (looser ? sign * values[i] <= steps[step] : sign * values[i] < steps[step]) mask[i] = 1
-    const {last} = data
-    const {best} = ranked(mask, now.fixed)
+  const {rows, steps, lets} = stepsOf(now, moved)
+  const proposed = now.best[0] ?? -1
+  // The row that is proposed at a step; null for the same.
+  const changed = (step) => {
+    const inside = new Uint8Array(data.total)
+    for (const row of rows) if (lets(row, step)) inside[row] = 1
+    const {last} = data // the slider goes on from there
+    const {best} = ranked(inside, now.fixed)
     data.last = last
-    const isSame = first < 0 ? !best.length : best.includes(first)
+    const isSame = proposed < 0 ? !best.length : best.includes(proposed)
     return isSame ? null : best[0] ?? -1
   }
-  const exact = steps.length <= MOST_STEPS
-  const stride = exact ? 1 : ceil(steps.length / 64)
-  let [before, at, row] = [-1, -1, null]
-  while (row === null && before < steps.length - 1) {
-    at = min(before + stride, steps.length - 1)
-    row = proposedAt(at)
-    yield
-    if (row === null) before = at
-  }
-  while (row !== null && at - before > 1) {
-    const middle = (at + before) >> 1
-    const there = proposedAt(middle)
-    yield
-    if (there === null) before = middle
-    else [at, row] = [middle, there]
-  }
-  if (row === null) return {name, end, looser, value: null, row: -1, next: null, exact, isBest: false}
-  const next = looser ? steps[at] : steps[at + 1]
-  const value = sign * steps[at] + 0
-  const [near, digits] = inDigits(value, gathered(values, picked(data.designs, (i) => free.mask[i])), looser === (end === 1))
-  return {name, end, looser, value, row, next: next === undefined ? null : sign * next + 0, exact, limit: withUnit(column, short(near, digits, decimalsOf(column, now))), isBest: row < 0 && pair[end] === null}
+  const isExact = steps.length <= MOST_STEPS
+  const [at, row] = yield* firstChange(steps.length, isExact ? 1 : ceil(steps.length / 64), changed)
+  const change = {name, end, looser, isExact, row: row ?? -1}
+  if (row === null) return {...change, value: null, next: null}
+  const next = (looser ? steps[at] : steps[at + 1]) ?? null
+  const [near, digits] = inDigits(steps[at], gathered(values, picked(data.designs, (i) => mask[i])), looser === (end === 1))
+  const limit = withUnit(column, short(near, digits, decimalsOf(column, now)))
+  const condition = sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: withArticle(name), limit})
+  return {...change, value: steps[at], next, condition, isBest: row < 0 && !isSet}
 }
 
-// Sentences on them, each with what it is on; the last one is on all objectives in which no design is better.
-function switchTexts(found) {
+// The designs that count where a limit moves, their values as it passes them, and which of them it lets in.
+function stepsOf(now, {column: {values}, end, looser, isWorse, mask, present}) {
+  let rows = picked(data.designs, (i) => mask[i])
+  if (isWorse) rows = looser ? ranked(mask).front : now.front // it rejects no other design without those that it dominates
+  const isBeyond = (value, limit) => (end ? value > limit : value < limit)
+  const steps = [...new Set(gathered(values, rows).sort())].filter((value) => value === value && (!looser || isBeyond(value, present)))
+  if (looser !== (end === 1)) steps.reverse()
+  return {rows, steps, lets: (row, step) => (looser ? !isBeyond(values[row], steps[step]) : isBeyond(steps[step], values[row]))}
+}
+
+// The first step at which something changes, and to what: tried one after the other in strides, then by halves.
+function* firstChange(count, stride, changed) {
+  let [before, at, change] = [-1, count, null]
+  while (at - before > 1) {
+    const step = change === null ? min(before + stride, count - 1) : (at + before) >> 1
+    const there = changed(step)
+    yield
+    if (there === null) before = step
+    else [at, change] = [step, there]
+  }
+  return [at, change]
+}
+
+// Changes that are known; the last one is of all objectives in which no design is better.
+function changesOf(found) {
   const changes = found.filter(({value}) => value !== null)
   const best = changes.filter(({isBest}) => isBest)
-  const texts = changes.filter(({isBest}) => !isBest).map((one) => [switchText(one), one])
-  if (best.length) texts.push([sentence("none better", {objectives: listed(best.map(({name}) => name), "or")}), {...best[0], next: null, exact: true}])
-  return texts
+  const others = changes.filter(({isBest}) => !isBest)
+  if (!best.length) return others
+  const objectives = withArticle(listed(best.map(({name}) => name), "or"))
+  return [...others, {...best[0], condition: sentence("better", {objectives}), next: null, isExact: true}]
 }
-
-function switchText({name, end, looser, limit, row}, other = row < 0 ? sentence("none") : sentence("other", {design: data.names[row]})) {
-  return sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: name, other, limit})
-}
+const outcomeOf = ({row}) => row < 0 ? sentence("none") : sentence("other", {design: data.names[row]})

@@ -4,7 +4,7 @@ const LOOKS = {
   other: {shape: "ring", size: 3.4},
   dominated: {shape: "cross", size: 2},
   rejected: {shape: "dot", size: 2.5},
-  best: {shape: "dot", size: 6.5},
+  proposed: {shape: "dot", size: 6.5},
   prototype: {shape: "plus", size: 5, dashes: [3, 3]},
   chosen: {shape: "diamond", size: 8},
   compared: {shape: "frame", size: 6, dashes: [3, 3]},
@@ -39,7 +39,7 @@ function drawShape(g, {shape, colour, size}, x, y) {
   g.restore()
 }
 
-// A look as a picture for legends and texts.
+// A look as a picture for legends and texts, which knows its look.
 function icon({shape, colour, size}) {
   const {outline, isOpen} = SHAPES[shape]
   const r = min(size, 6)
@@ -47,5 +47,7 @@ function icon({shape, colour, size}) {
   for (const [name, value] of entriesOf({transform: `scale(${r})`, "stroke-width": 1.6 / r, [isOpen ? "stroke" : "fill"]: colour})) path.setAttribute(name, value)
   const picture = copyOf("icon")
   picture.append(path)
+  picture.look = {shape, colour, size: r}
   return picture
 }
+const swatch = (shape, colour) => icon({shape, colour, size: 6})

@@ -5,7 +5,7 @@ function reset() {
   inspected = -1
   change(initial.state)
 }
-onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture($("rows"), `${data.file}-objectives`)})
+onClicks({undo: () => goTo(at - 1), redo: () => goTo(at + 1), reset, skip: () => $("verdict").focus(), "copy-rows": () => copyPicture("rows", "objectives"), "copy-plot": () => copyPicture("scatter-plot", "plot")})
 $("fixed").onchange = () => change({fixed: $("fixed").checked})
 $("reason").oninput = () => { state = edited({reason: $("reason").value}) }
 $("reason").onchange = commit

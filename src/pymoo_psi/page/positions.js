@@ -8,10 +8,10 @@ function showPositions() {
   const {positions, decided, chosen} = state
   const held = latest(positions)
   renew("position-list", held.map((one) => make("li", make("span.avatar", {ariaHidden: true}, one.name.slice(0, 1).toUpperCase()),
-    make("div", make("b", one.name), " ", choiceOf(one, rowOf(one.chosen))),
+    make("div", make("button.link", {title: `Show the page as ${one.name} had it`, ariaLabel: `Show: ${one.name}`, onclick: () => showPosition(one)}, make("b", one.name)),
+      " ", choiceOf(one, rowOf(one.chosen))),
     make("div.buttons",
       make("label", {hidden: chosen === null}, make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),
-      button("Show", () => showPosition(one), {ariaLabel: `Show: ${one.name}`}),
       button("×", () => change({positions: positions.filter(({name}) => name !== one.name)}), {ariaLabel: `Remove: ${one.name}`})),
     make("div.rest", factsOf(one)))))
   const key = JSON.stringify([chosen, held])

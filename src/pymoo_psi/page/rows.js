@@ -7,8 +7,6 @@ const FOLDED = 8 // rows that are shown unless more are asked for
 const controls = new Map()
 let isUnfolded = false
 
-// The end of its limits beyond which an objective gets worse: 0 is the lower one.
-const worseEnd = ({maximize}) => (maximize ? 0 : 1)
 // The axis of an objective to be minimised runs from its greatest value at the left: right is better.
 const isTurned = (column) => isObjective(column) && !column.maximize
 

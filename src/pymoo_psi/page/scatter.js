@@ -179,11 +179,13 @@ const scatter = (() => {
     const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, rejected.length ? "more beyond a limit, outside the axes" : "beyond a limit"], [missing, "without a value"]]
       .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
     const isHatched = columns.some(limitOf)
-    const looks = new Set(marks.map(({look}) => look))
+    const {colour} = LOOKS.other
     legend("key", [
-      ...["chosen", "inspected", "compared", "prototype"].filter((look) => looks.has(look)).map((look) => [icon(LOOKS[look]), look]),
-      front.length > 1 && [swatch("step"), "best trade-offs of the two"],
-      (isHatched || rejected.length) && [[isHatched && swatch("hatch"), rejected.length && icon(LOOKS.rejected)], "beyond a limit"],
+      ...legendOfMarks(false),
+      shownRows.length > MOST_SHAPES ? [swatch("area", colour), `designs${DENSITY}`] : [icon(LOOKS.other), "dominated by no other", true],
+      state.dominated && shownRows.length <= MOST_SHAPES && [icon(LOOKS.dominated), "dominated"],
+      front.length > 1 && [swatch("step", colour), "best trade-offs of the two"],
+      (isHatched || rejected.length) && [[isHatched && swatch("hatch", INK.text), rejected.length && icon(LOOKS.rejected)], "beyond a limit"],
       undrawn.length && [[], `not drawn: ${listed(undrawn)}`],
       beyond && [[], `${exact(beyond)} at the edge, outside of the axes`],
     ])
@@ -283,6 +285,7 @@ const scatter = (() => {
   function draw() {
     columns = plotColumns()
     selects.forEach((select, k) => { select.value = columns[k].field })
+    renew("relation", columns.every(isObjective) ? "trade off" : "are related")
     area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
     if (!size.width) return
     const g = clean(0)
@@ -314,6 +317,6 @@ const scatter = (() => {
   }
 
   listenTo(area, rowAt)
-  onClicks({nearer: () => zoomBy(1.6), farther: () => zoomBy(1 / 1.6), "copy-plot": () => copyPicture(section, `${data.file}-plot`)})
+  onClicks({nearer: () => zoomBy(1.6), farther: () => zoomBy(1 / 1.6)})
   return {draw, mark, spot: (row) => [u(row), v(row)], get names() { return boxes }, get drawn() { return drawn }}
 })()

@@ -157,7 +157,7 @@ const limitOf = (column) => entryOf(state.limits, column.name) ?? null
 function look(row) {
   if (row >= data.n) return "prototype"
   if (!ranking.pareto[row]) return "dominated"
-  return ranking.place[row] === 1 ? "best" : "other"
+  return ranking.place[row] === 1 ? "proposed" : "other"
 }
 
 // On a scale over decades the digits follow the size of the number, not the range of the column.
@@ -208,6 +208,10 @@ const readable = ({log, notation: {decimals, powers}}, value) => Number(log ? va
 function limitTexts(column, limit) {
   if (column.texts && limit) return [`${column.name}: ${limit.join(", ") || "none"}`]
   return (limit ?? []).flatMap((end, k) => (end === null ? [] : [limitText(column, k, end)]))
+}
+function within() {
+  const set = entriesOf(state.limits).length
+  return set ? ` within the limit${set > 1 ? "s" : ""}` : ""
 }
 // The limits that a design breaks.
 const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [data.by.get(name)] : []))

@@ -6,8 +6,9 @@ const tableColumns = [
   {text: data.label, kind: ".label", name: data.label, cell: (row) => [inspectButton(row), inspected === row && make("span.buttons", chooseButton(row), pinButton(row))]},
   ...data.columns.map((column) => (
     {text: column.label, kind: column.texts ? "" : ".number", name: column.name, cell: (row) => cellText(column, row)})),
-  {text: "most behind the best", kind: ".number.hint", cell: (row) => behindText(ranking, row)},
+  {text: "most behind the best", kind: ".number.hint.most", cell: (row) => behindText(ranking, row)},
 ]
+$("table").style.setProperty("--values", min(6, data.columns.length)) // side by side on a narrow screen
 const isSorted = ({name}) => name === state.sorted
 
 function sortBy(column) {

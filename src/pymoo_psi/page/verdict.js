@@ -4,26 +4,24 @@
 const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
 const isAsOpened = () => !data.more.length && asked(state) === asked(initial.state)
 
-// What the heading does not say yet: in what the proposal is the best, what it costs, and its probability.
-function leadText({row, standing, costs}) {
-  const best = standing.replace(`Proposed: ${called(row)}`, "").replace(/^[.,] */, "")
-  const [start] = data.sentences.confidence.split("{")
-  const sure = isAsOpened() && row === proposedRow() ? data.cautions.filter((text) => text.startsWith(start)) : []
-  return [upper(best), costs, ...sure].filter(Boolean).join(" ")
+// In what the proposal is the best, what it costs, and its probability.
+function leadText({row, merit, ties, costs, instead}) {
+  const sure = isAsOpened() && row === proposedRow() ? data.confidence : []
+  return instead || [`${upper(merit)}.`, ties, costs, ...sure].filter(Boolean).join(" ")
 }
 
 function showVerdict() {
   const chosen = chosenRow()
   const isChosen = chosen >= 0 && (inspected < 0 || inspected === chosen)
   show("reasoning", isChosen)
-  show("cautions", verdict && data.cautions.length)
+  show("cautions", verdict && $("cautions").querySelector(".caution"))
   const clear = isChosen && button("Clear choice", () => choose(chosen))
   if (verdict) {
-    const {row, instead, remarks} = verdict
+    const {row, remarks} = verdict
     const beyond = broke(row).map(({name}) => name)
     renew("verdict-title", `${upper(roleOf(row))}: `, make("em", called(row)))
     renew("verdict-words",
-      make("p.lead", tied(instead || leadText(verdict))),
+      make("p.lead", tied(leadText(verdict))),
       beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
       makeAll("p.caution", remarks))
     renew("verdict-actions", clear || chooseButton(row), pinButton(row),
@@ -45,53 +43,42 @@ function showVerdict() {
 }
 
 function showCounts() {
-  const set = entriesOf(state.limits).length
-  const within = set ? ` within the limit${set > 1 ? "s" : ""}` : ""
   renew("count", !left.count ? "No design is left"
-    : set ? `${exact(left.count)} of ${exact(data.n)}${within}` : counted(data.n, "design"))
+    : within() ? `${exact(left.count)} of ${exact(data.n)}${within()}` : counted(data.n, "design"))
   $("count").classList.toggle("warning", !left.count)
   // Not disabled in earnest: a key that is held would go on with the button beside it.
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
-  legend("foot", shownRows.length < 2 ? [] : [
-    [swatch(shownRows.length <= MOST_LINES ? "tick.own" : "line"), `${exact(shownRows.length)} designs${state.dominated ? within : " that no other dominates"}`],
-    shownRows.length <= MOST_LINES && [swatch("strong"), "places 2 and 3"],
-    shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick"), "other designs"],
-    data.columns.some((column) => !column.texts && limitOf(column)) && [swatch("hatch"), "beyond a limit"],
-    [swatch("thick"), state.fixed ? "the fixed range, 100 % to 0 % behind" : "their worst to best value, 100 % to 0 % behind"]])
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
   renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
 }
 
 // The limits at which another design is proposed, where they are known.
 let changes = []
-const changeTo = (row) => changes.find(([, one]) => one.row === row && !one.looser)?.[1]
-const tried = ({exact}) => exact ? "" : " (of values tried)"
-function setButton({name, end, next, looser, limit}) {
+const changeTo = (row) => changes.find((change) => change.row === row && !change.looser)
+// The limit in words, which sets it.
+function conditionButton({name, end, next, condition}, text) {
   const column = data.by.get(name)
-  const words = looser ? ["at least", "at most"] : ["above", "below"]
-  return button(`Set ${name} ${words[end]} ${limit}`,
-    () => setLimit(column, numericLimit(column).with(end, next)))
+  return next === null ? text : make("button.link", {title: "Set this limit", onclick: () => setLimit(column, numericLimit(column).with(end, next))}, text)
 }
+const tried = ({isExact}) => isExact ? "" : " (of values tried)"
 
 function showSteps() {
   const {steps} = verdict ?? {steps: []}
   show("steps", steps.length)
-  renew("steps-list", steps.map(({row, text}) => {
-    const [gain, costs] = text.split(/\. (?=But )/)
+  renew("steps-list", steps.map(({row, better, worse}) => {
     const change = changeTo(row)
-    return make("div", make("h3", inspectButton(row), `: ${tied(gain)}`),
-      make("p", costs && `${tied(costs)}. `, change && tied(`Proposed ${switchText(change, "").replace(/, $/, tried(change))}.`)),
-      make("div.buttons", pinButton(row), change && setButton(change)))
+    return make("div", make("h3", inspectButton(row), `: ${tied(better)}`),
+      make("p", worse && `But ${tied(worse)}. `, ...change ? ["Proposed ", conditionButton(change, tied(change.condition)), `${tried(change)}.`] : []),
+      make("div.buttons", pinButton(row)))
   }))
-  const isStep = ({row}) => steps.some((step) => step.row === row)
-  const others = changes.filter(([, one]) => !(isStep(one) && changeTo(one.row) === one))
+  const others = changes.filter((change) => change !== changeTo(change.row) || !steps.some(({row}) => row === change.row))
   const place = $(verdict ? "further-words" : "left") // a way back is needed at once
   if ($("relax").parentElement !== place) verdict ? place.prepend($("relax")) : place.append($("relax"))
   show("relax", others.length)
-  renew("relax-list", others.map(([text, one]) => make("li", upper(`${tied(text)}${tried(one)}. `),
-    one.row >= 0 && pinButton(one.row), " ", one.next !== null && setButton(one))))
+  renew("relax-list", others.map((change) => make("li", conditionButton(change, upper(tied(change.condition))),
+    `, ${tied(outcomeOf(change))}${tried(change)}. `, change.row >= 0 && pinButton(change.row))))
 }
 
 // Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
@@ -106,7 +93,7 @@ function switchLater() {
 function showSwitches(found) {
   if (!found) return // another search has begun
   search = null
-  changes = switchTexts(found)
+  changes = changesOf(found)
   const keepFocus = focusKept()
   showSteps()
   keepFocus()

@@ -55,4 +55,5 @@ from ._sentences import SENTENCES as SENTENCES
 from ._sentences import capital as capital
 from ._sentences import listed as listed
 from ._sentences import sentence as sentence
+from ._sentences import with_article as with_article
 from ._sentences import wrapped as wrapped

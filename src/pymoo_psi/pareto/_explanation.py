@@ -296,14 +296,14 @@ class Explanation:
             return sentence("dominated", design=design, other=other, difference=difference)
         n_optimal = ranking.pareto.sum()
         if n_optimal == 1:
-            return sentence("single", design=design)
+            return sentence("optimum", design=design, best=sentence("only"))
         best = ""
         if self.best_in:
             best = sentence("best", objectives=listed(self.best_in))
         if self.row not in ranking.salukvadze:
             place = ranking.place[self.row]
-            design = capital(design)
-            return sentence("ranked", design=design, best=best, place=place, front=n_optimal)
+            design = ", ".join(filter(None, [capital(design), best]))
+            return sentence("ranked", design=design, place=place, front=n_optimal)
         return sentence("optimum", design=design, best=best or sentence("nearest"))
 
     @property

@@ -33,6 +33,13 @@ def capital(text: str) -> str:
     return text
 
 
+def with_article(name: str) -> str:
+    """Return the name of a column in a sentence: "the price", but "f1"."""
+    if re.match(r"[^\W\d_]{3,}(?!\w)", name):
+        return f"the {name}"
+    return name
+
+
 def listed(names: Sequence[Any], word: str = "and") -> str:
     """Return names as a sentence lists them: "a, b and c"."""
     *first, last = map(str, names)

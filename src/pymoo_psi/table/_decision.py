@@ -228,7 +228,7 @@ class Decision:
             return cls.from_dict(entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(
-                f"{where} must be a decision, as Decision.to_json and 'Save decision' of the "
+                f"{where} must be a decision, as Decision.to_json and 'Decision file' of the "
                 f"page write it: {error}"
             ) from None
 
