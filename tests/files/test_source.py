@@ -5,6 +5,7 @@ import os
 import pickle
 import re
 import threading
+from contextlib import suppress
 from decimal import Decimal
 
 import numpy as np
@@ -344,7 +345,7 @@ def test_columns_of_others_keep_names_like_ours(read, tmp_path):
         ("a,b\n1,2\n2,1\n", [], [], ["row 1", "row 2"]),
         ("id,a,b\n7,1,2\nB,2,1\n", [], [], ["id 7", "B"]),
         ("id,a,b\n007,1,2\n8,2,1\n", [], [], ["id 007", "id 8"]),
-        ("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n", [], [], ["1.1", "1.10"]),
+        ("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n", [], [], ["id 1.1", "id 1.10"]),
         (
             "car,price,range\nA,1,9\nB,2,7\nC,3,5\nB,4,3\n",
             [],
@@ -634,11 +635,8 @@ def test_what_is_read_is_what_was_written(path, style, told):
 )
 def test_any_file_gives_numbers_or_a_message(path, text, decimal):
     path.write_bytes(text)
-    try:
-        table = read_table(path, decimal=decimal)
-    except PsiError:
-        return
-    assert np.isfinite(table.F).all()
+    with suppress(PsiError):
+        assert np.isfinite(read_table(path, decimal=decimal).F).all()
 
 
 def test_the_frame_of_a_table_has_no_directions():

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,14 +13,13 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import Formulation, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.files import format_of, read_table, write_table
 from pymoo_psi.study import NOT_VALUES
 from pymoo_psi.table import RESERVED, Decision, Schema
 from tests.helpers.draws import examples
-from tests.helpers.exact_csv import EXACT
 from tests.helpers.processes import posix
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import flaw, refused
 
 CSV = format_of("t.csv", "tests")
 texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
@@ -46,8 +46,7 @@ def tables(draw, texts=texts):
     groups = [tuple(name.pop() for _ in range(k)) for k in (n_var, m, n_ieq, n_eq)]
     outputs = {key: draw(arrays(float, n, elements=st.floats())) for key in name}
     maximize = draw(st.sets(st.sampled_from(groups[1] + tuple(name)))) if m else set()
-    bound = st.one_of(st.just(np.nan), st.floats(-10, 10))
-    lower = draw(arrays(float, n_var, elements=bound))
+    lower = draw(arrays(float, n_var, elements=st.just(np.nan) | st.floats(-10, 10)))
     schema = Schema.of(
         *groups,
         lower=lower,
@@ -70,31 +69,24 @@ def tables(draw, texts=texts):
     notes = {key: draw(st.lists(cells, min_size=n, max_size=n)) for key in notes}
     label = draw(st.sampled_from([None, *notes]))
     table = TestTable.of(numbers, X, F, G, H, outputs=outputs, reasons=reasons, schema=schema, notes=notes, label=label)  # fmt: skip
+    table = replace(table, decimal=draw(st.sampled_from(".,")), separator=";")
     return table.under(draw(decisions(groups[1], texts)))
 
 
 @st.composite
 def decisions(draw, objectives, texts):
-    limits = (
-        draw(st.dictionaries(st.sampled_from(objectives), st.just((-1.0, 2.0))))
-        if objectives
-        else {}
-    )
-    positions = draw(
-        st.lists(
-            st.builds(
-                dict,
-                name=texts.filter(bool),
-                date=st.sampled_from(["", "2026-05-01", "2026-05-01T10:30:00.123+02:00"]),
-                reason=texts,
-                limits=st.just(limits),
-            ),
-            max_size=2,
-        )
+    limits = dict.fromkeys(objectives[: draw(st.integers(0, 3))], (-1.0, 2.0))
+    position = st.builds(
+        dict,
+        name=texts.filter(bool),
+        date=st.sampled_from(["", "2026-05-01", "2026-05-01T10:30:00.123+02:00"]),
+        reason=texts,
+        limits=st.just(limits),
     )
     decided = draw(st.none() | st.builds(dict, chosen=texts, agree=st.lists(texts, max_size=2)))
-    pairs = st.sampled_from([None, {}, dict.fromkeys(objectives, (-1.5, 2.0))])
-    formulation = Formulation(limits=limits, normalize=draw(st.booleans()), ranges=draw(pairs))
+    ranges = draw(st.sampled_from([None, {}, dict.fromkeys(objectives, (-1.5, 2.0))]))
+    formulation = Formulation(limits=limits, normalize=draw(st.booleans()), ranges=ranges)
+    positions = draw(st.lists(position, max_size=2))
     return Decision(formulation, draw(st.none() | texts), draw(texts), positions, decided)
 
 
@@ -220,12 +212,8 @@ def test_an_edited_number_is_read_in_the_notation_of_the_file(tmp_path, decimal)
     text = path.read_text()
     path.write_text(text.replace(f"1{decimal}5", f"1{decimal}250", 1))
     assert read_table(path)["x1"].tolist() == [1.25, 2.5]
-    other = {".": ",", ",": "."}[decimal]
-    path.write_text(text.replace(f"1{decimal}5", f"1{other}250", 1))
+    path.write_text(text.replace(f"1{decimal}5", f"1{'.,'.strip(decimal)}250", 1))
     refused("'x1' holds other than real values", read_table, path)
-    book = tmp_path / "table.xlsx"
-    write_table(replace(table, decimal=decimal), book)
-    check_same(read_table(book), table)
 
 
 @given(content=st.binary(max_size=200), position=st.integers(0, 1500), cut=st.integers(0, 40))
@@ -240,13 +228,7 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
             whole[:position],
         ):
             file.write_bytes(damaged)
-            try:
-                read_table(path)
-            except PsiError as error:
-                message = str(error)
-            else:
-                message = "damaged.csv"  # the damage was harmless
-            assert "damaged.csv" in message
+            assert re.search("damaged.csv|^$", flaw(read_table, path))  # it may be harmless
         file.write_bytes(whole)
 
 
@@ -274,10 +256,9 @@ def test_a_spreadsheet_shows_designs_and_keeps_everything(tmp_path, suffix):
     table = table.under(Decision(asked, "test 1", "=cheap", positions, decided))
     path = tmp_path / f"table.{suffix}"
     write_table(table, path)
-    read = read_table(path)
     again = read_table(path, Formulation(limits={"mass": 0.2}))
     assert replace(again.decision, formulation=asked) == table.decision
-    assert read.schema.units == {"mass": "µg", "x1": "mm"}
+    assert again.schema.units == {"mass": "µg", "x1": "mm"}
     raw = pd.read_csv(path) if suffix == "csv" else pd.read_excel(path)
     names = table.to_frame().rename(columns={"mass": "mass [µg]", "x1": "x1 [mm]"}).columns
     assert raw.columns.tolist() == ["test", *names]
@@ -294,12 +275,10 @@ def test_a_spreadsheet_shows_designs_and_keeps_everything(tmp_path, suffix):
 def test_a_csv_is_a_header_and_rows(folder, table):
     path = folder / "plain.csv"
     table.to_csv(path)
-    frame = pd.read_csv(path, dtype=str, keep_default_na=False, **EXACT)
-    assert len(frame) == len(table)
+    frame = pd.read_csv(path, sep=";", dtype=str, keep_default_na=False)
     assert frame["test"].astype(int).tolist() == table.numbers.tolist()
-    for number, cell in zip(table.numbers.tolist(), frame["reason"], strict=True):
-        reason = table.reasons.get(number, "")
-        assert cell in (reason, f"'{reason}")
+    reasons = (table.reasons.get(number, "") for number in table.numbers.tolist())
+    assert all(map(str.endswith, frame["reason"], reasons))  # in front may be an apostrophe
 
 
 def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
@@ -311,12 +290,8 @@ def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
     table.to_csv(path)
     text = (tmp_path / "my table.csv-metadata.json").read_text("utf-8")
     document = json.loads(text, parse_constant=int)  # which no word of Python's passes
-    expected = {
-        "@context": "http://www.w3.org/ns/csvw",
-        "url": "my%20table.csv",
-        "pymoo-psi:rows": 2,
-    }
-    assert document | expected == document
+    facts = {"@context": "http://www.w3.org/ns/csvw", "url": "my%20table.csv", "pymoo-psi:rows": 2}
+    assert facts.items() <= document.items()
     columns = document["tableSchema"]["columns"]
     assert columns[1:6] == [
         {"titles": "n", "datatype": "integer"},
@@ -341,11 +316,11 @@ def test_metadata_of_others_are_kept(tmp_path):
     # What needs none has none.
     CSV.save(path, {"a": np.arange(3)})
     assert os.listdir(tmp_path) == ["t.csv"]
-    metadata.write_text('{"@context": "http://www.w3.org/ns/csvw", "url": "t.csv"}')
-    others = metadata.read_bytes()
+    others = '{"@context": "http://www.w3.org/ns/csvw", "url": "t.csv"}'
+    metadata.write_text(others)
     refused("without t.csv-metadata.json of another program", table.to_csv, path)
     CSV.save(path, {"cost": np.arange(3), "mass": np.arange(3)[::-1]})
-    assert metadata.read_bytes() == others
+    assert metadata.read_text() == others
     assert read_table(path).schema.objectives == ("cost", "mass")
 
 

@@ -12,6 +12,15 @@ def refused(message, call, *args, error=PsiError, **options):
     assert isinstance(caught.value, PsiError)
 
 
+def flaw(call, *args, **options):
+    """Return what the error of the package says that a call raises, or nothing if there is none."""
+    try:
+        call(*args, **options)
+    except PsiError as error:
+        return str(error)
+    return ""
+
+
 def interrupted(call, *args, **options):
     """Require that a call ends as if somebody pressed Ctrl-C."""
     with pytest.raises(KeyboardInterrupt):

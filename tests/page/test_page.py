@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import Decision, Formulation, TestTable, investigate, read_table
+from pymoo_psi import Decision, Formulation, TestTable, investigate
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Schema
@@ -40,9 +40,8 @@ def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
     problem = get_problem("bnh")
     investigate(problem, 8, study=tmp_path / "s.db")
     investigate(problem, 8, study=tmp_path / "s.db", sampling="sobol", seed=1)
-    sent = payload_of(decision_page(tmp_path / "s.db"))
-    names = [column["name"] for column in sent["columns"]]
-    assert names == ["f1", "f2", "x1", "x2"]
+    columns = payload_of(decision_page(tmp_path / "s.db"))["columns"]
+    assert [column["name"] for column in columns] == ["f1", "f2", "x1", "x2"]
 
 
 def test_tests_of_several_runs_have_the_names_of_the_terminal(said, in_folder, undrawn):
@@ -74,10 +73,8 @@ def test_a_page_has_what_its_table_knows():
     )
     sent = payload_of(decision_page(table))
     assert sent["names"] == ["test 1", "test 2"]
-    columns = [column_of(sent, name).tolist() for name in ("gain", "heat")]
-    assert columns == [[1, 4], [5, 6]]
-    remark = "2 of 4 tests are on the page (2 ok, 1 infeasible, 1 failed)."
-    assert sent["remarks"] == [remark]
+    assert [column_of(sent, name).tolist() for name in ("gain", "heat")] == [[1, 4], [5, 6]]
+    assert sent["remarks"] == ["2 of 4 tests are on the page (2 ok, 1 infeasible, 1 failed)."]
 
 
 def test_existing_designs_have_names_of_their_own():
@@ -138,10 +135,14 @@ def test_a_page_needs_a_feasible_design(table, received):
             r"\(0.5, None\) for at least",
         ),
         ({"source": beams().iloc[:0]}, "a frame with rows"),
+        ({"asked": "r.html"}, "formulation .* got 'r.html'; .*save"),
     ],
 )
 def test_mistakes(change, message):
-    refused(message, page_of_beams, **change)
+    if "asked" in change:
+        refused(message, decision_page, beams(), change["asked"])
+    else:
+        refused(message, page_of_beams, **change)
 
 
 @pytest.mark.parametrize(
@@ -157,20 +158,26 @@ def test_mistakes(change, message):
     ],
 )
 def test_outliers_set_no_scale(values, ends, log):
-    n = len(values)
-    frame = pd.DataFrame({"a": np.arange(n), "b": -np.arange(n), "heat": values})
-    (heat,) = (
-        c for c in payload_of(decision_page(frame, ["a", "b"]))["columns"] if c["name"] == "heat"
-    )
+    rows = np.arange(len(values))
+    frame = pd.DataFrame({"a": rows, "b": -rows, "heat": values})
+    heat = payload_of(decision_page(frame, ["a", "b"]))["columns"][2]
     assert ends is None or heat["range"] == pytest.approx(ends)
     assert heat["log"] is log
 
 
-@pytest.mark.parametrize("of_optimal", [np.nan, 0.0])
-def test_decimals_are_those_of_other_designs(of_optimal):
-    frame = pd.DataFrame({"a": [0, 1, 2], "b": [1, 0, 2], "heat": [of_optimal] * 2 + [1 / 3]})
-    sent = payload_of(decision_page(frame, ["a", "b"]))
-    assert sent["columns"][2]["notation"] == {"decimals": 4, "powers": False}
+@pytest.mark.parametrize(
+    ("columns", "decimals"),
+    [
+        # Where the optimal designs have no digits, those of other designs count.
+        ({"a": [0, 1, 2], "b": [1, 0, 2], "heat": [np.nan, np.nan, 1 / 3]}, [0, 0, 4]),
+        ({"a": [0, 1, 2], "b": [1, 0, 2], "heat": [0.0, 0.0, 1 / 3]}, [0, 0, 4]),
+        # Short numbers are written as in the file.
+        ({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, 100 / 3, 100]}, [1, 2, 1]),
+    ],
+)
+def test_numbers_have_the_decimals_that_tell_designs_apart(columns, decimals):
+    sent = payload_of(decision_page(pd.DataFrame(columns), ["a", "b"]))
+    assert [one["notation"]["decimals"] for one in sent["columns"][:3]] == decimals
 
 
 def test_axes_range_over_the_optimal_designs():
@@ -178,26 +185,15 @@ def test_axes_range_over_the_optimal_designs():
     front, behind = np.linspace(1, 2, 31), np.linspace(2.1, 7, 40)
     optimal = pd.DataFrame({"a": front, "b": front[::-1], "heat": np.sqrt(front)})
     dominated = pd.DataFrame({"a": behind, "b": behind, "heat": 1000 * np.sqrt(behind)})
-    asked = Formulation(["a", "b"])
-    alone = payload_of(decision_page(optimal, asked))["columns"][:3]
-    both = payload_of(decision_page(pd.concat([dominated, optimal]), asked))["columns"][:3]
+    alone, both = (
+        [{fact: column[fact] for fact in ("range", "log", "notation")} for column in columns[:3]]
+        for columns in (
+            payload_of(decision_page(frame, ["a", "b"]))["columns"]
+            for frame in (optimal, pd.concat([dominated, optimal]))
+        )
+    )
+    assert both == alone
     assert [column["range"] for column in both] == [[1, 2], [1, 2], [1, 2**0.5]]
-    for one, other in zip(both, alone, strict=True):
-        assert [one[fact] for fact in ("range", "log", "notation")] == [
-            other[fact] for fact in ("range", "log", "notation")
-        ]
-
-
-def test_short_numbers_are_written_as_in_the_file():
-    third = 100 / 3
-    frame = pd.DataFrame({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, third, 100]})
-    sent = payload_of(decision_page(read_table(frame, Formulation(["a", "b"]), variables=["c"])))
-    assert [one["notation"]["decimals"] for one in sent["columns"][:3]] == [1, 2, 1]
-
-
-def test_a_path_is_no_formulation_of_a_page():
-    frame = pd.DataFrame({"a": [1.0, 2.0], "b": [2.0, 1.0]})
-    refused("formulation .* got 'r.html'; .*save", decision_page, frame, "r.html")
 
 
 def test_no_design_looks_dominated_as_its_objectives_are_written(said, in_folder):
