@@ -115,6 +115,7 @@ def test_a_skipped_question_chooses_nothing(said):
         (["--answers", "Town"], "pairs of designs such as A>B"),
         (["--answers", "Town>Town"], "two different ones"),
         (["--answers", "Old>Town"], "Pareto optimal"),
+        (["--answers", "Coast>Town", "--limits", "price<=35"], "got Coast, which is infeasible"),
         (["--answers", ""], "pairs of designs such as A>B"),
         (["--answers", "Town>Coast", "--out", "d.txt"], ".json"),
         (["--answers", "Town>Coast", "--out", "other.json"], "--out must be a new file"),

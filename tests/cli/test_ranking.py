@@ -2,6 +2,7 @@
 
 import random
 import re
+import shlex
 from fractions import Fraction
 from pathlib import Path
 
@@ -191,3 +192,11 @@ def test_no_column_takes_the_name_of_another_and_the_ranking_comes_back(said, na
     assert pd.read_csv("o.csv")[[*columns]].sort_values(first).to_dict("list") == columns
     again = said("rank", "o.csv", "--long")
     assert re.findall("Proposed: .*", again) == re.findall("Proposed: .*", printed)
+
+
+@pytest.mark.parametrize("name", ["-x.csv", "a b.csv", "it's.csv", '"a" $HOME.csv', "a\\b.csv"])
+def test_the_next_command_runs_as_it_is_printed(in_folder, said, name):
+    Path(name).write_text("car,range, price\nA,1,2\nB,2,4\n")
+    asked = ["--limits", "range<=9, price<=9", "--compute", "cost=price*2", "--maximize", "range"]
+    _, following = said("rank", f"./{name}", *asked).split("Next: ")
+    assert said(*shlex.split(following.replace("\\\n", ""))[1:]).endswith("in a browser.\n")

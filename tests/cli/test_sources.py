@@ -236,7 +236,7 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
     written = pd.read_csv("analysis/sensitivities.csv")
     pd.testing.assert_frame_equal(written, expected, check_dtype=False)
     assert {"convergence.csv", "sensitivities.png"} <= {*os.listdir("analysis")}
-    assert "--variables must be named" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
+    assert "--variables must be given" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
 
 
 @pytest.mark.parametrize("suffix", ["xlsx", "db"])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind, named_option
+from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Columns,
     Designs,
@@ -91,6 +92,11 @@ class _Laboratory:
             self.proposals[test] = run, proposal
             if self.original(test) == test and test not in self.tests.index:
                 self.pending.append(test)
+
+    @property
+    def left(self) -> str:
+        """Which tests are pending."""
+        return f"pending tests: {', '.join(map(str, self.pending)) or 'none'}"
 
     def design(self, test: int) -> Values:
         """Return the assigned values of the variables by name; choices as texts."""
@@ -277,7 +283,8 @@ def tell_tests(
     with Study(study).changes() as database:
         laboratory = _Laboratory(database)
         for test in cancel:
-            known_name("cancel", str(test), [*map(str, laboratory.pending)])
+            if test not in laboratory.pending:
+                raise invalid("cancel", "the number of a pending test", test, laboratory.left)
             run, proposal = laboratory.proposals.pop(test)
             laboratory.pending.remove(test)
             database.cancel(run, test, proposal.test_point)
@@ -290,8 +297,7 @@ def tell_tests(
                 sentences += _keep(database, laboratory, new)
             n_known = len(results) - len(new)
             sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
-        left = ", ".join(map(str, laboratory.pending)) or "none"
-    return [*sentences, f"Pending tests: {left}."]
+        return [*sentences, f"{laboratory.left.capitalize()}."]
 
 
 @dataclass
@@ -378,9 +384,12 @@ def _kinds_of_columns(
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE}
     kinds |= dict.fromkeys(laboratory.results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
+    units = head.get("units", {})
     for name in kinds:
-        remedy = "'ask --points 0' writes pending tests again"
-        known_name("a column of the tests", name, columns, remedy)
+        if name not in columns:
+            rule = f"one with the column {with_unit(name, units.get(name, ''))}"
+            remedy = "'ask --points 0' writes pending tests again"
+            raise invalid("the table of results", rule, Received(", ".join(columns)), remedy)
     for name in head.get("expressions", {}):
         if name in columns:  # what people give is compared with what is computed
             kinds.setdefault(name, Kind.REAL)

@@ -350,6 +350,8 @@ def command(*words: str) -> list[str]:
     texts: list[str] = []
     for word in words:
         text = word
+        if len(texts) == 1 and re.match("-[^-]", word):  # a file, no option
+            text = word = f"./{word}"
         if re.search(r'["$`\\!]', word):
             text = shlex.quote(word)
         elif not _PLAIN_WORD.fullmatch(word):

@@ -304,7 +304,7 @@ def run_analyze(options: Options) -> int:
     path = options.file
     table = opened(path, options, decision_in(options))
     if not table.schema.variables:
-        raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
+        raise invalid("--variables", "given, as no column is named x1, x2, …", Received("none"))
     if options.out is not None:
         folder = results_folder(options.out)
         if path.resolve().parent == folder.resolve() and path.stem in _ANALYSES:

@@ -33,6 +33,9 @@ def run_prefer(options: Options) -> int:
     """Ask which of two designs a person would rather have, and propose one."""
     out = options.out
     if options.decision is None or out.resolve() != options.decision.resolve():
+        if out.is_file():
+            rule = "a new file, or that of --decision, which is continued"
+            raise invalid("--out", rule, str(out))
         require_output(out, (".json",), options.file)
     table = opened(options.file, options, decision_in(options))
     dialogue = _Dialogue(table, options.person, out)
@@ -191,21 +194,28 @@ def _answer_in(entry: str, table: TestTable) -> Answer:
     """Return the answer of an entry such as ``A>B``; a name may have these signs.
 
     Raises:
-        ArgumentValueError: It is no answer, or may be several, or one of the designs is unknown.
+        ArgumentValueError: It is no answer, or may be several, or one of the designs is unknown or
+            infeasible.
     """
     answers = []
     signs = list(re.finditer("[>=?]", entry))
     for sign in signs:
         pair = [entry[: sign.start()].strip(), entry[sign.end() :].strip()]
         try:
-            one, other = [table.names[table.row_of(design)] for design in pair]
+            rows = [table.row_of(design) for design in pair]
         except PsiError:
             if len(signs) == 1:
                 raise
             continue
-        answers.append((one, sign[0], other))
+        answers.append((rows, sign[0]))
     if len(answers) != 1:
         rule = "pairs of designs such as A>B, A=B or A?B"
         remedy = "names are those of 'pymoo-psi rank'; one with a comma needs quotation marks"
         raise invalid("--answers", rule, entry, remedy)
-    return answers[0]
+    rows, relation = answers[0]
+    for row in rows:
+        if table.status[row] != "ok":
+            received = Received(f"{table.names[row]}, which is {table.status[row]}")
+            raise invalid("--answers", "about designs within the limits", received)
+    one, other = [table.names[row] for row in rows]
+    return one, relation, other

@@ -452,9 +452,9 @@ def run_ask(options: Options) -> int:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, bounds=options.bounds, log=options.log)
-    out = require_output(options.out, suffixes_for("designs"), options.study)
     if options.out.exists():  # it may hold results that nobody has told yet
         raise invalid("--out", "the name of a new file", str(options.out))
+    out = require_output(options.out, suffixes_for("designs"), options.study)
     run = RunOptions(
         study=options.study,
         study_key=options.study_key,

@@ -104,7 +104,7 @@ class Study:
         self.path: str = os.path.realpath(path)
         if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
             rule = "a database with a name such as designs.db"
-            remedy = "tables are read by 'from', and written by 'pymoo-psi export'"
+            remedy = "tables are read by --from and written by 'pymoo-psi export'"
             raise invalid("study", rule, os.fspath(path), remedy)
         self.wait = wait
         self.stays_open = False
