@@ -110,6 +110,7 @@ def owned(E):
         lambda E: Model(weights=[Mesh(E), Mesh(2.0)]),
         lambda E: Model(weights=SimpleNamespace(E=E)),
         lambda E: Model(weights={E, 2.0}),
+        lambda E: Model(weights=range(int(E))),
         lambda E: Model(weights=[None, E * 1j]),
         lambda E: Model(weights=pd.Series([E, 2.0])),
         owned,

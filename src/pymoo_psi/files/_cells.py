@@ -160,7 +160,8 @@ class TextColumn(NamedTuple):
         cells: The cells as they are written.
         numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if the column has others.
         decimal: The decimal mark with which they were read.
-        problem: Why a column that may hold numbers cannot be read, and what to do; else empty.
+        problem: Why a column that may hold numbers cannot be read; else empty.
+        remedy: What to do then, if a table is ranked.
         unit: ``"%"`` if all its numbers are per cents.
     """
 
@@ -169,6 +170,7 @@ class TextColumn(NamedTuple):
     numbers: Array | None = None
     decimal: str = "."
     problem: str = ""
+    remedy: str = ""
     unit: str = ""
 
     def has_numbers(self) -> bool:
@@ -186,7 +188,7 @@ class TextColumn(NamedTuple):
         if self.numbers is not None:
             return self.numbers
         if self.problem:
-            raise UnfitError(self.problem)
+            raise UnfitError(self.problem, self.remedy)
         raise UnfitError(
             f"its column {self.name!r} holds no number at all",
             "name objectives that do, or save what a spreadsheet has not computed yet",
@@ -377,12 +379,11 @@ def read_columns(
             plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
             readings[name] = _readings(plain, marks)
             unit = "%"
-        problem = ""
-        if not readings[name]:
-            problem = _problem_of_texts(cells, name, plain, marks)
         if not readings[name] or "%" in name:
             unit = ""
-        columns[name] = TextColumn(name, column, problem=problem, unit=unit)
+        columns[name] = TextColumn(name, column, unit=unit)
+        if not readings[name]:
+            columns[name] = _checked_texts(columns[name], cells, plain, marks)
         if len(readings[name]) == 1 and name not in labels:
             certain |= {*readings[name]}
     for name, numbers_by_mark in readings.items():
@@ -482,11 +483,13 @@ def _read(
     either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
     marks = " or ".join(argument("decimal", mark) for mark in (other, decimal))
     remedy = f"state the decimal mark by {marks}"
-    return column._replace(problem=f"{cells.place(column.name, row)}, either {either}; {remedy}")
+    problem = f"{cells.place(column.name, row)}, either {either}"
+    return column._replace(problem=problem, remedy=remedy)
 
 
-def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> str:
-    """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
+def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: str) -> TextColumn:
+    """Return a column that no notation can read, with what is wrong unless it is one of texts."""
+    name = column.name
     readings = []
     for mark in marks:
         readings.append([_number(cell, mark) for cell in plain])
@@ -503,12 +506,13 @@ def _problem_of_texts(cells: Cells, name: str, plain: list[Any], marks: str) -> 
         # One number is enough: taken for text, the column would silently be no objective.
         is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
-            return (
-                f"{cells.place(name, row)}, no plain number; write it without a unit, state the "
-                f"decimal mark by {argument('decimal')}, {cells.without(row)}, or name the "
-                f"objectives by {argument('objectives')}"
+            remedy = (
+                f"write it without a unit, state the decimal mark by {argument('decimal')}, "
+                f"{cells.without(row)}, or name the objectives by {argument('objectives')}"
             )
-    return ""
+            problem = f"{cells.place(name, row)}, no plain number"
+            return column._replace(problem=problem, remedy=remedy)
+    return column
 
 
 # A row that is the sum of others

@@ -554,7 +554,7 @@ def _constant(value: Any, owners: tuple[Any, ...]) -> Any:
         value = value.tolist()
     elif hasattr(value, "to_numpy"):  # of pandas and polars
         value = value.to_numpy().tolist()
-    if isinstance(value, (Number, date, timedelta)) or value is None:
+    if isinstance(value, (Number, date, timedelta, range)) or value is None:
         return value if _is_of_python(value) else repr(value)
     if isinstance(value, str):
         return _UNKNOWN if _PATH.fullmatch(value) else value
