@@ -66,7 +66,17 @@ from pymoo_psi.pareto import (
     weights_sentence,
     wrapped,
 )
-from pymoo_psi.table import POINT, ROW, RUN, TEST, Expression, Schema, TestTable, free_name
+from pymoo_psi.table import (
+    POINT,
+    ROW,
+    RUN,
+    TEST,
+    Expression,
+    Schema,
+    TestTable,
+    entry_of,
+    free_name,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -136,10 +146,7 @@ def run_rank(options: Options) -> int:
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
     if found and found[0].remedy:
-        column, _, logarithm = found[0].remedy.partition("=")
-        (objective,) = Expression.of(logarithm).columns
-        same = f"the same command with {column} in place of {objective} and"
-        following = [same, *command("--compute", found[0].remedy)]
+        following = _ranking_by(found[0].remedy, path, table.schema)
     if table.decision.positions:
         notes += position_sentences(table)
     if options.long:
@@ -149,6 +156,20 @@ def run_rank(options: Options) -> int:
         notes += separation[:1]
         say_ranking(table, found, head, notes, following, all_by="--long", more=more)
     return 0
+
+
+def _ranking_by(computed: str, path: Path, schema: Schema) -> list[str]:
+    """Return the command that ranks by a computed column in place of the objective in it."""
+    column, _, expression = computed.partition("=")
+    (objective,) = Expression.of(expression).columns
+    renamed = {objective: column}
+    others = [name for name in OF_SOURCE if name not in ("objectives", "maximize")]
+    words = ["pymoo-psi", "rank", str(path), *typed_options(others)]
+    for option, names in (("--objectives", schema.objectives), ("--maximize", schema.maximize)):
+        if names:
+            entries = [entry_of(renamed.get(name, name)) for name in names]
+            words += [option, ",".join(entries)]
+    return command(*words, "--compute", computed)
 
 
 def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Names) -> None:

@@ -19,6 +19,7 @@ from ._decision import decision_of as decision_of
 from ._expression import Expression as Expression
 from ._limits import Limits as Limits
 from ._limits import entries_of as entries_of
+from ._limits import entry_of as entry_of
 from ._limits import limits_of as limits_of
 from ._limits import require_decimal_points as require_decimal_points
 from ._limits import sides_of_text as sides_of_text

@@ -213,12 +213,12 @@ class Limit(NamedTuple):
             entries = [f"{name}={first}"]
             if others:
                 entries = [f"{name} in {first}", *others]
-            return ", ".join(map(_entry, entries))
+            return ", ".join(map(entry_of, entries))
         if self.upper == math.inf:
-            return _entry(f"{name}>={_digits(self.lower)}")
+            return entry_of(f"{name}>={_digits(self.lower)}")
         if self.lower == -math.inf:
-            return _entry(f"{name}<={_digits(self.upper)}")
-        return _entry(f"{_digits(self.lower)}<={name}<={_digits(self.upper)}")
+            return entry_of(f"{name}<={_digits(self.upper)}")
+        return entry_of(f"{_digits(self.lower)}<={name}<={_digits(self.upper)}")
 
     def in_words(self, name: str, unit: str = "") -> str:
         """Return it as sentences name it, with the unit of its column.
@@ -388,7 +388,7 @@ def texts_of(cells: AnyArray) -> AnyArray:
     return np.where(blank(cells), "", cells).astype(str)
 
 
-def _entry(text: str) -> str:
+def entry_of(text: str) -> str:
     """Return a text as an entry of a list, which :func:`entries_of` reads."""
     if not {",", '"'} & {*text}:
         return text
