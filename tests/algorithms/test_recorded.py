@@ -173,6 +173,14 @@ def test_a_tolerant_problem_may_stand_within_or_without(study_file, failed_as, w
     assert list(problem.table.reasons.values()) == reasons
 
 
+def test_failures_of_a_tolerant_problem_are_failures_of_an_investigation(study_file):
+    problem = Recorded(FailureTolerant(model(failing_step)), study=study_file)
+    tested = minimize(problem, PSI(12)).algorithm.table
+    assert tested.equals(investigate(model(failing_step), 12))
+    assert problem.table.reasons == tested.reasons
+    assert problem.n_evaluated == 12
+
+
 def test_a_failure_ends_the_run_when_everything_is_stored(study_file):
     """With one message, whether the model fails or the study says that it did."""
     fragile, first = model(failing_step), batch(12)[batch(12)[:, 2] > 0.7][0]

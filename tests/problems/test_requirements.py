@@ -176,10 +176,19 @@ def test_surrogates_propose_only_designs_that_meet_them():
     assert (table.status[table.column("proposal_round") > 0] == "ok").all()
 
 
-def test_other_requirements_take_the_place_of_the_problems_own():
-    table = investigate(Required(plain()), 64, requirements=["height <= width"])
-    np.testing.assert_array_equal(np.isfinite(table.F).all(axis=1), table.X[:, 1] <= table.X[:, 0])
-    assert table.schema.constraints == ("g1", "height <= width")
+@pytest.mark.parametrize("name", ["slender", "low"])
+@pytest.mark.parametrize("wrap", [Required, lambda problem: problem])
+def test_requirements_of_the_problem_hold_beside_others(name, wrap):
+    """One of the same name takes its place."""
+    table = investigate(wrap(plain()), 64, requirements={name: "height <= 3*width - 1"})
+    x, y = table.X.T
+    is_met = y <= 3 * x - 1
+    own = ("g1",)
+    if name != "slender":
+        is_met &= y <= 2 * x
+        own = ("g1", "slender: height <= 2*width")
+    np.testing.assert_array_equal(np.isfinite(table.F).all(axis=1), is_met)
+    assert table.schema.constraints == (*own, f"{name}: height <= 3*width - 1")
 
 
 @pytest.mark.parametrize("wrap", [FailureTolerant, lambda p: FailureTolerant(Required(p))])

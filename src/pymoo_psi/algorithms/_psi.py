@@ -490,9 +490,9 @@ class PSI(PointAlgorithm):
         log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
             distances, in the logarithm. By default those of the problem's attribute ``log``.
         requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or ``{"mix": "a + b +
-            c = 1"}``; see :class:`Required`. The model never runs for a design that
-            violates one: it counts as infeasible. By default those of the problem's attribute
-            ``requirements``.
+            c = 1"}``; see :class:`Required`. The model never runs for a design that violates one:
+            it counts as infeasible. Those of the problem's attribute ``requirements`` hold, too,
+            unless one has the same name.
         **kwargs: The options of pymoo's algorithms: ``termination``, ``callback``, ``output``,
             ``save_history``, …
 

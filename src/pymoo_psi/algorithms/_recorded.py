@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Collection, Sequence
 from typing import Any
 
@@ -61,7 +62,6 @@ class Recorded(WithTable, WrappedProblem):
 
     Attributes:
         wrapped: The problem.
-        n_evaluated: How many designs this object evaluated rather than read from the study.
         returned: The numbers of the tests whose values it has returned.
 
     Raises:
@@ -133,11 +133,33 @@ class Recorded(WithTable, WrappedProblem):
         self._executor = Executor(self._model, options, together=True)
         self._adds = False  # whether the last designs were new, as the next ones then may be
         self.returned: set[int] = set()
-        self.n_evaluated: int = 0
+        self._evaluated: list[int] = []  # the numbers of the tests
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Recorded:
         """Return the problem itself, as pymoo copies problems often."""
         return self
+
+    def untolerant(self) -> Recorded:
+        """Return the problem with failures as errors, which shares the study and the counts."""
+        if self._tolerant is None:
+            return self
+        strict = copy.copy(self)
+        strict._tolerant = None
+        strict.wrapped = self._model.problem
+        strict.n_ieq_constr = strict.wrapped.n_ieq_constr
+        return strict
+
+    @property
+    def n_evaluated(self) -> int:
+        """How many designs were evaluated rather than read from the study.
+
+        Example:
+            >>> import tempfile
+            >>> from pymoo_psi import SphereChute
+            >>> Recorded(SphereChute(), study=tempfile.mkdtemp() + "/run.db").n_evaluated
+            0
+        """
+        return len(self._evaluated)
 
     @property
     def table(self) -> TestTable:
@@ -235,6 +257,6 @@ class Recorded(WithTable, WrappedProblem):
         points = Points(first + np.arange(len(designs)), 0, designs=designs)
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         tests = run.block(len(points))
-        self.n_evaluated += run.n_called
+        self._evaluated += tests.numbers.tolist()[: run.n_called]
         if len(tests) < len(points):
             raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")

@@ -379,6 +379,10 @@ class FailureTolerant(WrappedProblem):
             n_ieq_constr += 1
         super().__init__(problem, n_ieq_constr=n_ieq_constr)
 
+    def untolerant(self) -> Any:
+        """Return the wrapped problem."""
+        return self.wrapped
+
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
         out = evaluate_designs(self.wrapped, X, *args, **kwargs)
@@ -417,8 +421,8 @@ class FailureTolerant(WrappedProblem):
 
 
 def untolerant(problem: Any) -> Any:
-    """Return a problem without the ``FailureTolerant`` around it.
+    """Return a problem without the ``FailureTolerant`` around it, or in a ``Recorded``.
 
     Tables record failures themselves: there no constraint is to be added for them.
     """
-    return problem.wrapped if isinstance(problem, FailureTolerant) else problem
+    return problem.untolerant() if isinstance(problem, WrappedProblem) else problem

@@ -146,12 +146,18 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
         ArgumentValueError: A rule cannot be read, or uses an unknown variable.
         ArgumentTypeError: A rule is no text.
     """
+    named = _named(rules).items()
+    return tuple(Requirement.of(name, rule, variables) for name, rule in named)
+
+
+def _named(rules: Any) -> Values:
+    """Return rules by name; those of a list are their own names."""
     if rules is None:
-        rules = ()
+        return {}
     if not isinstance(rules, Mapping):
         collection("requirements", rules, "rules by name, or a list of texts")
-        rules = {str(rule): rule for rule in rules}
-    return tuple(Requirement.of(str(name), rule, variables) for name, rule in rules.items())
+        rules = dict(zip(rules, rules, strict=True))
+    return {str(name): rule for name, rule in rules.items()}
 
 
 class Required(WrappedProblem):
@@ -170,7 +176,8 @@ class Required(WrappedProblem):
         problem: A pymoo problem.
         requirements: Rules by name, or a list of texts: inequalities of expressions of the
             variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``; or linear
-            equalities, ``"a + b + c = 1"``. The problem's attribute unless given.
+            equalities, ``"a + b + c = 1"``. Those of the problem's attribute hold, too, unless one
+            has the same name.
 
     Attributes:
         required: The requirements.
@@ -200,11 +207,9 @@ class Required(WrappedProblem):
 
     def __init__(self, problem: Any, requirements: Any = None) -> None:
         require_problem(problem)
-        if requirements is None:
-            requirements = getattr(problem, "requirements", None)
         self._space = design_space(problem)
-        self.required: tuple[Requirement, ...] = requirements_of(requirements, self._space.titles)
-        self.rules = requirements
+        self.rules = _named(getattr(problem, "requirements", None)) | _named(requirements)
+        self.required: tuple[Requirement, ...] = requirements_of(self.rules, self._space.titles)
         self.n_not_run: int = 0
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
@@ -273,13 +278,15 @@ def requirement_texts(problem: Any) -> list[str]:
 
 def with_requirements(problem: Any, requirements: Any = None) -> Any:
     """Return a problem as :class:`Required` if it has requirements or the argument has some."""
+    rules = _named(requirements)
     if isinstance(problem, Required):
-        if requirements is None or requirements == problem.rules:
+        rules = problem.rules | rules
+        if rules == problem.rules:
             return problem
         problem = problem.wrapped
-    if requirements is None:
-        requirements = getattr(problem, "requirements", None)
-    return Required(problem, requirements) if requirements else problem
+    if rules or getattr(problem, "requirements", None):
+        return Required(problem, rules)
+    return problem
 
 
 def without_requirements(problem: Any) -> Any:

@@ -132,6 +132,9 @@ WAYS = "given as file with one of pattern, key and column, or as expression"
 # Fortran writes 1.5D+03.
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent has three digits
+# What a number has before and after a part of it.
+_BEGINNING = re.compile(r"(?:\d\.?|\d[eEdD][+-]?|(?<![\w)])-)\Z")
+_REST = re.compile(r"\d|[.,]\d|[eEdD][+-]?\d")
 _WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eEdD][+-]?\d+)?\s*")
 _SWAPPED = str.maketrans(",.", ".,")
 
@@ -268,8 +271,10 @@ class Output:
         text = content.decode(encoding, "replace").replace("\r\n", "\n")
         if self.key:
             return self._value_at_key(text)
+        matches = []
         if self.pattern:
-            texts = re.findall(self.pattern, text, re.MULTILINE)
+            matches = [*re.finditer(self.pattern, text, re.MULTILINE)]
+            texts = [match[1] or "" for match in matches]
             kind = f"match of '{self.pattern}'"
         else:
             texts = self._column(text)
@@ -285,6 +290,8 @@ class Output:
             if not kind.isascii():
                 problem += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
             raise ValueError(problem)
+        if matches:
+            _require_whole(matches[row])
         return str(texts[row]).strip()
 
     def _value_at_key(self, text: str) -> str:
@@ -319,6 +326,20 @@ class Output:
             # Beside it 1.250 may be a thousand and more.
             raise ValueError(f"{self.file} has decimal commas; write decimal = ','")
         return columns[self.column]
+
+
+def _require_whole(match: re.Match[str]) -> None:
+    r"""Refuse a match whose group is a part of a number.
+
+    A pattern may say what follows the group, as ``(\d+),`` does.
+    """
+    start, end = match.span(1)
+    text = match.string
+    begins_within = _NUMBER.match(text, start) and _BEGINNING.search(text[:start])
+    ends_within = text[end - 1].isdigit() and end == match.end() and _REST.match(text, end)
+    if begins_within or ends_within:
+        problem = f"{match[1]!r} in {text[max(start - 10, 0) : end + 10]!r} is a part of a number"
+        raise ValueError(f"{problem}; the group of the pattern must match all of it")
 
 
 def _require_inside(argument: str, file: str) -> None:

@@ -86,6 +86,10 @@ class WrappedProblem(Problem):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         return getattr(self.wrapped, name)
 
+    def untolerant(self) -> Any:
+        """Return the problem without :class:`FailureTolerant`."""
+        return self
+
     def designs_within(self, X: Any) -> Any:
         """Return designs, or one, as the wrapped problem takes them."""
         return X
