@@ -218,15 +218,19 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
             assert places == [str(k + 1) for k in range(len(front))]
 
 
-def test_names_stand_beside_points_where_all_of_them_have_room():
-    labels = ["a name", "a further one", "the last"]
-    for names in (labels, [30 * letter for letter in "abc"]):
-        table = read_table(pd.DataFrame([[0, 2], [1, 1], [2, 0]], names, ["cost", "mass"]))
-        figure = plot_objectives(table, width=90)
-        assert_readable(figure)  # it is drawn
-        (ax,) = figure.axes
-        written = [text.get_text() for text in ax.texts if text.get_visible()]
-        assert sum("." in text for text in written) == (3 if names is labels else 1)
+@pytest.mark.parametrize(("width", "n_names"), [(180, 7), (30, 0)])
+def test_names_stand_beside_points_or_at_the_end_of_a_line_where_they_have_room(width, n_names):
+    """Not all have room beside designs that are so near to each other."""
+    x = np.array([0, 1, 1.04, 1.08, 1.12, 1.16, 2])
+    frame = pd.DataFrame({"cost": x, "mass": 2 - x}, [15 * letter for letter in "abcdefg"])
+    table = read_table(frame)
+    figure = plot_objectives(table, width=width)
+    assert_readable(figure)  # it is drawn
+    (ax,) = figure.axes
+    written = [text for text in ax.texts if text.get_visible()]
+    assert sum("." in text.get_text() for text in written) == n_names
+    assert len(written) == 7
+    assert any(text.arrow_patch.get_visible() for text in written)
 
 
 def test_names_are_not_on_the_front_or_a_limit():

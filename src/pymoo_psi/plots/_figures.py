@@ -258,10 +258,10 @@ def plot_objectives(
 
     By default these are the pairs that conflict most, four at most; of objectives that are named
     they are all pairs. The key names the proposed or marked design. Of eight Pareto-optimal designs
-    and fewer each has its name beside it in panels that have room for all names, else its place in
-    the ranking; the names are below the panels. The line is a staircase: it joins what designs
-    reach in the two objectives, and there is no design between two of them. It has a single corner
-    where one design is the best in both.
+    and fewer each has its name beside it, or at the end of a line, where there is room, else its
+    place in the ranking; the names are below the panels. The line is a staircase: it joins what
+    designs reach in the two objectives, and there is no design between two of them. It has a single
+    corner where one design is the best in both.
 
     Args:
         table: A test table, or anything else that :func:`pymoo_psi.read_table` opens, such as a

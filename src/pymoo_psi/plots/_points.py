@@ -39,6 +39,7 @@ Groups = Mapping[str, tuple[Style, Mask]]
 """Groups of designs by name: how their markers are drawn, and ``(n,)`` which designs these are."""
 
 PARETO = "not dominated"
+DOMINATED = "dominated"
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 NAMED = 8  # designs that all have names; of more only the marked one has
@@ -69,6 +70,8 @@ _PARETO: Style = _HOLLOW | {
     "markersize": 4.2,
     "zorder": 3.5,
 }
+_DOT: Style = {"markeredgewidth": 0.0, "markerfacecolor": "0.75"}  # among many, no ring is seen
+_FAINTEST = 0.6
 _BELOW_POINTS = 3.4
 _FRONT: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}  # of two objectives
 _MARKED: Style = {  # the chosen or proposed design
@@ -197,14 +200,15 @@ class Points:
                     **style,
                     "markersize": style["markersize"] * shrink,
                     "markeredgewidth": 0.6 * shrink**0.5,
-                    "alpha": shrink,
+                    "alpha": max(shrink, _FAINTEST),
                     "linestyle": "none",
                     "rasterized": n > _RASTERIZED,
                 }
+                if n > _MANY and name == DOMINATED:
+                    looks |= _DOT
                 label = f"{n} {name}"
-                if is_below:
-                    rows[marked] = False
                 if is_marked_apart and mask[marked].any():
+                    rows[marked] = False
                     label = f"{counted(int(n) - 1, 'other')} {name}"
                     if n == 1:
                         label = "_"  # not in the key
@@ -327,7 +331,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     beyond = within_limits(table).replace(" within", "beyond")
     groups = {
         PARETO: (_PARETO, pareto),
-        "dominated": (_DOMINATED, feasible & ~pareto),
+        DOMINATED: (_DOMINATED, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
     named = {}

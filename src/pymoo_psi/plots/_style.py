@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO, StringIO
-from itertools import cycle
+from itertools import cycle, product
 from pathlib import Path
 from string import ascii_lowercase
 from textwrap import fill
@@ -53,17 +53,20 @@ _COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _LINE = 9.5  # points from one name to the next below
 _BESIDE = 5.0  # points from a point to its name
-_REACHES = (4.5, 8.0)  # points from a point to its name
-_NEAR = 10.0  # from here on a name has to have the colour of its point, or there is no other room
+_REACHES = (4.5, 8.0, 14.0, 20.0, 28.0, 40.0)  # points from a point to its name
+_NEAR = 10.0  # points from which on a line leads to the name
 # Where the box of a name is: its direction from the point, and which of its shares is there.
 _SIDES = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
     + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
+    + [(right, up, (1 - right) / 2, (1 - up) / 2) for right in (1, -1) for up in (1, -1)]
 )
 _GAP = 5.0  # points between names on a line
+_KEY_MARK = 3.0  # the least size of a marker in a key
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
 _LINE_WORSE = 1000  # any number of points is less bad than a line, which a name would interrupt
+_STEPS = 20  # at which a leader is compared with points
 _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
@@ -77,6 +80,13 @@ _NAME: Style = BESIDE | {
     "path_effects": [HALO],
     "zorder": 8,
     "in_layout": False,
+    "arrowprops": {
+        "arrowstyle": "-",
+        "color": "0.5",
+        "linewidth": 0.5,
+        "shrinkA": 0,
+        "shrinkB": 3,
+    },
 }
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _LETTER_WIDTH = 4.0  # points, about
@@ -431,6 +441,9 @@ def _add_legend(
     for n_rows in range(1, n + 1):
         n_columns = -(-n // n_rows)  # rounded up
         legend = figure.legend(handles, labels, ncols=n_columns, **options)
+        for handle in legend.legend_handles:
+            if isinstance(handle, Line2D):
+                handle.set_markersize(max(handle.get_markersize(), _KEY_MARK))
         if n_columns == 1 or legend.get_window_extent().width <= _WIDEST * figure.bbox.width:
             break
         legend.remove()
@@ -492,79 +505,89 @@ def name_points(
 def _place(
     axes: Axes, places: Array, names: Sequence[tuple[Annotation, Sequence[str], int]]
 ) -> None:
-    """Write each name at its best place: the long texts of all, or of the first, or short ones.
+    """Write each name at its best place: the short text, then the long one where it has room.
 
     No name is over another one. Only short texts are over points or lines.
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
-    paths = []
+    lines = []
     for line in axes.lines:
         if line.get_linestyle() != "None":
-            paths.append(line.get_transform().transform_path(line.get_path()))
+            lines.append(line.get_transform().transform_path(line.get_path()))
     own = [name for name, *_ in names]
-    others = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
-    for n_long in (len(names), 1, 0):
-        taken = list(others)
-        worst = 0.0
-        for k, (name, texts, row) in enumerate(names):
+    boxes = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
+    best: dict[int, tuple[float, Bbox, Line | None]] = {}
+    for turn in (-1, 0):
+        for name, texts, row in names:
+            taken = list(boxes)
+            crossed = list(lines)
+            for other in best.keys() - {row}:
+                _, box, leader = best[other]
+                taken.append(box.padded(_GAP * point, 0))
+                if leader is not None:
+                    crossed.append(leader)
             name.set_visible(True)  # an invisible one has no size
-            name.set_text(texts[0] if k < n_long else texts[-1])
-            boxes = _boxes_around(dots[row], extent(name).padded(point).size, point)
-            costs = [_cost(axes, dots, row, box, paths, taken) for box in boxes]
-            best = int(np.argmin(costs))
-            worst = max(worst, costs[best])
-            name.set_visible(costs[best] < np.inf)
-            name.xyann = tuple((boxes[best].p0 - dots[row]) / point + 1)
-            if name.get_visible():
-                taken.append(boxes[best].padded(_GAP * point, 0))
-        if worst < _BAD:
-            break
+            name.set_text(texts[turn])
+            place = _best_place(axes, dots, row, extent(name), crossed, taken)
+            if row not in best or place[0] < _BAD:
+                best[row] = place
+            else:
+                name.set_text(texts[-1])
+    for name, _, row in names:
+        cost, box, leader = best[row]
+        name.set_visible(cost < np.inf)
+        arrow: Any = name.arrow_patch
+        arrow.set_visible(leader is not None)
+        if name.get_visible():
+            name.xyann = tuple((box.p0 - dots[row]) / point + 1)
 
 
-def _boxes_around(dot: Array, size: ArrayLike, point: float) -> list[Bbox]:
-    """Return the boxes of a text around a point, the nearest first."""
-    boxes = []
-    for reach in _REACHES:
-        for side in _SIDES:
-            low = dot + reach * point * side[:2] - side[2:] * np.asarray(size)
-            boxes.append(Bbox([low, low + size]))
-    return boxes
-
-
-def _cost(
-    axes: Axes,
-    dots: Array,
-    row: int,
-    box: Bbox,
-    paths: Sequence[Line],
-    taken: Sequence[Bbox],
-) -> float:
-    """Return the cost of a box as the place of a name, in points of distance from its dot.
-
-    It is infinite if there is no room.
+def _best_place(
+    axes: Axes, dots: Array, row: int, text: Bbox, lines: Sequence[Line], taken: Sequence[Bbox]
+) -> tuple[float, Bbox, Line | None]:
+    """Return the best place of a text near its dot.
 
     Args:
         axes: The axes.
         dots: ``(n, 2)`` all dots.
-        row: The row of that of the name.
-        box: The box.
-        paths: Lines, which names avoid.
-        taken: Boxes of texts.
+        row: The row of that of the text.
+        text: A box of the size of the text.
+        lines: Lines, which texts avoid.
+        taken: Boxes of other texts.
+
+    Returns:
+        Its cost in points of distance, infinite if there is no room; its box; and the line that
+        leads from the dot to the text, if they are far from each other.
     """
     point = axes.figure.dpi / 72
-    is_inside = np.all([box.min > axes.bbox.min, box.max < axes.bbox.max])
-    if not is_inside or any(other.overlaps(box) for other in taken):
-        return np.inf
-    distances = np.hypot(*(np.clip(dots, box.p0, box.p1) - dots).T)
-    away = np.delete(distances, row)
-    n_bad = int(np.sum(away < _MARK * point))
-    if distances[row] < _NEAR * point:
-        n_bad += int((away < distances[row]).any())  # it would name the nearest dot
-    for path in paths:
-        if path.intersects_bbox(box.padded(_CLEAR * point), filled=False):
-            n_bad += _LINE_WORSE
-    return float(distances[row] / point + _BAD * n_bad)
+    size = text.padded(point).size
+    others = np.delete(dots, row, axis=0)
+    best: tuple[float, Bbox, Line | None] = (np.inf, Bbox.null(), None)
+    for reach, side in product(_REACHES, _SIDES):
+        if best[0] < reach:
+            break
+        low = dots[row] + reach * point * side[:2] - side[2:] * size
+        box = Bbox([low, low + size])
+        is_inside = np.all([box.min > axes.bbox.min, box.max < axes.bbox.max])
+        if not is_inside or any(other.overlaps(box) for other in taken):
+            continue
+        gaps = np.hypot(*(np.clip(others, box.p0, box.p1) - others).T)
+        clear = box.padded(_CLEAR * point)
+        n_bad = _LINE_WORSE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
+        leader = None
+        if reach > _NEAR:
+            leader = Line([dots[row], (box.p0 + box.p1) / 2])
+            n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
+            along = np.asarray(leader.interpolated(_STEPS).vertices)
+            gaps = np.minimum(gaps, np.hypot(*(others[:, None] - along).T).min(axis=0))
+        elif (gaps < reach * point).any():  # it would name the nearest dot
+            n_bad += 1
+        n_bad += int(np.sum(gaps < _MARK * point))
+        cost = reach + _BAD * n_bad
+        if cost < best[0]:
+            best = (cost, box, leader)
+    return best
 
 
 def literal(name: object, most: int = 40) -> str:
