@@ -208,9 +208,7 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     designs = table.take(ranking.rows[rows])
     schema = table.schema
     word = (schema.label or TEST).replace("_", " ")
-    names = designs.names
-    if schema.label in (None, ROW):  # names of our own, under such a head
-        names = [name.removeprefix(f"{word} ") for name in names]
+    names = [ranking.name_of(row).removeprefix(f"{word} ") for row in rows]
     columns = [Series(names, name=word), Series(places, name="place")]
     formats = number_formats(table)
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):

@@ -416,7 +416,8 @@ def _added(result: Result, former: Result) -> str:
         verb = "is" if n_optimal == 1 else "are"
         text += f", of which {n_optimal} {verb} not dominated"
     if former.table.feasible().any():
-        (proposed,) = former.table.best().names
+        before = former.table.feasible_ranking()
+        proposed = before.name_of(before.salukvadze[0])
         if proposed == ranking.name_of(ranking.salukvadze[0]):
             text += "; the proposal is as before"
         else:
