@@ -18,7 +18,7 @@ import pytest
 
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel import Queue, Runner
+from pymoo_psi.parallel import FutureRunner, Queue
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.processes import gone, posix, until
@@ -153,7 +153,7 @@ def test_a_runner_is_shared_by_nested_calls(make):
     assert len(pickle.dumps(workers)) < 300
 
 
-class Postponing(Runner):
+class Postponing(FutureRunner):
     """A runner, the jobs of which are ended from outside."""
 
     n_workers = 1
@@ -161,9 +161,6 @@ class Postponing(Runner):
     def __init__(self):
         super().__init__()
         self.jobs = []
-
-    def results(self, queue):
-        return queue.submitted()
 
     def submit(self, job):
         self.jobs.append(Future())

@@ -16,11 +16,21 @@ import platform
 import secrets
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Collection, Generator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from pickle import PickleError
+from queue import Empty, SimpleQueue
 from tempfile import gettempdir
 from threading import Event, Semaphore, Thread
 from typing import Any
@@ -36,19 +46,188 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import PsiError, WorkerError
-from pymoo_psi.parallel._evaluation import Answer, Function, Result, answer_by, sendable
+from pymoo_psi.parallel._evaluation import (
+    Answer,
+    Function,
+    Result,
+    answer_by,
+    one_line,
+    pickled_function,
+    sendable,
+)
 from pymoo_psi.parallel._pool import Job, environment_now, evaluate, give_up, keep_idle
-from pymoo_psi.parallel._runner import Queue, Runner, gone
+from pymoo_psi.parallel._runner import JOBS_AHEAD, Queue, Runner
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
 _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
 
+_POLLING_SECONDS = 0.05  # without a result, after which the reader may do something else
 _ASKING = 0.2  # seconds between two looks at the number of workers
 _LOOKING = 0.2  # seconds between two looks whether a run is given up
 _PATIENCE = 30.0  # seconds in which workers end what is given up; a tenth is usual
 
 
-class ProcessRunner(Runner):
+class FutureRunner(Runner):
+    """A runner that is given jobs by ``submit``.
+
+    A subclass writes ``n_workers`` and ``submit``.
+    """
+
+    def results(self, queue: Queue) -> Generator[Result | None]:
+        """Yield the results of a queue; see :class:`Runner`.
+
+        A job that the engine gives up is sent again, each of its designs alone; a design whose job
+        is given up again is lost. What was submitted is given up where the reader closes this.
+        """
+        job = self.job(queue.function)
+        again: deque[Job] = deque()
+        sent: dict[Any, Job] = {}
+        done: SimpleQueue[Any] = SimpleQueue()
+        try:
+            while True:
+                # A cluster may start its first worker when it has a job.
+                n_most = JOBS_AHEAD * max(1, self.n_workers)
+                while len(sent) < n_most and (again or queue.is_ready):
+                    if again:
+                        following = again.popleft()
+                    else:
+                        following = job._replace(designs=queue.take(), seconds=queue.job_seconds)
+                    future = self.submit(following)
+                    sent[future] = following
+                    _put_when_done(future, done)
+                if not sent and not queue.waiting:  # nor is anything held by a pause
+                    return
+                try:
+                    future = done.get(timeout=_POLLING_SECONDS)
+                except Empty:  # workers may have joined
+                    yield None
+                    continue
+                finished = sent.pop(future)
+                try:
+                    answer = self.answer(future)
+                except PsiError:  # the guard in the worker has raised it
+                    raise
+                except Exception as error:
+                    if finished.is_again:
+                        yield from queue.results_of(_lost_results(finished, error, queue))
+                    else:
+                        again += _each_alone(finished, error)
+                    continue
+                yield from queue.results_of(*answer)
+                queue.take_back(finished.designs)
+        finally:
+            self.give_up(job.run, sent)
+
+    def job(self, function: Function) -> Job:
+        """Return a job of a new run, yet without designs.
+
+        Raises:
+            WorkerError: The function cannot be pickled.
+        """
+        pickled = pickled_function(function)
+        identity = _identity(self._name, function, pickled)
+        return Job(secrets.token_hex(8), pickled, identity, self.timeout, deque())
+
+    def submit(self, job: Job) -> Any:
+        """Return the future of a job: one of Python's, or an engine's that can be polled.
+
+        Raises:
+            WorkerError: The workers are gone.
+        """
+        raise NotImplementedError
+
+    def answer(self, future: Any) -> Answer:
+        """Return the answer of a future that is done.
+
+        Raises:
+            Exception: What the worker raised, or the engine.
+        """
+        answer: Answer = future.result()
+        return answer
+
+    def give_up(self, run: str, futures: Collection[Any]) -> None:
+        """Give up the jobs of a run; what threads of this process have begun ends, too."""
+        for future in futures:
+            with suppress(Exception):  # an executor that is gone
+                future.cancel()
+        if futures:
+            give_up(run)
+
+
+def _put_when_done(future: Any, done: SimpleQueue[Any]) -> None:
+    """Put a future into a queue as soon as it is done."""
+    if hasattr(future, "add_done_callback"):
+        future.add_done_callback(lambda _: done.put(future))
+        return
+
+    def wait_for_it() -> None:
+        with suppress(BaseException):  # it is raised again where the result is read
+            future.result()
+        done.put(future)
+
+    Thread(target=wait_for_it, daemon=True).start()
+
+
+def _each_alone(job: Job, error: Exception) -> list[Job]:
+    """Return a job for each design of one that the engine gave up.
+
+    Raises:
+        WorkerError: The executor is gone, or its workers cannot do any job.
+    """
+    if isinstance(error, BrokenExecutor):
+        raise _gone(error) from error
+    if isinstance(error, (ImportError, AttributeError, PickleError)):
+        raise _unusable(error) from error
+    return [job._replace(designs=deque([design]), is_again=True) for design in job.designs]
+
+
+def _lost_results(job: Job, error: Exception, queue: Queue) -> list[Result]:
+    """Return the loss of the design of a job that the engine gave up again.
+
+    Raises:
+        WorkerError: The executor is gone, or no worker has done anything.
+    """
+    if isinstance(error, (BrokenExecutor, CancelledError)):
+        raise _gone(error) from error
+    if not queue.samples:
+        raise _unusable(error) from error
+    index, _ = job.designs[0]
+    return [(index, OSError(f"its worker was lost ({one_line(error)})"), 0.0)]
+
+
+def _gone(error: BaseException) -> WorkerError:
+    """Return the error for an executor that takes no more jobs."""
+    return WorkerError(
+        f"the executor takes no more work ({one_line(error)}); start it again and repeat the call: "
+        "a study goes on"
+    )
+
+
+def _unusable(error: BaseException) -> WorkerError:
+    return WorkerError(
+        f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
+        "pymoo_psi and what the model imports"
+    )
+
+
+def _identity(runner: str, function: Any, pickled: bytes) -> tuple[str, bytes]:
+    """Return by what runs know that they may share workers; see :class:`Job`.
+
+    A worker may keep what a module has read from a file that the fingerprint of the function's
+    ``problem`` includes. A class of the main module is sent by value, and a worker may also keep
+    parts of its last version, which only calls of the same runner may use.
+    """
+    fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
+    parameters = None
+    if callable(fingerprint):
+        parameters = fingerprint()
+    owner = ""
+    if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
+        owner = runner
+    return owner, bytes(cloudpickle.dumps(parameters))
+
+
+class ProcessRunner(FutureRunner):
     """An ``elementwise_runner`` that evaluates designs in guarded worker processes.
 
     For a model that may hang, crash, or start programs that do. If a worker process dies or runs
@@ -111,10 +290,6 @@ class ProcessRunner(Runner):
 
         return int(cpu_count())
 
-    def results(self, queue: Queue) -> Generator[Result | None]:
-        """Yield the results of a queue; see :class:`Runner`."""
-        return queue.submitted()
-
     def job(self, function: Function) -> Job:
         """Return a job of a new run in the environment of this process."""
         job = super().job(function)
@@ -140,7 +315,7 @@ class ProcessRunner(Runner):
         return partial(type(self), self.n_jobs, timeout=self.timeout), ()
 
 
-class ExecutorRunner(Runner):
+class ExecutorRunner(FutureRunner):
     """An ``elementwise_runner`` that evaluates designs on any ``concurrent.futures.Executor``.
 
     Such executors are ``client.get_executor()`` of ``dask.distributed``,
@@ -224,14 +399,10 @@ class ExecutorRunner(Runner):
             try:
                 count = self._count()
             except (OSError, asyncio.TimeoutError) as error:  # the scheduler is gone
-                raise gone(error) from error
+                raise _gone(error) from error
             self._n_workers = integer("the result of workers", count, minimum=0)
             self._asked = now
         return self._n_workers
-
-    def results(self, queue: Queue) -> Generator[Result | None]:
-        """Yield the results of a queue; see :class:`Runner`."""
-        return queue.submitted()
 
     def submit(self, job: Job) -> Any:
         """Return the future of a job."""
@@ -241,7 +412,7 @@ class ExecutorRunner(Runner):
         except PsiError:
             raise
         except Exception as error:
-            raise gone(error) from error
+            raise _gone(error) from error
 
     def answer(self, future: Any) -> Answer:
         """Return the answer of a future that is done.

@@ -92,6 +92,7 @@ class Job(NamedTuple):
         seconds: Seconds that the designs may take together. After twice that time, the designs that
             are not begun are left to other workers.
         environment: The environment of the run; ``None`` for that of whoever evaluates the job.
+        is_again: Whether it has one design, of a job that an engine gave up.
         free: A semaphore of the workers of this machine that are free for the run; ``None`` where
             others evaluate.
     """
@@ -103,6 +104,7 @@ class Job(NamedTuple):
     designs: Waiting
     seconds: float = math.inf
     environment: Values | None = None
+    is_again: bool = False
     free: Any = None
 
 

@@ -2,8 +2,8 @@
 
 Whatever this package evaluates, it puts into a :class:`Queue`: the designs of an algorithm, the
 points of a vectorised problem, or tasks. A :class:`Runner` takes jobs from the queue: some designs
-each, or a piece of the points. The queue knows how long the last jobs took, and so how much the
-next one has; who is at work on what; what is sent again after a loss, and who is to blame for it.
+each, or a piece of the points. The queue knows what waits and what is under way, how long the last
+jobs took, and so how much the next one has.
 """
 
 from __future__ import annotations
@@ -13,31 +13,21 @@ import secrets
 import statistics
 import sys
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping
-from concurrent.futures import BrokenExecutor, CancelledError
-from contextlib import closing, suppress
-from pickle import PickleError
-from queue import Empty, SimpleQueue
-from threading import Thread
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import closing
 from types import MappingProxyType
 from typing import Any, NoReturn
 
-import cloudpickle
-
 from pymoo_psi._modules import accept, require_unchanged, versions
 from pymoo_psi._validation import Values, invalid, positive_number
-from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
+from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel._evaluation import (
-    Answer,
     Function,
     Result,
     Waiting,
     evaluate_here,
     lost_values,
-    one_line,
-    pickled_function,
 )
-from pymoo_psi.parallel._pool import Job, give_up
 
 # Seconds that the designs of a job take: long beside the message that brings it, some 0.1 ms.
 _JOB_SECONDS = 0.05
@@ -50,18 +40,15 @@ _SECONDS_OF_WORKER = 0.002
 _GROWTH = 10
 # Jobs for each worker that are under way: one is evaluated while the next one waits beside it.
 JOBS_AHEAD = 2
-_POLLING_SECONDS = 0.05  # without a result, after which the reader may do something else
 
 
 class Runner:
     """An ``elementwise_runner`` of this package; this base class evaluates in this process.
 
-    A subclass writes ``n_workers``, and ``results``. Where workers are given jobs one by one, these
-    are ``queue.submitted()``, and it also writes ``submit``.
+    A subclass writes ``n_workers`` and ``results``.
 
     Attributes:
-        samples: How many designs the last jobs had, and the seconds that one of them took. Their
-            median counts: a first evaluation often loads libraries, and a busy machine stalls.
+        samples: Those of the last queue of designs; see :class:`Queue`.
         elastic: Whether workers may join and leave during a run.
         in_rounds: Whether designs that are added may wait for all that are being evaluated.
     """
@@ -93,41 +80,6 @@ class Runner:
                 are gone.
         """
         return queue.evaluated_here()
-
-    def job(self, function: Callable[[Any], Any]) -> Job:
-        """Return a job of a new run, yet without designs.
-
-        Raises:
-            WorkerError: The function cannot be pickled.
-        """
-        pickled = pickled_function(function)
-        identity = _identity(self._name, function, pickled)
-        return Job(secrets.token_hex(8), pickled, identity, self.timeout, deque())
-
-    def submit(self, job: Job) -> Any:
-        """Return the future of a job: one of Python's, or an engine's that can be polled.
-
-        Raises:
-            WorkerError: The workers are gone.
-        """
-        raise NotImplementedError
-
-    def answer(self, future: Any) -> Answer:
-        """Return the answer of a future that is done.
-
-        Raises:
-            Exception: What the worker raised, or the engine.
-        """
-        answer: Answer = future.result()
-        return answer
-
-    def give_up(self, run: str, futures: Collection[Any]) -> None:
-        """Give up the jobs of a run; what threads of this process have begun ends, too."""
-        for future in futures:
-            with suppress(Exception):  # an executor that is gone
-                future.cancel()
-        if futures:
-            give_up(run)
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
@@ -162,6 +114,8 @@ class Queue:
         function: What evaluates a design.
         runner: What calls it.
         largest: The number of points in the largest job.
+        samples: How many designs or points the last jobs had, and the seconds that one took. Their
+            median counts: a first evaluation often loads libraries, and a busy machine stalls.
         waiting: What no worker has begun, with its index.
         is_paused: Whether no worker may begin anything.
     """
@@ -182,9 +136,9 @@ class Queue:
         self._smallest = smallest
         self.largest = largest
         self._seconds = seconds
-        self._samples: deque[tuple[int, float]] = deque(maxlen=5)
+        self.samples: deque[tuple[int, float]] = deque(maxlen=5)
         if not in_pieces:
-            self._samples = self.runner.samples  # of all batches
+            self.samples = self.runner.samples  # of all batches
         self._reset()
 
     def _reset(self) -> None:
@@ -194,9 +148,6 @@ class Queue:
         self._under_way: dict[int, Any] = {}  # what was taken and is not done, by its index
         self._results: Generator[Result | None] | None = None
         self._versions: dict[str, bytes] = {}  # those of the modules that were accepted
-        self._sent: dict[Any, Job] = {}  # by the future of the job
-        self._done: SimpleQueue[Any] = SimpleQueue()  # futures
-        self._sent_again: set[int] = set()  # the indices of jobs that an engine gave up
 
     # As its reader sees it
 
@@ -268,7 +219,7 @@ class Queue:
             for result in self.results_of(evaluate_here(self.function, designs)):
                 yield result
                 if self.is_paused:
-                    self._wait_again(designs)
+                    self.take_back(designs)
                     yield None
 
     def take(self) -> Waiting:
@@ -287,18 +238,26 @@ class Queue:
             self.waiting.appendleft((int(rest.numbers[0]), rest))
         return taken
 
+    def take_back(self, designs: Waiting) -> None:
+        """Let designs of a job that are not evaluated wait for another one."""
+        while designs:
+            index, design = designs.pop()
+            if index in self._under_way:
+                del self._under_way[index]
+                self.waiting.appendleft((index, design))
+
     def _size(self) -> int:
         """Return how many designs or points the next job has, at least 1.
 
         They take the seconds of a job, by the last ones, and are at most half of a worker's share,
         so that all workers end together, unless that is too little to be worth a message.
         """
-        if not self._samples:
+        if not self.samples:
             return self._smallest
-        last_size, _ = self._samples[-1]
+        last_size, _ = self.samples[-1]
         # 0 seconds where a clock is too coarse
-        seconds = max(statistics.median_low([seconds for _, seconds in self._samples]), 1e-9)
-        size = min(int(self._job_seconds / seconds), _GROWTH * last_size, self.largest)
+        seconds = max(statistics.median_low([seconds for _, seconds in self.samples]), 1e-9)
+        size = min(int(self.job_seconds / seconds), _GROWTH * last_size, self.largest)
         n_workers = self.runner.n_workers
         if n_workers > 1:
             share = math.ceil(self.n_waiting / n_workers)
@@ -307,7 +266,8 @@ class Queue:
         return max(size, self._smallest)
 
     @property
-    def _job_seconds(self) -> float:
+    def job_seconds(self) -> float:
+        """Seconds that the designs of a job should take."""
         return max(self._seconds, _SECONDS_OF_WORKER * self.runner.n_workers)
 
     def results_of(
@@ -341,7 +301,7 @@ class Queue:
             measured_seconds += seconds
             yield index, values, seconds
         if n_measured:
-            self._samples.append((n_measured, measured_seconds / n_measured))
+            self.samples.append((n_measured, measured_seconds / n_measured))
         if failure is not None:
             raise failure
 
@@ -351,102 +311,6 @@ class Queue:
         self._under_way = {}
         self.runner = runner
         return runner.results(self)
-
-    # Jobs that a runner is given by ``submit``
-
-    def submitted(self) -> Generator[Result | None]:
-        """Submit jobs until nothing waits; yield results, and ``None`` after moments without one.
-
-        What was submitted is given up where the reader closes this.
-        """
-        runner = self.runner
-        job = runner.job(self.function)
-        try:
-            while True:
-                # A cluster may start its first worker when it has a job.
-                n_most = JOBS_AHEAD * max(1, runner.n_workers)
-                while self.is_ready and len(self._sent) < n_most:
-                    self._send(job._replace(designs=self.take(), seconds=self._job_seconds))
-                if not self._sent and not self.waiting:  # nor is anything held by a pause
-                    return
-                try:
-                    future = self._done.get(timeout=_POLLING_SECONDS)
-                except Empty:  # workers may have joined
-                    yield None
-                    continue
-                yield from self._results_of(future, self._sent.pop(future))
-        finally:
-            runner.give_up(job.run, self._sent)
-
-    def _send(self, job: Job) -> None:
-        future: Any = self.runner.submit(job)
-        self._sent[future] = job
-        if hasattr(future, "add_done_callback"):
-            future.add_done_callback(lambda _: self._done.put(future))
-        else:  # it calls nobody when it is done
-            Thread(target=self._await, args=(future,), daemon=True).start()
-
-    def _await(self, future: Any) -> None:
-        with suppress(BaseException):  # it is raised again where the result is read
-            future.result()
-        self._done.put(future)
-
-    def _results_of(self, future: Any, job: Job) -> Iterator[Result]:
-        """Yield the results of a job; let wait again what is left of it."""
-        try:
-            answer = self.runner.answer(future)
-        except PsiError:  # the guard in the worker has raised it
-            raise
-        except Exception as error:
-            yield from self._given_up(job, error)
-            return
-        yield from self.results_of(*answer)
-        self._wait_again(job.designs)
-
-    def _wait_again(self, designs: Waiting) -> None:
-        """Take designs that are not evaluated out of a job, to wait for another one."""
-        while designs:
-            index, design = designs.pop()
-            if index in self._under_way:
-                del self._under_way[index]
-                self.waiting.appendleft((index, design))
-
-    def _given_up(self, job: Job, error: Exception) -> Iterator[Result]:
-        """Send designs again, each alone, whose job the engine gave up; lose them the next time.
-
-        Raises:
-            WorkerError: The executor is gone, or its workers cannot do any job.
-        """
-        if isinstance(error, BrokenExecutor):
-            raise gone(error) from error
-        if isinstance(error, (ImportError, AttributeError, PickleError)):
-            raise _unusable(error) from error
-        for index, design in job.designs:
-            if index not in self._sent_again:
-                self._sent_again.add(index)
-                self._send(job._replace(designs=deque([(index, design)])))
-            elif isinstance(error, CancelledError):
-                raise gone(error) from error
-            elif not self._samples:  # no worker has done anything
-                raise _unusable(error) from error
-            else:
-                reason = f"its worker was lost ({one_line(error)})"
-                yield from self.results_of([(index, OSError(reason), 0.0)])
-
-
-def gone(error: BaseException) -> WorkerError:
-    """Return the error for an executor that takes no more jobs."""
-    return WorkerError(
-        f"the executor takes no more work ({one_line(error)}); start it again and repeat the call: "
-        "a study goes on"
-    )
-
-
-def _unusable(error: BaseException) -> WorkerError:
-    return WorkerError(
-        f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
-        "pymoo_psi and what the model imports"
-    )
 
 
 def raise_original(error: EvaluationError) -> NoReturn:
@@ -459,20 +323,3 @@ def raise_original(error: EvaluationError) -> NoReturn:
     if error.original is None:
         raise WorkerError(f"a worker process failed: {error.reason}") from error
     raise error.original from error.original.__cause__
-
-
-def _identity(runner: str, function: Any, pickled: bytes) -> tuple[str, bytes]:
-    """Return by what runs know that they may share workers; see :class:`Job`.
-
-    A worker may keep what a module has read from a file that the fingerprint of the function's
-    ``problem`` includes. A class of the main module is sent by value, and a worker may also keep
-    parts of its last version, which only calls of the same runner may use.
-    """
-    fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
-    parameters = None
-    if callable(fingerprint):
-        parameters = fingerprint()
-    owner = ""
-    if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
-        owner = runner
-    return owner, bytes(cloudpickle.dumps(parameters))
