@@ -92,7 +92,7 @@ def readable(path):
 def normalized(text, folder):
     """Without places, times and digits that differ from machine to machine."""
     text = text.replace(str(folder), "FOLDER")
-    text = re.sub(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d)?)?", "DATE", text)
+    text = re.sub(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?)?", "DATE", text)
     text = re.sub(r"^( *\d+ +psi\S* .* )\d\.\d{4}$", r"\1SECONDS", text, flags=re.MULTILINE)
     text = re.sub(r"pymoo-psi \d+(\.\w+)+", "pymoo-psi VERSION", text)
     text = re.sub(r"-?\d+\.\d{9,}(e[-+]?\d+)?", lambda found: f"{float(found[0]):.10g}", text)

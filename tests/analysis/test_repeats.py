@@ -139,11 +139,6 @@ def test_remarks_tell_repeats(frame, average_by, remarks):
         assert re.search(expected, remark)
 
 
-def test_the_command_counts_designs(file, said):
-    printed = said("rank", file, "--objectives", "cost,mass", "--average-by", "variant")
-    assert re.search("(?s)3 designs, 8 tests.*Proposed: C.*C is the best with a prob", printed)
-
-
 def known(F, error):
     """A table of two objectives with a standard error that is known."""
     errors = {f"f{j} standard error": np.full(len(F), error) for j in (1, 2)}

@@ -12,7 +12,7 @@ import pytest
 
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
-from pymoo_psi.table import Decision, Formulation
+from pymoo_psi.table import Decision
 from tests.helpers.ranked import Ranked
 
 COST = re.compile(r"(\S+) in (\w+) \((\S+) %")
@@ -138,35 +138,6 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said,
     for text in texts[:4]:
         assert "100000" not in text
     assert "s.db: test 2.4 chosen of" in texts[2]
-
-
-def test_positions_and_reasons_are_sentences_no_wider_than_a_pipe(said):
-    Path("set.csv").write_text("name,cost,mass\nA,1,9\nB,3,3\nC,9,1\nD,4.000001,4\n")
-    reason = "It is light, " * 30
-    positions = [
-        {"name": "Cleo", "chosen": "C", "reason": reason},
-        {"name": "Ana", "chosen": "B", "limits": {"mass": 5, "cost": (None, None), "width": 9}},
-        {"name": "Dora", "chosen": "D"},
-        {"name": "Emil", "chosen": "E"},
-    ]
-    decision = Decision(
-        Formulation(limits={"cost": 4}), chosen="B", reason=reason, positions=positions
-    )
-    decision.to_json("d.json")
-    printed = said("rank", "set.csv", "--decision", "d.json")
-    assert max(map(len, printed.splitlines())) <= 80
-    text = " ".join(printed.split())
-    for sentence in (
-        f"Cleo wants C: beyond cost at most 4 (9). “{reason.strip()}",
-        "Ana wants B. Conditions: mass<=5; width<=9.",  # a column that is gone
-        "Dora wants D: beyond cost at most 4 (4.000001).",
-        "Emil wants E, which is not among these designs.",
-    ):
-        assert sentence in text
-    assert text.count("equally near") + text.count("is as near") == 1
-    Path("set.csv").write_text("name,kind,cost,mass\nA,oak,1,9\nB,tin,3,3\nC,alu,9,1\n")
-    text = " ".join(said("rank", "set.csv", "--limits", "kind in oak, tni, alu").split())
-    assert "(kind = oak, tni or alu); none of them is dominated; no design has tni as kind." in text
 
 
 NAMES = {

@@ -189,20 +189,6 @@ def test_the_choice_comes_back_with_the_designs(sources, said, writer, suffix):
     assert read_table(f"c.{suffix}").schema.units["mass"] == "kg"
 
 
-def test_a_decision_is_a_formulation_with_a_choice(sources, said, tmp_path):
-    mass = float(read_table("beam.db").column("mass")[6])
-    changed = "test 7, the chosen design, has changed: mass was 1.0 and is"
-    words = decision(page={"values": {"mass": 1.0}})
-    assert changed in joined(said("rank", *words))
-    words = decision(limits={"mass": 0.999 * mass}, page={"values": {"mass": mass}})
-    said("report", *words)  # it violates the limits: the proposal, and why
-    report = (tmp_path / "report.html").read_text("utf-8")
-    for text in (said("rank", *words), report):
-        assert "test 7, the chosen design, violates the limits" in joined(text)
-    assert ">Proposed: " in report
-    assert "in stock" not in report
-
-
 @pytest.mark.parametrize("command", ["rank", "page"])
 @pytest.mark.parametrize(
     ("changes", "message"),

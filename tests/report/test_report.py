@@ -214,7 +214,8 @@ CHANGE = re.compile(r"(price|battery|speed) ([\d. ]+?) (higher|lower)")
 
 @pytest.mark.parametrize("seed", seeds(8))
 @undrawn
-def test_positions_say_what_the_proposal_costs(seed):
+def test_the_least_regret_of_positions_is_that_of_a_slow_loop(seed):
+    """What a design costs whom at worst, in shares of the ranges."""
     frame = offers(seed)
     most = int(frame["price"].quantile(0.7))
     oracle = ranked(frame, most)
@@ -223,29 +224,6 @@ def test_positions_say_what_the_proposal_costs(seed):
     positions = [{"name": name, "chosen": design} for name, design in holders.items()]
     formulation = Formulation(list(NAMES), maximize=LARGER, limits={"price": most})
     report = decision_report(read_table(frame, Decision(formulation, positions=positions)))
-    said = lines(report, "Positions")
-    said = dict(zip(said[1::2], said[2::2], strict=True))
-    assert said[f"Ann: {oracle.front[0]}"] == "The proposal."
-    for name in ("Ben", "Cleo"):
-        own, proposed = frame.loc[holders[name]], frame.loc[oracle.front[0]]
-        text = said[f"{name}: {holders[name]}"]
-        assert ("Beyond the limit: price at most" in text) == (name == "Cleo")
-        worse, _, better = text.rpartition("The proposal: ")[2].partition("better in ")
-        losses = re.findall(
-            rf"{CHANGE.pattern}(?: \(([\d.]+) %\))?", worse.replace("\N{NO-BREAK SPACE}", " ")
-        )
-        for column, amount, word, share in losses:
-            loss = abs(proposed[column] - own[column])
-            assert is_written(amount, loss)
-            loss /= abs(oracle.worst[column] - oracle.best[column])
-            assert is_written(share, 100 * loss) if share else loss > 1
-            assert (word == "higher") == (proposed[column] > own[column])
-            assert (word == "higher") != (column in LARGER)
-        gains = [column for column in NAMES if column in better]
-        assert len(losses) + len(gains) == sum(own != proposed)
-        for column in gains:
-            assert (proposed[column] > own[column]) == (column in LARGER)
-    # What each design costs whom at worst, in shares of the ranges.
     costs = {}
     for design in oracle.front:
         for name, held in holders.items():
@@ -267,21 +245,7 @@ def test_positions_say_what_the_proposal_costs(seed):
 
 
 @undrawn
-def test_a_chosen_design_stands_beside_the_proposed_one():
-    (best,), other = LIMITED.best().names, f"test {TABLE.numbers[LIMITED.feasible()][-1]}"
-    report = decision_report(LIMITED, design=other)
-    sheet = "\n".join(lines(report, "sheet"))
-    assert f"\nChosen: {other}\nTest{other[4:]} is chosen instead of {best}: " in sheet
-    assert lines(report, "Values")[0].endswith("chosen | behindthe best | proposed")
-    assert str(report).startswith(f"Report on a choice: {other} chosen of ")
-
-
-@undrawn
-def test_a_choice_has_its_reason_and_cautions(beam):
-    chosen = LIMITED.under(
-        replace(LIMITED.decision, chosen=LIMITED.best().names[0], reason="It is cheap.")
-    )
-    assert "Reason: It is cheap." in lines(decision_report(chosen), "sheet")
+def test_a_choice_has_its_cautions(beam):
     said = Reader(beam).text.split("Attention: ")[1:]
     expected = [*map(str, cautions(beam.ranking))]
     assert [line[: len(text)] for line, text in zip(said, expected, strict=True)] == expected != []
@@ -297,54 +261,17 @@ def test_what_is_known_of_the_design_is_shown():
 
 
 @undrawn
-def test_cautions_say_that_they_are_about_the_optimum():
-    """Where another design is chosen they would be taken for its own, and so would their lack."""
-    F = [[0.0, 4.0], [1.0, 1.0], [0.5, 1.33], [4.0, 0.0]]
-    table = read_table(pd.DataFrame(F, ["V1", "V2", "V3", "V4"], ["a", "b"]))
-    own, other = (lines(decision_report(table, design=name), "sheet") for name in (None, "V1"))
-    mark = f"Attention to {table.best().names[0]}, the proposal: "
-    expected = [line.replace("Attention: ", mark) for line in own if "Attention: " in line]
-    assert [line for line in other if "Attention" in line] == expected != []
-
-
-@undrawn
-def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
-    path = tmp_path / "offers.csv"
-    path.write_text("offer;price;days\nA;4748,36;10\nB;3085,5;39,25\nC;5200,25;8\n", "utf-8")
-    report = decision_report(read_table(path))
-    assert " | 3085,50 | 4748,36 | " in lines(report, "Values")[1]
-    assert "days 29,25 higher" in " ".join(lines(report, "One step away"))
-
-
-@undrawn
 def test_no_line_ends_between_a_number_and_its_unit(html):
     assert len(re.findall("\\d\N{NO-BREAK SPACE}(kg|MPa|%)", html)) > 20
     assert not re.search(r"\d (kg|MPa|mm|%)", html[html.index("<body") :])
 
 
 @undrawn
-def test_counts_add_up(beam):
-    said, *_, failed_as, rule = lines(beam, "What was tested")
-    ok, designs, *limits, failed, front = map(int, re.findall(r"(\d+) ", said))
-    assert designs == len(TABLE)
-    assert limits == [*LIMITS.values()]
-    assert failed == len(TABLE.reasons) > 0
-    assert front == LIMITED.pareto().sum()
-    assert ok == LIMITED.feasible().sum()
+def test_failures_have_their_reason_and_a_rule(beam):
+    *_, failed_as, rule = lines(beam, "What was tested")
+    failed = len(TABLE.reasons)
     assert failed_as == f"{failed} | no mesh: too slender | test {min(TABLE.reasons)}"
     assert f" height / width <= 4 would have avoided {failed} of {failed} failures" in rule
-
-
-@undrawn
-def test_a_limit_costs_what_would_be_had_without_it(beam):
-    """The best of all designs that keep the others: what a ranking without the limit has."""
-    free = TABLE.under(limits={"stress": 70}).feasible()
-    now, then = (TABLE.column("stiffness")[mask].max() for mask in (LIMITED.feasible(), free))
-    assert then > now
-    text = " ".join(lines(beam, "Limits")).partition("mass at most 55 kg")[2]
-    found = re.search(r"stiffness is ([\d. ]+) instead of ([\d. ]+)\.", text)
-    assert is_written(found[1], then)
-    assert is_written(found[2], now)
 
 
 @undrawn
@@ -406,21 +333,6 @@ def test_nothing_is_loaded_and_nothing_runs(html):
     sources = "font-src data:; img-src data:; style-src 'unsafe-inline'"
     assert ("content", f"default-src 'none'; {sources}; base-uri 'none'") in found.attributes
     assert not re.search(r"url\((?!data:)|@import", html)
-
-
-@undrawn
-def test_no_design_left_reports_what_stands_in_the_way():
-    report = decision_report(beams().under(limits={"mass": 5.0, "stress": 70}))
-    assert report.ranking is None
-    said = lines(report, "sheet")
-    assert said[1] == "No design is left"
-    assert re.match(r"None of \d+ is within the limits \(mass at most 5 kg, ", said[2])
-    least = TABLE.column("mass")[TABLE.status == "ok"].min()
-    effects = lines(report, "What limits do")
-    assert (
-        f"The nearest value is {least:.5g} kg." in effects[effects.index("mass at most 5 kg") + 1]
-    )
-    assert "nearest" not in effects[effects.index("stress at most 70 MPa") + 1]
 
 
 def heavy(value, limit):
@@ -509,8 +421,6 @@ def test_the_sheet_has_the_decision_of_the_group():
     head, row, *_ = Reader(html).sections["Values"]
     assert head.endswith("proposed | present design")
     assert is_written(row.split(" | ")[-1], table.column("mass")[5])
-    decision = f"Decided on 2026-01-04 for {names[2]} by Ben."
-    assert all(text in sheet for text in (decision, "Dissent: Ann.", "So be it.", "At worst"))
     assert sheet.count("<b>Ann</b>") == sheet.count("<b>Ben</b>") == 1
 
 
