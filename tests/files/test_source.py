@@ -274,12 +274,29 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("number,Typ,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "Typ"),
         ("number,a,b\n50,4,1\n20,9,2\n10,12,0\n", ("a", "b"), "number"),
         ("car,a,design,b\nTown,20,70,5\nLane,24,70,6\n", ("a", "b"), "car"),
+        ("Sample,a,NO\n3,1,4\n1,2,5\n2,3,1\n", ("a", "NO"), "Sample"),
+        ("NO,a\n30,1\n10,2\n20,3\n", ("NO", "a"), "row"),
     ],
 )
 def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
     table = read(text)
     assert (table.schema.objectives, table.schema.label) == (expected, label)
     assert table.numbers.tolist() == list(range(1, len(table) + 1))
+
+
+@pytest.mark.parametrize(
+    ("names", "objectives", "variables"),
+    [
+        ("x1,f2,f1,cost", ("f2", "f1"), ("x1",)),
+        ("X1,u2,F1,F2", ("F1", "F2"), ("X1", "u2")),
+        ("x_1,f_1,f_2,g1", ("f_1", "f_2"), ("x_1",)),
+        ("x1 [mm],f1 [kg],f2 (€),h1", ("f1 [kg]", "f2 (€)"), ("x1 [mm]",)),
+        ("f1,mass,cost,g1", ("f1", "mass", "cost", "g1"), ()),
+    ],
+)
+def test_numbered_names_tell_roles(read, names, objectives, variables):
+    schema = read(f"{names}\n1.5,2,3,4\n2,1,5,3\n").schema
+    assert (schema.objectives, schema.variables) == (objectives, variables)
 
 
 def test_names_tell_objectives_from_variables(read):
@@ -376,12 +393,20 @@ OTHER_WORDS = ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehle
 @pytest.mark.parametrize(
     ("text", "asked", "options", "remarks"),
     [
-        ("Versuch,a\n7,3\n8,4\n9,4\n", {}, {}, ["counts the rows"]),
+        ("Los,a\n8,3\n7,4\n9,4\n", {}, {}, ["counts the rows"]),
         ("Versuch,a\n7,3\n8,4\n8,5\n", {}, {}, []),
+        ("Trial,a,b\n3,3,1\n1,4,0\n2,4,2\n", {}, {}, []),
+        ("a,No,b\n3,3,1\n1,1,0\n2.5,2,2\n", {}, {}, ["No is taken to number"]),
+        ("name,index,a,b\nA,85,3,1\nB,92,4,0\nC,78,4,2\n", {}, {}, ["index is taken to number"]),
+        ("x1,f1,f2,g1,h1\n1,3,1,-1,0\n2,1,3,0.5,0.1\n", {}, {},
+         ["^g1 is no constraint; 1 design .* --limits 'g1<=0'", "--limits '-0.0001<=h1<=0.0001'"]),
+        ("x1,f1,f2,g1\n1,3,1,-1\n2,1,3,0.5\n", {"limits": "g1<=1"}, {}, []),
         ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,6,3\n", {}, {}, []),
         ("car,price,design,range\nA,1,7,9\nB,2,9,7\nC,3,9,5\n", {}, {}, ["price, .*counts the rows", "design is taken to number"]),
         ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", {}, {}, []),
-        ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds times"]),
+        ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds texts such as '1:30'"]),
+        ("car,price,noise,mass\nA,SEK 5200,6,9\nB,SEK 61,5,7\n", {}, {}, ["price holds texts such as 'SEK 5200'"]),
+        ("car,steel,begun,a,b\nA,S235,2026-05-01,6,9\nB,S355,2026-05-02,5,7\n", {}, {}, []),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),
         ("a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n",
          {"objectives": ["a", "b"]}, {"drop_incomplete": True},

@@ -66,9 +66,8 @@ _NUMBERLIKE = re.compile(
     r"(?!\w*[-‐‑][^\W\d]|[\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,})",
     re.IGNORECASE,
 )
-_DATE_OR_TIME = re.compile(
-    r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
-)
+DATE = re.compile(r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}")
+_DATE_OR_TIME = re.compile(rf"{DATE.pattern}|\d\d?:\d\d(?::\d\d)?")
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 # Names of rows that hold sums of others.

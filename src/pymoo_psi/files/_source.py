@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, first_of, kind_of_cells
 from pymoo_psi._names import argument, name_of, named_as
@@ -38,6 +39,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.analysis import average_repeats, has_repeats, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files._cells import (
+    DATE,
     Cells,
     TextColumn,
     UnfitError,
@@ -49,8 +51,10 @@ from pymoo_psi.files._cells import (
 from pymoo_psi.files._format import SourceFile
 from pymoo_psi.files._formats import recognized
 from pymoo_psi.files._tests import stated_by_designs, tests_of_cells, tests_of_folder
-from pymoo_psi.pareto import RANKING_COLUMNS, listed
+from pymoo_psi.pareto import EQ_TOLERANCE, RANKING_COLUMNS, listed
 from pymoo_psi.table import (
+    EQUALITY,
+    INEQUALITY,
     LABEL,
     MARK,
     NOTE,
@@ -75,9 +79,16 @@ from pymoo_psi.table import (
 )
 
 # Columns that name designs, and after them columns that number the rows of a file, which names of
-# designs say better. Not "no", which is also an exhaust gas.
+# designs say better. The last ones do so only if they hold consecutive numbers, in any order: "no"
+# is also an exhaust gas.
 _NAMING = (TEST, "test_point", "label", "name", "id", "design")
-_LABELS = (*_NAMING, ROW, "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
+_COUNTING = (ROW, "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
+_TRIALS = ("no", "trial", "sample", "run", "case", "experiment", "iteration", "versuch", "probe")
+_LABELS = (*_NAMING, *_COUNTING, *_TRIALS)
+# Names as papers and pymoo number them, with a unit or without: f1, X1, x_1, g1, "f1 [kg]".
+_NUMBERED = re.compile(r"(?P<letter>[fxugh])_?(?P<number>\d+)(?:\s*[\[(].*[\])])?", re.IGNORECASE)
+_ROLES = {"f": OBJECTIVE, "x": VARIABLE, "u": VARIABLE, "g": INEQUALITY, "h": EQUALITY}
+_MET = {INEQUALITY: Limit(upper=0.0), EQUALITY: Limit(-EQ_TOLERANCE, EQ_TOLERANCE)}
 # By these a ranking is recognized, and by its marks what a page has exported.
 _DISTANCES = ("mu1", "mu2", "mu3")
 _MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
@@ -90,7 +101,7 @@ _FAILURE = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _FEW = 6  # the most words that a limit to be written lists
-_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
+_FIGURE = re.compile(r"(?<!\w)\d|[¼½¾]")  # of 1:30, SEK 5200 and 5 million euros, not of S235
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -112,8 +123,8 @@ def read_table(
     A table of tests keeps its layout. Designs of other sources are feasible, have no bounds, and
     are numbered by their rows, from 1. Their objectives are the first of these that exist: those
     that the formulation names; those that the source states, as rankings and exports of the page
-    do; f1, f2, … beside x1, x2, …; all columns of numbers except labels. Other columns of numbers
-    become outputs, all others notes. ``remarks`` states what a reader must know about the rows,
+    do; f1, f2, … beside x1, x2, …, also as F1, f_1 or f1 [kg]; all columns of numbers except
+    labels. Other columns of numbers become outputs, all others notes. ``remarks`` states what a reader must know about the rows,
     such as missing shares.
 
     An ambiguous number is refused, such as ``1.250`` if the point may be a thousands separator; the
@@ -409,7 +420,11 @@ def _labelled(
 
 def _labels(cells: Cells) -> list[str]:
     """Return the columns that name or number the designs, by their names, the best one first."""
-    labels = [name for name in cells.columns if _word(name) in _LABELS]
+    labels = []
+    for name, column in cells.columns.items():
+        is_trial = _word(name) in _TRIALS
+        if _word(name) in _LABELS and not (is_trial and not _are_consecutive(_integers(column))):
+            labels.append(name)
     return sorted(labels, key=lambda name: _LABELS.index(_word(name)))
 
 
@@ -449,53 +464,38 @@ def _are_names(column: TextColumn) -> bool:
     return column.numbers is None and not column.problem and all(is_text) and is_unique
 
 
-def _unranked(columns: Mapping[str, TextColumn], labels: Collection[str]) -> list[str]:
-    """Return remarks on columns that could be objectives: times, and numbers called "test"."""
-    remarks = []
-    for name, column in columns.items():
-        texts = []
-        if column.numbers is None:
-            texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
-        if texts and all(map(_TIME.fullmatch, texts)):
-            remarks.append(f"{name} holds times; to rank by it, write them as numbers.")
-    for name in labels:
-        numbers = columns[name].numbers
-        if numbers is not None and not _are_counts(numbers):
-            remedy = "name it in objectives"
-            if name == TEST:  # tables have such a column of their own
-                remedy = "rename the column"
-            remarks.append(f"{name} is taken to number the designs; to rank by it, {remedy}.")
-    return remarks
+def _are_consecutive(numbers: ArrayLike) -> bool:
+    """Whether three numbers or more are consecutive, in any order."""
+    ordered = np.sort(numbers)
+    follows = ordered[1:] == ordered[:-1] + 1  # unlike a difference, this never overflows
+    return len(ordered) > 2 and bool(follows.all())
 
 
-def _names_of_roles(
+def _stated_roles(
     columns: Mapping[str, TextColumn],
     formulation: Formulation,
     stated: Names,
-    labels: Collection[str | None],
+    labels: Collection[str],
     variables: Names,
-) -> tuple[Names, Names]:
-    """Return the names of the objectives and variables: as the user or the source says, or guessed.
+) -> dict[str, str]:
+    """Return the roles of objectives and variables: as said by the user, the source, or the names.
 
     Args:
         columns: The columns that follow from no others.
         formulation: What the user says.
         stated: The objectives that the source states.
-        labels: The columns that name designs.
+        labels: The columns that name or number designs.
         variables: The variables that the user or the source states.
 
     Raises:
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
     free = [name for name in columns if name not in labels and name not in variables]
-    numbered = [name for name in free if re.fullmatch(r"f\d+", name)]
-    guessed = [name for name in free if re.fullmatch(r"[xu]\d+", name)]
-    # One column called f1 without any x1 is no numbering, and says nothing about the others.
-    if "f1" not in numbered or len(numbered) + len(guessed) < 2:
-        numbered = []
-        guessed = []
+    numbered = _numbered_roles(free)
     named = formulation.objectives or stated
-    objectives = [name for name in named if name not in formulation.computed] or numbered
+    objectives = [name for name in named if name not in formulation.computed]
+    if not objectives:
+        objectives = [name for name in numbered if numbered[name] == OBJECTIVE]
     if not objectives:
         objectives = [name for name in free if columns[name].has_numbers()]
     if not objectives or (len(objectives) < 2 and not named):
@@ -504,11 +504,95 @@ def _names_of_roles(
             f"two columns or more must be of numbers, without labels and variables, got {received}",
             f"to rank by one alone, name it by {argument('objectives')}",
         )
-    for name in objectives:
-        known_name("objectives", name, columns)
-    for name in variables:
-        known_name("variables", name, columns)
-    return objectives, [name for name in variables or guessed if name not in objectives]
+    for group, names in (("objectives", objectives), ("variables", variables)):
+        for name in names:
+            known_name(group, name, columns)
+    roles = numbered
+    if variables:
+        roles = {name: role for name, role in numbered.items() if role != VARIABLE}
+    return roles | dict.fromkeys(variables, VARIABLE) | dict.fromkeys(objectives, OBJECTIVE)
+
+
+def _numbered_roles(names: Names) -> dict[str, str]:
+    """Return the roles of columns such as f1, x1 and g1, if they number objectives and variables.
+
+    One column called f1 without any x1 is no numbering, and says nothing about the others.
+    """
+    roles = {}
+    has_first = False
+    for name in names:
+        match = _NUMBERED.fullmatch(name)
+        if match is not None:
+            roles[name] = _ROLES[match["letter"].lower()]
+            has_first |= roles[name] == OBJECTIVE and match["number"] == "1"
+    counts = Counter(roles.values())
+    if has_first and counts[OBJECTIVE] + counts[VARIABLE] > 1:
+        return roles
+    return {}
+
+
+def _role(
+    cells: Cells,
+    column: TextColumn,
+    stated: Mapping[str, str],
+    labels: Names,
+    needed: Names,
+    *,
+    is_guess: bool,
+) -> tuple[str, str]:
+    """Return the role of a column, and a remark if a reader may take it for something else.
+
+    Args:
+        cells: All cells.
+        column: The column.
+        stated: The roles by name; a variable must be without gaps, and no constraint is assumed.
+        labels: The columns that name or number designs.
+        needed: The columns that the formulation computes with or limits.
+        is_guess: Whether nobody has said which columns are objectives.
+    """
+    name = column.name
+    numbers = column.numbers
+    role = stated.get(name)
+    remark = ""
+    if role == OBJECTIVE:
+        is_first = name == next(key for key in cells.columns if stated.get(key) == OBJECTIVE)
+        if is_guess and is_first and numbers is not None and _are_consecutive(numbers):
+            remark = (
+                f"{name}, taken as an objective, counts the rows; if it only numbers designs, name "
+                "the objectives."
+            )
+        return OBJECTIVE, remark
+    if role == VARIABLE:
+        gaps = column.gaps()
+        if not column.problem and not gaps.any():
+            return VARIABLE, ""
+        problem = column.problem or cells.place(name, int(gaps.argmax()))
+        remark = f"{name} is no variable: {problem}."
+    if name in needed:
+        return OUTPUT, remark
+    if name in labels:
+        is_sure = _word(name) in _NAMING or name == next(iter(cells.columns))
+        if is_guess and numbers is not None:
+            is_sure |= bool((np.diff(numbers) == 1).all())
+            if not (is_sure and _are_counts(numbers)):
+                # Tables have a column of tests of their own.
+                remedy = "rename the column" if name == TEST else "name it in objectives"
+                remark = f"{name} is taken to number the designs; to rank by it, {remedy}."
+        return NOTE, remark
+    if numbers is not None:
+        met = _MET.get(role or "", Limit())
+        n_beyond = int((met.excess(name, numbers) > 0).sum())
+        if role in _MET and n_beyond:
+            remark = (
+                f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
+                f"is one, say --limits '{met.written(name)}', or limits= in Python."
+            )
+        return OUTPUT, remark
+    texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+    holds_numbers = len({*texts}) > 1 and all(map(_FIGURE.search, texts))
+    if is_guess and holds_numbers and not all(map(DATE.fullmatch, texts)):
+        remark = f"{name} holds texts such as {texts[0]!r}; to rank by it, write plain numbers."
+    return NOTE, remark
 
 
 # From columns to a table
@@ -526,21 +610,20 @@ def _table(
     stated = decision.formulation
     directed = {*formulation.objectives, *formulation.maximize}
     columns, label, labels = _labelled(cells, head, directed)
-    objectives, variables = _names_of_roles(
+    roles = _stated_roles(
         columns, formulation, stated.objectives, labels, variables or stated_variables
     )
-    roles = _roles(columns, objectives, variables, [*formulation.columns], labels)
+    objectives = [name for name, role in roles.items() if role == OBJECTIVE]
+    is_guess = not (formulation.objectives or stated.objectives)
     remarks = [*cells.remarks]
-    for name in variables:
-        if roles[name] != VARIABLE:
-            row = int(columns[name].gaps().argmax())
-            problem = columns[name].problem or cells.place(name, row)
-            remarks.append(f"{name} is no variable: {problem}.")
     data: Columns = {}
     described = {}
-    for name, role in roles.items():
-        data[name] = _values(columns[name], role)
-        described[name] = _described(columns[name], role, data[name], stated, formulation)
+    for name in dict.fromkeys([*objectives, *columns]):
+        column = columns[name]
+        role, remark = _role(cells, column, roles, labels, formulation.columns, is_guess=is_guess)
+        remarks += filter(None, [remark])
+        data[name] = _values(column, role)
+        described[name] = _described(column, role, data[name], stated, formulation)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -561,41 +644,9 @@ def _table(
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
     )
-    if not (formulation.objectives or stated.objectives):
-        remarks += _counting(objectives[0], data[objectives[0]])
-        remarks += _unranked(columns, labels)
     limits = formulation.combine_first(stated).allowed
     remarks += _incomplete(cells, table, limits, drop_incomplete)
     return replace(table, remarks=tuple(remarks))
-
-
-def _roles(
-    columns: Mapping[str, TextColumn],
-    objectives: Names,
-    variables: Names,
-    needed: Names,
-    labels: Names,
-) -> dict[str, str]:
-    """Return the roles of columns by name, the objectives first.
-
-    Args:
-        columns: The columns.
-        objectives: The names of the objectives.
-        variables: Those of the variables; a column with gaps is none.
-        needed: Those of columns that the formulation computes with or limits.
-        labels: Those of columns that name or number designs.
-    """
-    roles = {}
-    for name in dict.fromkeys([*objectives, *columns]):
-        column = columns[name]
-        roles[name] = NOTE
-        if name in objectives:
-            roles[name] = OBJECTIVE
-        elif name in variables and not column.problem and not column.gaps().any():
-            roles[name] = VARIABLE
-        elif name in needed or (column.numbers is not None and name not in labels):
-            roles[name] = OUTPUT
-    return roles
 
 
 def _described(
@@ -644,17 +695,6 @@ def _plain(cell: Any) -> Any:
     if cell is None or isinstance(cell, (int, float)):
         return cell
     return str(cell).strip()
-
-
-def _counting(name: str, values: Array) -> list[str]:
-    """Return a remark on an objective that may only number designs."""
-    follows = values[1:] == values[:-1] + 1  # unlike a difference, this never overflows
-    if len(values) <= 2 or not follows.all():
-        return []
-    return [
-        f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
-        "objectives."
-    ]
 
 
 def _failures(table: TestTable) -> list[str]:
