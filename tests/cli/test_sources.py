@@ -115,7 +115,7 @@ def test_every_command_gives_the_librarys_answer(sources, said, case, tmp_path):
 
 REFUSED = {
     "ambiguous": ("a,b\n\"1,234\",1\n\"2,345\",0\n", "either 1234 or 1.234"),
-    "total": ("name,a,b\nA,1,4\nB,2,3\nC,4,2\nTotal,7,9\n", "set.csv: row 4 (line 5) is named 'Total', as a sum of others"),
+    "total": ("name,a,b\nA,1,4\nB,2,3\nC,4,2\nTotal,7,9\n", "set.csv: row 4 (line 5) is named 'Total', as computed from others"),
     "gaps": ("a,b\n1,4\n,3\n3,2\n", "--drop-incomplete"),
     "one objective": ("a,b\n1,x\n2,y\n", "two columns or more must be of numbers"),
     "empty": ("", "empty"),

@@ -52,6 +52,11 @@ def workbook(*sheets, edit=None):
     return stream.getvalue()
 
 
+def in_per_cent(sheet):
+    for row in (2, 4):
+        sheet.cell(row, 2).number_format = "0.0%"
+
+
 def saved(save, **arrays):
     """What a function of NumPy writes."""
     stream = io.BytesIO()
@@ -128,8 +133,13 @@ FILES = {
     },
     "numbers of one unit": ("a,b,c\n1,3,10k Euro\n2,4,20k Euro\n", {}, "no plain number"),
     # A last row that is the sum of all others
-    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is named 'Summe:', as a sum of others; leave it out by skip_rows=.5., or rename it"),
-    "a sum of two": ("m,a,b\nA,1,4\nB,2,3\n TOTAL ,3,7\n", {}, "line 4. is named 'TOTAL', as a sum of others"),
+    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is named 'Summe:', as computed from others; leave it out by skip_rows=.5., or rename it"),
+    "a sum of two": ("m,a,b\nA,1,4\nB,2,3\n TOTAL ,3,7\n", {}, "line 4. is named 'TOTAL', as computed from others"),
+    "a mean": ("m,a,b\nA,10,60\nB,14,52\nC,20,40\nAverage,14.67,50.67\n", {}, r"row 4 \(line 5\) is named 'Average', as computed from others; leave"),
+    "a mean without a name": ("m,a,b\nA,1,60\nB,2,30\n,1.5,45\n", {}, "line 4. is the mean of all others; leave it out"),
+    "a design in the middle": ("m,a,b\nA,1,60\nB,2,30\nC,3,0\nD,2,30\n", {}, {"a": [1, 2, 3, 2], "b": [60, 30, 0, 30]}),
+    "greatest values": ("m,a,b\nA,10,60\nB,14,52\nMax,14,60\n", {}, "is named 'Max', as computed from others"),
+    "a design called Max": ("m,a,b\nPro,10,60\nMax,14,65\n", {}, {"a": [10, 14], "b": [60, 65]}),
     "a sum under names that recur": ("maker,a,b\nA,1,4\nA,2,3\nGrand total,3,\n", {}, "named 'Grand total'"),
     "sums between designs": ("no,m,a,b\n1,A,1,4\n2,A,2,3\n3,Zwischensumme,3,7\n4,A,4,2\n", {}, "named 'Zwischensumme'"),
     "a name that begins like a sum": ("m,a,b\nTotal SE,1,4\nSummit,2,3\n", {}, {"a": [1, 2], "b": [4, 3]}),
@@ -201,6 +211,7 @@ FILES = {
     # What is asked for
     "failures left out by a limit": (STATUS, {"objectives": ["mass", "cost"], "limits": "status=ok"}, {"mass": [5, 4], "cost": [3, 4]}),
     "a gap under a limit": ("a,b\n1,2\n3,\n4,1\n", {"objectives": ["a", "b"], "limits": "b<=5"}, "row 2 .* holds no number in the column 'b'"),
+    "a mean at its limit": ("m,a,b\nA,0.1,5\nA,0.2,5\nA,0.3,5\nB,0.15,7\n", {"average_by": "m", "limits": "a<=0.2"}, {"a": [0.2, 0.15], "b": [5, 7]}),
     "a failure without a number": (STATUS, {"objectives": ["cost"]}, "row 4 .* holds no number in the column 'cost'"),
     "one column of numbers": (RANKED, {"variables": ["f2"]}, "two columns or more must be of numbers, .* got 'f1'; to rank"),
     "an objective that is not there": (RANKED, {"objectives": ["f3"]}, "objectives must be one of"),
@@ -406,6 +417,8 @@ OTHER_WORDS = ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehle
         ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", {}, {}, []),
         ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds texts such as '1:30'"]),
         ("car,price,noise,mass\nA,SEK 5200,6,9\nB,SEK 61,5,7\n", {}, {}, ["price holds texts such as 'SEK 5200'"]),
+        (workbook([["n", "eff", "cost"], ["A", 0.85, 3], ["B", 85, 2], ["C", 0.7, 0]], edit=in_per_cent), {}, {},
+         ["^eff has hundredths, which .* in per cent, and in line 3 a number that it does not show so.$"]),
         ("car,steel,begun,a,b\nA,S235,2026-05-01,6,9\nB,S355,2026-05-02,5,7\n", {}, {}, []),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),
         ("a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n",
@@ -495,6 +508,7 @@ PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("pl
         ),
         (NAMED.iloc[[3, 0]], (), ["Z", "W"], [[3, 0], [0, 3]]),
         (NAMED[::2], (), ["W", "Y"], [[0, 3], [2, 1]]),
+        (FRAME.fillna(2).set_index([["A", "B"], [0, 1]]), (), ["A, 0", "B, 1"], [[1, 3], [2, 2]]),
         (NAMED[["a", "b"]].iloc[[3, 0]], (), ["index 3", "index 0"], [[3, 0], [0, 3]]),
         (PLACES, ("f1", "f2"), ["row 1", "row 2"], [[1, 2], [2, 1]]),
         (pd.DataFrame(np.ones((2, 2))), (), ["row 1", "row 2"], [[1, 1], [1, 1]]),

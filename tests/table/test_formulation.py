@@ -78,7 +78,7 @@ class ByHand(Problem):
         values = model(X) | {"width": X[:, 0], "wall kg": X[:, 1]}
         for name, function in self.computed.items():
             with np.errstate(all="ignore"):
-                values[name] = function(values)
+                values[name] = np.array([float(f"{value:.15g}") for value in function(values)])
         if "volume" in self.criteria:
             values["volume"] = np.abs(values["volume"])
         up = {"gain", *self.asked.maximize}
@@ -358,6 +358,12 @@ def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
 )  # fmt: skip
 def test_what_a_table_does_not_have_is_refused(call, message):
     refused(message, call)
+
+
+def test_what_is_computed_keeps_a_limit_that_it_has_in_decimals():
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[0.1, 0.2], [0.1, 0.3]])
+    asked = table.under(objectives=["f1", "sum"], computed={"sum": "f1 + f2"}, limits="sum<=0.3")
+    assert asked.feasible().tolist() == [True, False]
 
 
 def test_ranges_are_fixed_kept_or_given_up():

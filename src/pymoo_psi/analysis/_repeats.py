@@ -31,6 +31,7 @@ from pymoo_psi.table import (
     blank,
     error_column,
     has_errors,
+    in_decimals,
     unequal,
 )
 
@@ -140,7 +141,7 @@ def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Inte
         if name == PROPOSAL_ROUND:  # that of the first test
             continue
         means = np.bincount(design, tests.data[name], n) / np.maximum(counts, 1)
-        columns[name] = np.where(counts == 0, designs.data[name], means)
+        columns[name] = np.where(counts == 0, designs.data[name], in_decimals(means))
     for name in tests.schema.objectives:
         values = tests.column(name)
         means = np.bincount(design, values, n) / np.maximum(counts, 1)

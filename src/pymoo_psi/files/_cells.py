@@ -70,10 +70,12 @@ DATE = re.compile(r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}")
 _DATE_OR_TIME = re.compile(rf"{DATE.pattern}|\d\d?:\d\d(?::\d\d)?")
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
-# Names of rows that hold sums of others.
-_SUM = re.compile(
+# Names of rows that are computed from others: sums, means and the like.
+_COMPUTED = re.compile(
     r"\W*(?:(?:(?:grand|sub)[ -]?)?totals?|sums?|(?:gesamt|zwischen)?summe|(?:ins)?gesamt"
-    r"|totale|totaal|somme|suma|soma|Σ|∑)\W*",
+    r"|totale|totaal|somme|suma|soma|Σ|∑|average|avg|mean|median|mittelwert|durchschnitt|moyenne"
+    r"|promedio|Ø|std\.?[ -]?dev\.?|standard deviation|standardabweichung"
+    r"|(?P<extreme>min|max)(?:imum)?)\W*",
     re.IGNORECASE,
 )
 
@@ -303,9 +305,11 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
     if is_numbered and not frame.index.equals(pd.RangeIndex(len(frame))):
         cells["index" if "index" not in names else "index (index)"] = frame.index
     elif not is_numbered:
-        levels = []
+        levels: list[str] = []
         for name in frame.index.names:
             level = "index" if name is None else str(name)
+            if level in levels:
+                level = f"{level} {len(levels) + 1}"
             levels.append(f"{level} (index)" if level in names else level)
         cells = cells.reset_index(names=levels)
         head["label"] = ", ".join(levels)
@@ -514,7 +518,7 @@ def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: st
     return column
 
 
-# A row that is the sum of others
+# A row that is computed from others
 
 
 def require_designs(
@@ -523,9 +527,9 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse a row that is named as a sum, and a last one that is the sum of all others.
+    """Refuse a row that is named as a sum or mean, and a last one that is the sum of all others.
 
-    The sum of two may be a design that has a name.
+    The sum of two, and a mean, may be a design that has a name.
 
     Args:
         columns: The columns.
@@ -547,30 +551,34 @@ def require_designs(
         if column.numbers is not None:
             continue
         for row, cell in enumerate(column.cells):
-            if not isinstance(cell, str) or not _SUM.fullmatch(cell[:_LONGEST]):
-                continue
+            match = _COMPUTED.fullmatch(cell[:_LONGEST]) if isinstance(cell, str) else None
             # In another column it may be the name of a supplier.
-            if name == naming or _are_sums(numbers, row):
-                raise UnfitError(
-                    f"{cells.where(row)} is named {cell.strip()!r}, as a sum of others",
-                    f"{cells.without(row)}, or rename it if it is a design",
-                )
+            if match is None or (name != naming and not _are_sums(numbers, row)):
+                continue
+            # Max may be a person: the greatest values of columns are those of rows, too.
+            if match["extreme"] and not all(sum(values == values[row]) > 1 for values in numbers):
+                continue
+            raise UnfitError(
+                f"{cells.where(row)} is named {cell.strip()!r}, as computed from others",
+                f"{cells.without(row)}, or rename it if it is a design",
+            )
     last = len(cells.rows) - 1
-    fewest = 3
-    if naming is not None and is_blank(columns[naming].cells[-1]):
-        fewest = 2
-    if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
-        raise UnfitError(
-            f"{cells.where(last)} is the sum of all others",
-            f"{cells.without(last)}, or put it above another row if it is a design",
-        )
+    is_nameless = naming is not None and is_blank(columns[naming].cells[-1])
+    rules = {"sum": last >= 3 or (last == 2 and is_nameless), "mean": last >= 2 and is_nameless}
+    for word, is_possible in rules.items():
+        if is_possible and len(numbers) > 1 and _are_sums(numbers, last, is_mean=word == "mean"):
+            raise UnfitError(
+                f"{cells.where(last)} is the {word} of all others",
+                f"{cells.without(last)}, or put it above another row if it is a design",
+            )
 
 
-def _are_sums(columns: Sequence[Array], row: int) -> bool:
-    """Say whether a row has the sums of all rows above it, which are not all 0."""
+def _are_sums(columns: Sequence[Array], row: int, *, is_mean: bool = False) -> bool:
+    """Say whether a row has the sums, or means, of all rows above it, which are not all 0."""
     for numbers in columns:
         above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
         rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
-        if not any(above) or not abs(sum(above) - numbers[row]) <= rounding:
+        total = numbers[row] * len(above) if is_mean else numbers[row]
+        if not any(above) or not abs(sum(above) - total) <= rounding:
             return False
     return True

@@ -124,8 +124,8 @@ def read_table(
     are numbered by their rows, from 1. Their objectives are the first of these that exist: those
     that the formulation names; those that the source states, as rankings and exports of the page
     do; f1, f2, … beside x1, x2, …, also as F1, f_1 or f1 [kg]; all columns of numbers except
-    labels. Other columns of numbers become outputs, all others notes. ``remarks`` states what a reader must know about the rows,
-    such as missing shares.
+    labels. Other columns of numbers become outputs, all others notes. ``remarks`` states what a
+    reader must know about rows and columns, such as missing shares.
 
     An ambiguous number is refused, such as ``1.250`` if the point may be a thousands separator; the
     message names the option that decides. A column of numbers with other cells is refused, too. If
@@ -155,8 +155,8 @@ def read_table(
     Raises:
         OSError: The file cannot be opened.
         ArgumentValueError: The source is not a table of named columns with at least one design, a
-            row is named as a sum such as Total, its last row is the sum of all others, a required
-            column cannot be read, or the formulation does not fit.
+            row is named as a sum or mean, such as Total, its last row is the sum of all others, a
+            required column cannot be read, or the formulation does not fit.
         StudyError: The file is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
 
@@ -403,7 +403,7 @@ def _labelled(
         objectives: Columns that the user calls objectives, which name no designs.
 
     Raises:
-        ArgumentValueError: A row is the sum of others.
+        ArgumentValueError: A row is computed from others.
     """
     labels = [name for name in _labels(cells) if name not in objectives]
     columns = read_columns(cells, head.get("decimal"), labels, head.get("separator", ""))

@@ -63,9 +63,14 @@ class WorkbookFile(FileFormat):
         cells = named_cells(rows)
         header, *_ = rows.values()
         remarks = []
-        for name in [str(header[j]).strip() for j in sorted(in_per_cent)]:
+        for j, lines in sorted(in_per_cent.items()):
+            name = str(header[j]).strip()
+            others = [line for line in lines if line in rows]
             if name in cells.columns:
-                remarks.append(f"{name} has hundredths, which the workbook shows in per cent.")
+                remark = f"{name} has hundredths, which the workbook shows in per cent"
+                if others:
+                    remark += f", and in line {others[0]} a number that it does not show so"
+                remarks.append(f"{remark}.")
         return replace(cells, remarks=remarks), head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
@@ -146,15 +151,21 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
     return rows
 
 
-def _in_per_cent(sheet: Any) -> set[int]:
-    """Return the columns with numbers that a sheet shows in per cent: 2 % for 0.02."""
-    columns = set()
-    for row in sheet.iter_rows(max_row=_FIRST):
+def _in_per_cent(sheet: Any, max_row: int | None = _FIRST) -> dict[int, list[int]]:
+    """Return the columns with numbers that a sheet shows in per cent: 2 % for 0.02.
+
+    With each come the lines with other numbers than 0 that are shown in another way.
+    """
+    lines: dict[int, dict[bool, list[int]]] = {}
+    for line, row in enumerate(sheet.iter_rows(max_row=max_row), start=1):
         for j, cell in enumerate(row):
-            if isinstance(cell.value, (int, float)):
+            if isinstance(cell.value, (int, float)) and cell.value:
                 number_format = re.sub(r'"[^"]*"|\\.', "", cell.number_format)  # without texts
-                if "%" in number_format:
-                    columns.add(j)
+                by_format = lines.setdefault(j, {True: [], False: []})
+                by_format["%" in number_format].append(line)
+    columns = {j: by_format[False] for j, by_format in lines.items() if by_format[True]}
+    if columns and max_row is not None:
+        return _in_per_cent(sheet, None)
     return columns
 
 

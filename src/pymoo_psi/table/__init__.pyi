@@ -14,6 +14,7 @@ from ._table import TestTable as TestTable
 from ._cells import blank as blank
 from ._cells import cells_of_kind as cells_of_kind
 from ._cells import designs_of as designs_of
+from ._cells import in_decimals as in_decimals
 from ._cells import value_ranks as value_ranks
 from ._decision import decision_of as decision_of
 from ._expression import Expression as Expression

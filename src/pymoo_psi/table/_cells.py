@@ -67,6 +67,12 @@ def real_column(name: str, column: AnyArray) -> Array:
     return column.astype(np.float64, copy=False)
 
 
+def in_decimals(values: Array) -> Array:
+    """Return ``(n,)`` computed values with 15 digits, as 0.1 + 0.2 is to keep the limit 0.3."""
+    digits = np.array([float(f"{value:.15g}") for value in values.tolist()], dtype=np.float64)
+    return np.where(np.isinf(digits), values, digits)  # the largest number is a penalty
+
+
 def blank(column: AnyArray) -> Mask:
     """``(n,)`` which cells hold nothing, or an empty text."""
     if column.dtype.kind == "f":

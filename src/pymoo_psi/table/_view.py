@@ -24,7 +24,7 @@ from pymoo_psi._validation import (
     Rows,
 )
 from pymoo_psi.pareto import nondominated, violated_constraints
-from pymoo_psi.table._cells import real_column
+from pymoo_psi.table._cells import in_decimals, real_column
 from pymoo_psi.table._decision import Decision
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._formulation import Formulation
@@ -104,7 +104,7 @@ class View:
             return self.data
         columns = dict(self.data)
         for name, text in self.formulation.computed.items():
-            columns[name] = Expression.of(text).values(columns)
+            columns[name] = in_decimals(Expression.of(text).values(columns))
         for name in self.schema.objectives:
             columns[name] = real_column(name, columns[name])
             if name in self.evaluated.of_role(EQUALITY):
