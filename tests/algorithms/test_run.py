@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,12 +10,13 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import (
     PSI,
-    Recorded,
     SurrogatePSI,
     investigate,
     read_table,
 )
 from pymoo_psi.algorithms import RunOptions
+from tests.helpers.models import Sum
+from tests.helpers.refusals import refused
 from tests.helpers.steered import Steered
 
 
@@ -30,21 +32,17 @@ def test_a_run_that_is_stopped_keeps_what_is_tested(study_file, n_before):
     assert len(minimize(problem, PSI(400, study=study_file)).algorithm.table) == 400
 
 
+OF_EVERY_RUN = {field.name for field in dataclasses.fields(RunOptions)}
+OF_EVERY_RUN -= {"repeat", "share", "block_size", "runner", "keep"}
+
+
 @pytest.mark.parametrize(
-    ("owner", "missing"),
-    [
-        (PSI, {"repeat", "runner", "keep"}),
-        (SurrogatePSI, {"repeat", "share", "block_size", "runner", "keep"}),
-        (investigate, set()),
-        (
-            Recorded,
-            {"repeat", "share", "block_size", "runner", "keep", "first", "sampling", "seed"}
-            | {"limits", "formulation", "study", "more", "log", "requirements"},
-        ),
-    ],
+    ("owner", "run"),
+    [(PSI, PSI), (SurrogatePSI, SurrogatePSI), (investigate, partial(investigate, Sum()))],
 )
-def test_options_are_in_the_signature_with_their_defaults(owner, missing):
-    shown = inspect.signature(owner).parameters
-    for field in dataclasses.fields(RunOptions):
-        if field.name not in missing:
-            assert shown[field.name].default == field.default
+def test_options_of_every_run_are_described_and_misspelt_ones_refused(owner, run):
+    described = inspect.getdoc(owner)
+    for name in OF_EVERY_RUN:
+        assert f"    {name}: " in described
+        message = f"{owner.__name__} got an unknown keyword argument .* did you mean '{name}'"
+        refused(message, run, 8, error=TypeError, **{f"{name}_": None})

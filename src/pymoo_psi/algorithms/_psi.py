@@ -8,10 +8,9 @@ points do not depend on results, so that a run is the same however it is cut int
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from contextlib import closing
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -25,7 +24,6 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
-    FilePath,
     Received,
     instance,
     integer,
@@ -35,7 +33,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.algorithms._executor import PieceTask
 from pymoo_psi.algorithms._progress import progress_bar
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
-from pymoo_psi.algorithms._sources import ByName, Keep, PointSequence, Retry, RunOptions
+from pymoo_psi.algorithms._sources import AlgorithmSettings, Keep, RunOptions, RunSettings
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
@@ -52,7 +50,10 @@ from pymoo_psi.problems import (
     with_requirements,
     without_requirements,
 )
-from pymoo_psi.table import Formulation, Limits, TestTable
+from pymoo_psi.table import TestTable
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # Tests from which on dominated ones are dropped during a run; each takes a hundred bytes. They are
 # dropped again when there are twice as many as were left, so that all filtering together takes at
@@ -70,7 +71,8 @@ class PointAlgorithm(WithTable, Algorithm):
         n_points: How many points to test.
         options: The options of the run. An iteration tests ``block_size`` points; by default those
             that the source returns together.
-        **kwargs: What pymoo's constructor takes.
+        **kwargs: Further options of the run, which replace those, and what pymoo's constructor
+            takes.
 
     Attributes:
         table: The table of all tests.
@@ -81,7 +83,11 @@ class PointAlgorithm(WithTable, Algorithm):
     seed: int | None
 
     def __init__(self, n_points: int, options: RunOptions, /, **kwargs: Any) -> None:
-        require_known_keywords(type(self).__name__, type(self), kwargs, taken=("options",))
+        settings = RunSettings.__optional_keys__
+        of_run = {name: kwargs.pop(name) for name in settings & kwargs.keys()}
+        owner = type(self)
+        require_known_keywords(owner.__name__, owner, kwargs, taken=("options",), more=settings)
+        options = replace(options, **of_run)
         self.n_points: int = n_points
         self.options = options
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
@@ -475,7 +481,7 @@ class PSI(PointAlgorithm):
             study.
         more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
             points untested, the call tests only these.
-        study_wait: Seconds to wait for other processes that are writing the study.
+        study_wait: Seconds to wait for other processes that are writing the study, 10 by default.
         retry: ``"failed"`` evaluates failed tests again; ``"incomplete"`` evaluates tests that lack
             a newer objective, or a newer output that the limits or the formulation use.
         names: Names for variables, objectives and constraints, by their default names: ``{"x1":
@@ -493,8 +499,8 @@ class PSI(PointAlgorithm):
             c = 1"}``; see :class:`Required`. The model never runs for a design that violates one:
             it counts as infeasible. Those of the problem's attribute ``requirements`` hold, too,
             unless one has the same name.
-        **kwargs: The options of pymoo's algorithms: ``termination``, ``callback``, ``output``,
-            ``save_history``, …
+        **options: The options from ``first`` on, and those of pymoo's algorithms:
+            ``termination``, ``callback``, ``output``, ``save_history``, …
 
     Raises:
         ArgumentValueError: A count is out of range; at the start of a run: the problem has no
@@ -518,47 +524,14 @@ class PSI(PointAlgorithm):
         *,
         share: tuple[int, int] | None = None,
         block_size: int | None = None,
-        first: int = 1,
-        sampling: PointSequence | None = None,
-        seed: int | None = None,
-        limits: Limits | None = None,
-        formulation: Formulation | None = None,
-        study: FilePath | None = None,
-        study_key: str | None = None,
-        study_wait: float = 10.0,
-        more: bool = False,
-        retry: Retry | None = None,
-        names: ByName | None = None,
-        maximize: Collection[str] | None = None,
-        units: ByName | None = None,
-        log: Collection[str] | None = None,
-        requirements: Any = None,
-        **kwargs: Any,
+        **options: Unpack[AlgorithmSettings],
     ) -> None:
         integer("n_points", n_points, minimum=1)
-        options = RunOptions(
-            share=share,
-            block_size=block_size,
-            first=first,
-            sampling=sampling,
-            seed=seed,
-            limits=limits,
-            formulation=formulation,
-            study=study,
-            study_key=study_key,
-            study_wait=study_wait,
-            more=more,
-            retry=retry,
-            names=names,
-            maximize=maximize,
-            units=units,
-            log=log,
-            requirements=requirements,
-        )
         if block_size is None:
             # 32 lines of a display; blocks of less than 64 designs would take their time
-            block_size = max(64, -(-n_points // (32 * options.part.of)))
-        super().__init__(n_points, replace(options, block_size=block_size), **kwargs)
+            n_blocks = 32 * RunOptions(share=share).part.of
+            block_size = max(64, -(-n_points // n_blocks))
+        super().__init__(n_points, RunOptions(share=share, block_size=block_size), **options)
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
@@ -576,21 +549,7 @@ def investigate(
     repeat: int = 1,
     share: tuple[int, int] | None = None,
     block_size: int | None = None,
-    first: int = 1,
-    sampling: PointSequence | None = None,
-    seed: int | None = None,
-    limits: Limits | None = None,
-    formulation: Formulation | None = None,
-    study: FilePath | None = None,
-    study_key: str | None = None,
-    study_wait: float = 10.0,
-    more: bool = False,
-    retry: Retry | None = None,
-    names: ByName | None = None,
-    maximize: Collection[str] | None = None,
-    units: ByName | None = None,
-    log: Collection[str] | None = None,
-    requirements: Any = None,
+    **options: Unpack[RunSettings],
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -631,6 +590,7 @@ def investigate(
         units: Units of columns.
         log: Variables with a logarithmic scale.
         requirements: Rules on variables.
+        **options: The options from ``first`` on.
 
     Returns:
         The table of the tests kept, by number.
@@ -649,38 +609,26 @@ def investigate(
         True
     """
     require_problem(problem)
+    settings = RunSettings.__optional_keys__
+    require_known_keywords("investigate", object, options, more=settings)
     known_name("keep", keep, ("all", "feasible", "pareto"))
     is_noisy = getattr(problem, "noisy", False)
     needed = keep
     if is_noisy:  # all, until they are averaged
         needed = "all"
-    options = RunOptions(
+    run_options = RunOptions(
         keep=needed,
         runner=_runner_of_pieces(problem, n_jobs, runner),
         repeat=repeat,
         share=share,
         block_size=block_size,
-        first=first,
-        sampling=sampling,
-        seed=seed,
-        limits=limits,
-        formulation=formulation,
-        study=study,
-        study_key=study_key,
-        study_wait=study_wait,
-        more=more,
-        retry=retry,
-        names=names,
-        maximize=maximize,
-        units=units,
-        log=log,
-        requirements=requirements,
+        **options,
     )
 
     def tested(run: Run) -> TestTable:
         return _tests_of(run, needed, progress)
 
-    run, table = repeated_tests(tested, problem, n_points, options)
+    run, table = repeated_tests(tested, problem, n_points, run_options)
     model = run.model
     if is_noisy:
         table = PieceTask(model, keep).needed(averaged_repeats(table))

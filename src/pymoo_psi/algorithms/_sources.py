@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 
@@ -45,6 +45,40 @@ PointSequence: TypeAlias = UniformSampling | SequenceName
 ByName = Mapping[str, str]  # texts by the name of a column
 Retry = Literal["failed", "incomplete"]
 Keep = Literal["all", "feasible", "pareto"]
+
+
+class RunSettings(TypedDict, total=False):
+    """The options of every run, as arguments; they are described by :class:`PSI`."""
+
+    first: int
+    sampling: PointSequence | None
+    seed: int | None
+    limits: Limits | None
+    formulation: Formulation | None
+    study: FilePath | None
+    study_key: str | None
+    study_wait: float
+    more: bool
+    retry: Retry | None
+    names: ByName | None
+    maximize: Collection[str] | None
+    units: ByName | None
+    log: Collection[str] | None
+    requirements: Any
+
+
+class AlgorithmSettings(RunSettings, total=False):
+    """The options of every run, and those of pymoo's algorithms."""
+
+    termination: Any
+    callback: Any
+    output: Any
+    display: Any
+    archive: Any
+    evaluator: Any
+    return_least_infeasible: bool
+    save_history: bool
+    verbose: bool
 
 
 @dataclass(frozen=True)

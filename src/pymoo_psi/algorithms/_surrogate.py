@@ -7,22 +7,21 @@ not been interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, FilePath, Values, integer
+from pymoo_psi._validation import Array, Values, integer
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
-from pymoo_psi.algorithms._sources import ByName, Points, PointSequence, Retry, RunOptions, Source
+from pymoo_psi.algorithms._sources import AlgorithmSettings, Points, RunOptions, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
@@ -32,7 +31,10 @@ from pymoo_psi.algorithms._surrogate_models import (
     evenly_spread,
 )
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import PROPOSAL_ROUND, Formulation, Limits, TestTable
+from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # Lengths are fitted again when there are this many times as many tests as at the last fit, as a fit
 # takes as long as everything else in several rounds. Each fit is a function of the first tests
@@ -128,7 +130,7 @@ class SurrogatePSI(PointAlgorithm):
         units: Units of columns.
         log: Variables with a logarithmic scale.
         requirements: Rules on variables.
-        **kwargs: The options of pymoo's algorithms.
+        **options: The options from ``first`` on, and those of pymoo's algorithms.
 
     Raises:
         ArgumentValueError: As for :class:`PSI`.
@@ -150,40 +152,8 @@ class SurrogatePSI(PointAlgorithm):
         n_points: int | None = None,
         batch: int | None = None,
         asynchronous: bool | None = None,
-        first: int = 1,
-        sampling: PointSequence | None = None,
-        seed: int | None = None,
-        limits: Limits | None = None,
-        formulation: Formulation | None = None,
-        study: FilePath | None = None,
-        study_key: str | None = None,
-        study_wait: float = 10.0,
-        more: bool = False,
-        retry: Retry | None = None,
-        names: ByName | None = None,
-        maximize: Collection[str] | None = None,
-        units: ByName | None = None,
-        log: Collection[str] | None = None,
-        requirements: Any = None,
-        **kwargs: Any,
+        **options: Unpack[AlgorithmSettings],
     ) -> None:
-        options = RunOptions(
-            first=first,
-            sampling=sampling,
-            seed=seed,
-            limits=limits,
-            formulation=formulation,
-            study=study,
-            study_key=study_key,
-            study_wait=study_wait,
-            more=more,
-            retry=retry,
-            names=names,
-            maximize=maximize,
-            units=units,
-            log=log,
-            requirements=requirements,
-        )
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:
             integer("batch", batch, minimum=1)
@@ -193,7 +163,7 @@ class SurrogatePSI(PointAlgorithm):
         self._batch = batch
         self._asynchronous = asynchronous
         self._n_sequence = integer("n_points", n_points, minimum=1)
-        super().__init__(n_evaluations, options, **kwargs)
+        super().__init__(n_evaluations, RunOptions(), **options)
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
