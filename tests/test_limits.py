@@ -25,7 +25,7 @@ from pymoo_psi import (
     investigate,
     representatives,
 )
-from pymoo_psi.analysis import average_repeats, certainty_sentences, separation_sentences
+from pymoo_psi.analysis import average_repeats, confidence_sentences, separation_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.plots import plot_ranking
@@ -171,7 +171,7 @@ def said_of(table):
         "weights": acceptability(table),
         "representatives": (few.rows, few.shares, few.radius),
         "explained": [(one.sentences, one.behind, one.shares) for one in explained],
-        "certainty": [certainty_sentences(table, row) for row in range(len(names))],
+        "certainty": [confidence_sentences(table, row) for row in range(len(names))],
         "compared": [(pair.sentences, pair.shares) for pair in compared],
         "separations": separations(table, names),
     }
@@ -209,7 +209,7 @@ def test_rejected_designs_change_no_certainty_of_means(seed):
     limited = designs.under(limits={"f1": limit})
     left = designs.take(designs["f1"] <= limit)
     pd.testing.assert_frame_equal(limited.confidence(), left.confidence())
-    assert certainty_sentences(limited, 0) == certainty_sentences(left, 0)
+    assert confidence_sentences(limited, 0) == confidence_sentences(left, 0)
 
 
 def drawn_lines(figure):

@@ -93,10 +93,12 @@ def test_a_sentence_says_which_limits_change_the_proposal(sign):
         ("lower", "looser", "1.23456"),
         ("lower", "tighter", "1.23457"),
         ("upper", "tighter", "9.8"),
+        ("upper", "looser", "12\u00a0355.25"),
     ],
 )
 def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
-    value = 10.1 - 0.3 if text == "9.8" else 1.234565  # 9.799999999999999 up to rounding
+    # Up to three decimals are as given, without the rounding of 9.799999999999999.
+    value = {"9.8": 10.1 - 0.3, "12\u00a0355.25": 12355.25}.get(text, 1.234565)
     row = {"end": end, "direction": direction, "value": value, "column": "f1", "design": "A"}
     table = read_table(
         pd.DataFrame({"f1": [1.0, 2.0], "f2": [2.0, 1.0]}),

@@ -159,7 +159,7 @@ def test_a_prototype_is_read_by_the_marks_of_its_own_file(said, tmp_path):
     options = ["--decimal", ",", "--encoding", "cp1252", "--out", "r.html", "--prototype"]
     for name in ("own.csv", "same.csv"):
         said("report", "set.csv", *options, name)
-        assert ">1100<" in (tmp_path / "r.html").read_text("utf-8")
+        assert ">1100,5<" in (tmp_path / "r.html").read_text("utf-8")
     message = said("report", "set.csv", *options, "book.xlsx", code=2)
     assert "or save it as a file of its own" in joined(message)
     pd.read_csv(tmp_path / "own.csv").to_excel(tmp_path / "set.xlsx", sheet_name="data")

@@ -79,7 +79,7 @@ def test_a_data_frame_keeps_its_names_and_values():
 
 
 def test_other_kinds_of_columns():
-    frame = pd.DataFrame({"a": pd.array([1, 2], dtype="Int64"), "b": [True, False]})
+    frame = pd.DataFrame({"a": pd.array([1, 2], dtype="Int64"), "b": [1.5, 0.5]})
     assert rank_of_efficiency(frame).pareto.all()
     assert rank_of_efficiency(
         pd.DataFrame(np.eye(2), columns=[5, 0]), maximize=[5]

@@ -101,6 +101,7 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "None if it found no feasible design"),
         (np.zeros((0, 2)), {}, ValueError, r"one or more of each, got shape \(0, 2\); use F"),
+        (FRAME.assign(in_stock=[True, False]), {}, TypeError, "'in_stock' of F must be of real numbers"),
         (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
         ([[1e308, 0], [-1e308, 1]], {}, ValueError, "F must be of finite range"),

@@ -333,12 +333,16 @@ def test_other_dates_of_positions_are_refused(date):
         ({"chosen": "A"}, ["Decided for A."]),
         ({"chosen": "A", "agree": ["Ann"], "date": "2026-01-04"}, ["Decided on 2026-01-04 for A by Ann."]),
         ({"chosen": "A", "dissent": ["Ben"]}, ["Decided for A.", "Dissent: Ben."]),
+        ({"chosen": "B"}, ["Decided for B.", "B is beyond price at most 2 (3)."]),
+        ({"chosen": "Q"}, ["Decided for Q.", "Q is not among these designs."]),
     ],
 )  # fmt: skip
 def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
     path = tmp_path / "d.json"
     path.write_text(json.dumps({"decided": decided}))
-    assert decision_sentences(Decision.read_json(path).decided) == said
+    frame = pd.DataFrame({"price": [1.0, 3.0], "days": [2.0, 1.0]}, index=["A", "B"])
+    decision = Decision(Formulation(limits={"price": 2}), decided=Decision.read_json(path).decided)
+    assert decision_sentences(read_table(frame, decision)) == said
     for wrong in ({"agree": ["Ann"]}, decided | {"agreed": ["Ann"]}, decided | {"agree": "Ann"}):
         path.write_text(json.dumps({"decided": wrong}))
         refused("must be a decision.*decided: .*", Decision.read_json, path)

@@ -22,6 +22,7 @@ from pymoo_psi._names import operand
 from pymoo_psi._numbers import number
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
+from pymoo_psi.analysis._switching import rounded_text
 from pymoo_psi.pareto import listed
 from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, Limit, TestTable
 
@@ -197,7 +198,8 @@ def none_left_reason(table: TestTable) -> str:
         values = values[np.isfinite(values)]
         span = "no value"
         if len(values):
-            ends = dict.fromkeys([number(values.min()), number(values.max())])
+            ends = {rounded_text(values.min(), values, True): None}
+            ends[rounded_text(values.max(), values, False)] = None
             span = f"{' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
         return f"{text} ({name} {span})."
     rejects = mask.sum(axis=0)

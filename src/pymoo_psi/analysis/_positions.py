@@ -133,8 +133,9 @@ def written_limits(limits: Mapping[str, Limit], units: Mapping[str, str]) -> lis
     return texts
 
 
-def decision_sentences(decided: Entries | None) -> list[str]:
-    """Return what a group has decided, and who dissents."""
+def decision_sentences(table: TestTable) -> list[str]:
+    """Return what a group has decided, whether that is beyond limits, and who dissents."""
+    decided = table.decision.decided
     if decided is None:
         return []
     on = ""
@@ -143,7 +144,14 @@ def decision_sentences(decided: Entries | None) -> list[str]:
     by = ""
     if decided["agree"]:
         by = f" by {listed(decided['agree'])}"
-    sentences = [sentence("decided", on=on, design=decided["chosen"], by=by)]
+    chosen = decided["chosen"]
+    sentences = [sentence("decided", on=on, design=chosen, by=by)]
+    if chosen not in table.names:
+        sentences.append(f"{capital(chosen)} is not among these designs.")
+    else:
+        beyond = beyond_limits(table, table.names.index(chosen))
+        if beyond:
+            sentences.append(f"{capital(chosen)} is beyond {listed([*beyond.values()])}.")
     if decided["dissent"]:
         sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
     return sentences

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._numbers import decimal_mark, decimals_as_given, number
-from pymoo_psi._validation import AnyArray, Array, Mask, Rows
+from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 _CELLS = 2**18  # values that are compared at once: they fit into a cache
 _ALL_DIGITS = 17  # of a float64
+_AS_GIVEN = 3  # decimals
 _SAFE_DIGITS = 12  # of these, without the rounding of a calculation
 _MOST_DESIGNS = 500  # of more Pareto-optimal ones, a sentence is not worth its time
 
@@ -341,27 +342,32 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> 
     if row["direction"] == "looser":
         tests = _without_end(table, column, row["end"])
     cells = tests.column(column)[tests.feasible()].astype(np.float64)
-    digits, value = _rounded(row["value"], cells, is_up, digits)
-    return f"{number(value, digits, decimals)} {table.schema.units.get(column, '')}".strip()
+    text = rounded_text(row["value"], cells, is_up, digits, decimals)
+    return f"{text} {table.schema.units.get(column, '')}".strip()
 
 
-def _rounded(value: float, cells: AnyArray, is_up: bool, least: int) -> tuple[int, float]:
-    """Return the least digits, or more where designs lie between, and a value rounded to them.
+def rounded_text(
+    value: float, cells: Array, is_up: bool, least_digits: int = 6, decimals: int = 0
+) -> str:
+    """Return a value rounded up or down, with more digits where designs lie between.
+
+    One of up to three decimals is written as it is, without the rounding of a calculation.
 
     Args:
         value: The value.
         cells: ``(n,)`` the values of the designs.
-        is_up: Whether it is rounded up or down.
-        least: The least digits.
+        is_up: Whether it is rounded up.
+        least_digits: The least digits.
+        decimals: The least decimals.
     """
+    safe = f"{value:.{_SAFE_DIGITS}g}"  # 9.799999999999999 is 9.8
+    if "e" not in safe and len(safe.partition(".")[2]) <= _AS_GIVEN:
+        return number(float(safe), _SAFE_DIGITS, decimals)
     others = cells[cells != value]
     rounded = value
-    for digits in range(least, _ALL_DIGITS + 1):
+    for digits in range(least_digits, _ALL_DIGITS + 1):
         context = Context(prec=digits, rounding=ROUND_CEILING if is_up else ROUND_FLOOR)
-        text = repr(value)
-        if digits <= _SAFE_DIGITS:  # 9.799999999999999 is 9.8
-            text = f"{value:.{_SAFE_DIGITS}g}"
-        rounded = float(context.create_decimal(text))
+        rounded = float(context.create_decimal(safe if digits <= _SAFE_DIGITS else repr(value)))
         if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():
             break
-    return digits, rounded
+    return number(rounded, digits, decimals)

@@ -142,7 +142,7 @@ def run_rank(options: Options) -> int:
         more = ""
     found = cautions_of_distances(table.feasible_ranking())
     head = [*table.remarks, counts_sentence(table), *decision_remarks(path, table)]
-    head += decision_sentences(table.decision.decided)
+    head += decision_sentences(table)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
     if found and found[0].remedy:

@@ -19,7 +19,7 @@ from pymoo_psi.analysis import counts_sentence
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.files import read_table
-from pymoo_psi.pareto import RANKING_COLUMNS
+from pymoo_psi.pareto import RANKING_COLUMNS, explain
 from pymoo_psi.table import (
     Decision,
     Formulation,
@@ -158,6 +158,9 @@ def decision_remarks(path: Path, table: TestTable) -> list[str]:
     remarks = choice_warnings(path, table)
     if decision.chosen is not None and not remarks:
         remarks.append(f"Chosen: {decision.chosen}.")
+        why = explain(table, decision.chosen)
+        if why.dominated_by >= 0:
+            remarks.append(f"Warning: {why.standing}")
     if decision.reason:
         remarks.append(f"Reason: {decision.reason}")
     return remarks

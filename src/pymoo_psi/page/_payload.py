@@ -237,14 +237,15 @@ def _plotted(columns: Sequence[Values]) -> list[str]:
     return [names[0], names[min(1, len(names) - 1)]]
 
 
-def number_formats(table: TestTable) -> dict[str, NumberFormat]:
+def number_formats(table: TestTable, *others: TestTable) -> dict[str, NumberFormat]:
     """Return by name how the numbers of a column are written on the page and in the report.
 
     Args:
         table: Tests, one or more of them feasible.
+        *others: Further designs that are written.
     """
     designs = table.take(table.feasible())
-    return _formats([designs], nondominated(designs.F))
+    return _formats([designs, *others], nondominated(designs.F))
 
 
 def _formats(tables: Sequence[TestTable], optimal: Mask) -> dict[str, NumberFormat]:

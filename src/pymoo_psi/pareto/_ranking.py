@@ -338,8 +338,8 @@ def _objectives_of_result(result: Any) -> Any:
 def _numbers(frame: Any) -> Array:
     """Return the values of a data frame; a missing value is NaN."""
     for name, dtype in frame.dtypes.items():
-        # Nothing is converted: text, dates and objects are no numbers until the user says so.
-        if getattr(dtype, "kind", "O") not in "fiub":
+        # Nothing is converted: truth values, texts and dates are no numbers until the user says so.
+        if getattr(dtype, "kind", "O") not in "fiu":
             received = Received(f"dtype {dtype}")
             named = f"F.set_index({name!r}), or read_table(F), names the designs"
             remedy = f"give F[[...]], the objectives; {named}"

@@ -39,7 +39,7 @@ from pymoo_psi.analysis import (
     text_beyond,
     within_limits,
 )
-from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
     cautions,
@@ -100,7 +100,10 @@ class Choice:
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
         self.formats = {}
-        for name, number_format in number_formats(table).items():
+        beside = [table.take(~table.feasible() & ~table.failed())]
+        if prototype is not None:
+            beside.append(prototype)
+        for name, number_format in number_formats(table, *beside).items():
             self.formats[name] = replace(number_format, minus="−")
         self.ranking = table.feasible_ranking()
         self.optimum = int(self.ranking.salukvadze[0])
@@ -131,6 +134,8 @@ class Choice:
     def standing(self) -> str:
         """Return in which objectives the design is the best, or how it differs from the optimum."""
         if not self.is_optimum:
+            if self.explanation.dominated_by >= 0:
+                return self.explanation.standing
             pair = compare_designs(self.ranking, rows=[self.optimum, self.row])
             return pair.sentence("instead", 1)
         n = len(self.ranking.rows)
@@ -434,15 +439,11 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
     omitted = [*table.formulation.omitted]
     if name in table.schema.constraints:
         omitted.append(name)
-    try:
-        ranking = table.under(limits=limits, omitted=omitted).feasible_ranking()
-    except ArgumentValueError:  # fixed ranges do not reach so far
-        yield "Without it designs are better than the fixed ranges allow."
+    ranking = table.under(limits=limits, omitted=omitted).feasible_ranking()
+    if choice.ranking.rows[choice.optimum] in ranking.rows[ranking.salukvadze]:
+        yield "Without it the proposal is the same."
     else:
-        if choice.ranking.rows[choice.optimum] in ranking.rows[ranking.salukvadze]:
-            yield "Without it the proposal is the same."
-        else:
-            yield f"Without it {ranking.name_of(ranking.salukvadze[0])} is proposed."
+        yield f"Without it {ranking.name_of(ranking.salukvadze[0])} is proposed."
     gains = []
     for objective, sign in zip(table.schema.objectives, table.schema.sign, strict=True):
         now = cost[f"{objective}_feasible"]

@@ -65,6 +65,8 @@ class DecisionReport(Document):
         if choice is None:
             return f"{self.title}: no feasible design"
         n = counted(choice.ranking.pareto.sum(), "Pareto-optimal design")
+        if choice.explanation.dominated_by >= 0:
+            n = counted(len(choice.ranking.rows), "design")
         return f"{self.title}: {choice.name} {choice.word} of {n}"
 
     def __repr__(self) -> str:
@@ -109,7 +111,7 @@ class DecisionReport(Document):
                 weights=weights,
                 measured=measured,
                 regret="".join(separation_sentences(table)[:1]),
-                decided=decision_sentences(decision.decided),
+                decided=decision_sentences(table),
                 failures=failure_sentences(table),
                 names=[position["name"] for position in latest_positions(decision.positions)],
                 counts=counts_sentence(table),
