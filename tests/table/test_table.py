@@ -273,3 +273,14 @@ def test_a_design_with_other_objectives_is_no_repetition():
     table = TestTable.of([1, 2, 3, 4, 5], X, F)
     assert table.repeats.tolist() == [False, False, False, True, False]
     assert table.pareto().tolist() == [False, True, True, False, False]
+
+
+def test_series_and_indices_of_its_frame_are_taken_by_test():
+    table = TestTable.of([3, 5, 9], [[0.1], [0.5], [0.9]], [[2.0], [3.0], [1.0]])
+    by_cost = table.to_frame().sort_values("f1")
+    for selection in (by_cost["f1"] < 3, by_cost[:2].index, by_cost["f1"][:2] < 3):
+        assert sorted(table.take(selection).numbers) == [3, 9]
+    refused("selection must be", table.take, by_cost.index + 1)
+    again = table.with_outputs({"price": by_cost["f1"] * 2}).with_notes({"note": by_cost["f1"]})
+    assert again["price"].tolist() == [4, 6, 2]
+    assert again["note"].tolist() == [2, 3, 1]

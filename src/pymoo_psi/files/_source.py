@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -73,9 +74,10 @@ from pymoo_psi.table import (
     Schema,
     TestTable,
     added_columns,
-    blank,
     decision_of,
+    limits_of,
     names_of,
+    texts_of,
 )
 
 # Columns that name designs, and after them columns that number the rows of a file, which names of
@@ -195,7 +197,11 @@ def read_table(
             # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
             is_file = path is not None and not average_by
             cells = _designs(cells, head, asked.formulation, is_file=is_file)
-            table = _table(cells, head, asked.formulation, variables, drop_incomplete)
+            table = _table(cells, head, asked.formulation, variables)
+            limits = asked.formulation.combine_first(table.formulation).allowed
+            remarks = _incomplete(cells, table, limits, drop_incomplete)
+            if not average_by:  # else such a row is a test of a design that may have others
+                table = replace(table, remarks=(*table.remarks, *remarks))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     # One more limit, as a command adds it, must not drop those that are part of a file.
@@ -207,7 +213,7 @@ def read_table(
         elif formulation is not None:
             table = table.under(decision)
     except ArgumentValueError as error:
-        if path is None or formulation is None:
+        if path is None:
             raise
         raise ArgumentValueError(f"{path}: {error}") from None
     designs = table.take(table.feasible())
@@ -585,7 +591,7 @@ def _role(
         if role in _MET and n_beyond:
             remark = (
                 f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
-                f"is one, say --limits '{met.written(name)}', or limits= in Python."
+                f"is one, say {_said(name, met)}."
             )
         return OUTPUT, remark
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
@@ -603,7 +609,6 @@ def _table(
     head: Head,
     formulation: Formulation,
     variables: Names | None,
-    drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
     decision, stated_variables = stated_by_designs(head)
@@ -636,17 +641,15 @@ def _table(
     if {*stated.objectives} != {*objectives}:
         stated = replace(stated, ranges=None)
     marks = {column.decimal for column in columns.values()}
-    table = TestTable(
+    return TestTable(
         Schema(tuple(described.values())),
         data,
         numbers,
         decision=replace(decision, formulation=stated.without_columns()),
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
+        remarks=tuple(remarks),
     )
-    limits = formulation.combine_first(stated).allowed
-    remarks += _incomplete(cells, table, limits, drop_incomplete)
-    return replace(table, remarks=tuple(remarks))
 
 
 def _described(
@@ -701,23 +704,28 @@ def _failures(table: TestTable) -> list[str]:
     """Return remarks on columns with words for a failure, with the limits that leave them out."""
     remarks = []
     for name in table.schema.of_role(NOTE):
-        if name in table.limits:
-            continue
-        column = table[name]
-        counts = Counter(np.where(blank(column), "", column).tolist())
-        texts = [cell for cell in counts if isinstance(cell, str)]
-        words = list(filter(_FAILURE.fullmatch, texts))
-        if not words:
+        counts = Counter(texts_of(table[name]).tolist())
+        words = list(filter(_FAILURE.fullmatch, counts))
+        if name in table.limits or not words:
             continue
         n_failed = sum(map(counts.__getitem__, words))
-        remark = f"{counted(n_failed, 'design')} with {listed(words[:_FEW])} as {name}"
-        others = [word for word in texts if word not in words]
+        failed = f"{counted(n_failed, 'design')} with {listed(words[:_FEW])} as {name}"
+        others = [text for text in counts if text not in words]
+        others.sort(key=bool, reverse=True)  # an entry of a list may be empty, but not the first
         remedy = "check whether they count"
         if 1 <= len(others) <= _FEW:
-            limit = Limit(texts=tuple(others)).written(name)
-            remedy = f"to leave them out, say --limits '{limit}', or limits= in Python"
-        remarks.append(f"{remark}; {remedy}.")
+            remedy = f"to leave them out, say {_said(name, Limit(texts=tuple(others)))}"
+        remarks.append(f"{failed}; {remedy}.")
     return remarks
+
+
+def _said(name: str, limit: Limit) -> str:
+    """Return how to set a limit: as an option, if it can be written so, or in Python."""
+    text = limit.written(name)
+    with suppress(ArgumentValueError):
+        if limits_of(text) == {name: limit}:
+            return f"--limits '{text}', or limits= in Python"
+    return f"limits={{{name!r}: {limit.plain}}} in Python"
 
 
 def _incomplete(

@@ -24,6 +24,7 @@ from ._limits import entry_of as entry_of
 from ._limits import limits_of as limits_of
 from ._limits import require_decimal_points as require_decimal_points
 from ._limits import sides_of_text as sides_of_text
+from ._limits import texts_of as texts_of
 from ._schema import BY_ALGORITHM as BY_ALGORITHM
 from ._schema import BY_PEOPLE as BY_PEOPLE
 from ._schema import EQUALITY as EQUALITY

@@ -242,6 +242,7 @@ class TestTable(View, Shown):
         """
         data: Columns = {}
         for name, values in outputs.items():
+            values = self._by_row(values, np.nan)
             data[name] = np.array(real_array(f"the output {name!r}", values))
             require_shape(f"the output {name!r}", data[name], (len(self),))
         new = [Column(name, OUTPUT) for name in data if name not in self.evaluated.outputs]
@@ -262,7 +263,7 @@ class TestTable(View, Shown):
         """
         data: Columns = {}
         for name, values in notes.items():
-            data[name] = np.fromiter(map(plain, values), object)
+            data[name] = np.fromiter(map(plain, self._by_row(values, None)), object)
             if name in self.evaluated.values or len(data[name]) != len(self):
                 raise invalid(
                     "a note",
@@ -473,7 +474,8 @@ class TestTable(View, Shown):
         """Return the table of some rows.
 
         Args:
-            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order.
+            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order. A mask or an
+                index of :meth:`to_frame` selects by numbers of tests, however it is sorted.
 
         Raises:
             ArgumentValueError: The selection is neither mask nor indices; a mask is not of
@@ -484,7 +486,11 @@ class TestTable(View, Shown):
             >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
             (array([3, 1]), array([2, 3]))
         """
-        indices = np.asarray(selection)
+        rows: Any = self._by_row(selection, False)
+        if getattr(rows, "name", None) == TEST:  # an index of pandas
+            row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
+            rows = [row_of_number.get(number, len(self)) for number in rows]
+        indices = np.asarray(rows)
         if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
             indices = indices.astype(np.intp)
         rule = "a mask or indices of rows"
@@ -507,6 +513,12 @@ class TestTable(View, Shown):
             # A part of a Pareto set is one. Of 2^20 points, the search takes a third of the time.
             vars(table)["_front"] = np.ones(len(rows), dtype=bool)
         return table
+
+    def _by_row(self, values: Any, missing: Any) -> Any:
+        """Return a series of pandas in the order of the rows, if it has numbers of tests."""
+        if getattr(getattr(values, "index", None), "name", None) == TEST:
+            return values.reindex(self.numbers, fill_value=missing).to_numpy()
+        return values
 
     @cached_property
     def names(self) -> list[str]:
