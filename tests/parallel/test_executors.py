@@ -7,6 +7,7 @@ import time
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
+import cloudpickle
 import numpy as np
 import pytest
 from pymoo.optimize import minimize
@@ -130,8 +131,8 @@ class Losing(Scripted):
         self.times = times
 
     def submit(self, function, *args):
-        is_third = [sent[2] for sent in [*self.sent, args]][2:3] == [args[2]]
-        if is_third and self.times:
+        numbers = [[*dict(cloudpickle.loads(sent[2]).designs)] for sent in [*self.sent, args]]
+        if numbers[2:3] == numbers[-1:] and self.times:
             self.times -= 1
             self.script = [LOST]
         return super().submit(function, *args)
