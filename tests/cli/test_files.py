@@ -75,13 +75,11 @@ def test_files_of_others_stay_whatever_they_are(folder, suffix, write, said):
 
 
 def test_what_is_read_and_a_study_are_never_overwritten(folder, said):
-    said("export", "s.db", "--out", "convergence.csv")
     before = {name: (folder / name).read_bytes() for name in ("s.db", "set.csv")}
     for words in ("rank set.csv --out set.csv", "export s.db --out s.db",
                   "page set.csv --out set.html --prototype set.html",
                   "rank set.csv --decision a.csv --out a.csv",
-                  "solve dtlz2 --n-obj 2 --study d.db --from a.csv --out a.csv",
-                  "analyze convergence.csv --out ."):  # fmt: skip
+                  "solve dtlz2 --n-obj 2 --study d.db --from a.csv --out a.csv"):  # fmt: skip
         assert re.search("another .* read", said(*words.split(), code=2))
     said("export", "set.csv", "--out", "s.db", code=2)
     assert {name: (folder / name).read_bytes() for name in before} == before

@@ -326,8 +326,6 @@ def run_analyze(options: Options) -> int:
         raise invalid("--variables", "given, as no column is named x1, x2, …", Received("none"))
     if options.out is not None:
         folder = results_folder(options.out)
-        if path.resolve().parent == folder.resolve() and path.stem in _ANALYSES:
-            raise invalid("--out", "another folder than that of the file read", str(options.out))
     say_source(path, table)
     for name, analyze in _ANALYSES.items():
         try:

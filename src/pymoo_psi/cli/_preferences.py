@@ -23,7 +23,6 @@ from pymoo_psi.table import Decision, TestTable, entries_of
 Answer: TypeAlias = tuple[str, str, str]
 
 _KEYS = "a or b: this design; e: equally good; s: skip; u: undo the last answer; q: quit"
-_PROPOSED = "Proposed after"  # so begins the reason of a proposal
 _ANSWERS = {"a": ">", "b": ">", "e": "=", "s": "?"}
 _N_DIFFERENCES = 12  # columns in which two designs differ, the objectives first
 _NOBODY = "me"  # the name of a person who gives none
@@ -133,12 +132,10 @@ class _Dialogue:
             "date": datetime.now(timezone.utc).isoformat(timespec="milliseconds"),
             "answers": [*self.foreign, *answers],
         }
-        choice: Values = {"chosen": self.person.best, "reason": self.person.sentences[0]}
-        is_proposed = len(_counted(answers)) > 0
-        if not is_proposed:  # what was proposed after answers that are taken back
-            choice = {"chosen": None, "reason": ""}
-            is_proposed = str(position.get("reason", "")).startswith(_PROPOSED)
-        if _counted(answers) != self._counted and is_proposed:
+        if _counted(answers) != self._counted:
+            choice: Values = {"chosen": None, "reason": ""}  # if all are taken back
+            if _counted(answers):
+                choice = {"chosen": self.person.best, "reason": self.person.sentences[0]}
             limits = {name: limit.plain for name, limit in self._table.limits.items()}
             position |= {"limits": limits, **choice}
             if {one["name"] for one in decision.positions} <= {name}:

@@ -275,24 +275,23 @@ class Database:
     def _set_head(self, head: Head) -> None:
         """Store a head; the table of tests gets the columns that it lacks."""
         require_other_names(head)
-        self._set("head", {**head, **{side: None for side in ("lower", "upper") if side in head}})
+        self.head = {**head, **{side: None for side in ("lower", "upper") if side in head}}
+        self._set("head", self.head)
         # A column keeps its name in SQL, whatever the order of a later head is.
-        stored: dict[str, str] = self.get("columns")
-        taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE, *map(str.lower, stored.values())}
-        columns = dict(stored)
-        for name in columns_of_head(head):
-            if name not in stored:
-                columns[name] = name
-                while columns[name].lower() in taken:  # SQL takes "a" and "A" for one name
-                    columns[name] += "_"
-                taken.add(columns[name].lower())
-        self._set("columns", columns)
-        for name in ("head", "_columns"):
-            vars(self).pop(name, None)
+        names: dict[str, str] = self.get("columns")
+        taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE, *map(str.lower, names.values())}
+        added = [name for name in columns_of_head(head) if name not in names]
+        for name in added:
+            names[name] = name
+            while names[name].lower() in taken:  # SQL takes "a" and "A" for one name
+                names[name] += "_"
+            taken.add(names[name].lower())
+        self._set("columns", names)
+        self._columns = _columns_in_sql(self.head, names)
         self._drop_block()
-        for name, (sql, kind) in self._columns.items():
-            if name not in stored:
-                self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
+        for name in added:
+            sql, kind = self._columns[name]
+            self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
@@ -396,15 +395,7 @@ class Database:
     @cached_property
     def _columns(self) -> dict[str, tuple[str, Kind]]:
         """The columns of values by name: their quoted names in SQL, and their kinds."""
-        head = self.head
-        kinds = dict.fromkeys(head.get("notes", ()), Kind.CHOICE)
-        kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-        names = self.get("columns")
-        columns = {}
-        for name in columns_of_head(head):
-            quoted = names[name].replace('"', '""')
-            columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
-        return columns
+        return _columns_in_sql(self.head, self.get("columns"))
 
     # Reading tests
 
@@ -477,6 +468,17 @@ class Database:
     def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
         return np.fromiter((row[0] for row in self.db.execute(query, arguments)), np.int64)
+
+
+def _columns_in_sql(head: Head, names: Mapping[str, str]) -> dict[str, tuple[str, Kind]]:
+    """Return the columns of values by name: their quoted names in SQL, and their kinds."""
+    kinds = dict.fromkeys(head.get("notes", ()), Kind.CHOICE)
+    kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
+    columns = {}
+    for name in columns_of_head(head):
+        quoted = names[name].replace('"', '""')
+        columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
+    return columns
 
 
 class _Block:
