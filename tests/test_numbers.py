@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 
 from pymoo_psi._numbers import NumberFormat, decimal_mark, decimals_as_given, percents
 
-FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
-USUAL = st.floats(-1e8, 1e8) | st.integers(-(10**7), 10**7).map(float) | FINITE
+USUAL = (
+    st.floats(-1e8, 1e8)
+    | st.integers(-(10**7), 10**7).map(float)
+    | st.floats(allow_nan=False, allow_infinity=False, width=64)
+)
 COLUMNS = st.lists(USUAL, min_size=1, max_size=9)
 
 

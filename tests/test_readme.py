@@ -18,13 +18,15 @@ from pymoo_psi.files import FORMATS
 from pymoo_psi.paper import published_table
 
 README = Path(__file__).parents[1] / "README.md"
-FOLDER = Path(pymoo_psi.__file__).parent / "guide"
 # A block, with the name of the file that it is to be saved as above it.
 BLOCK = re.compile(r"(?:^<!-- (\S+) -->\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SECTIONS = dict(
     re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", README.read_text("utf-8"), re.MULTILINE | re.DOTALL)
 )
-GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
+GUIDES = {
+    path.stem: path.read_text("utf-8")
+    for path in (Path(pymoo_psi.__file__).parent / "guide").glob("*.md")
+}
 TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if BLOCK.search(text)}
 
 # Their clusters, processes, figures and whole programs take most of the time.

@@ -21,7 +21,6 @@ from pymoo_psi.cli._app import app
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]  # the first of them builds the site
 ROOT = Path(__file__).parents[1]
-SUBPACKAGES = {name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))}
 
 
 class Page(HTMLParser):
@@ -82,7 +81,13 @@ def test_no_link_is_dead_and_nothing_is_loaded(pages):
     assert broken == []
 
 
-@pytest.mark.parametrize("subpackage", sorted(SUBPACKAGES - {"guide"}))
+@pytest.mark.parametrize(
+    "subpackage",
+    sorted(
+        {name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))}
+        - {"guide"}
+    ),
+)
 def test_every_public_name_is_in_the_reference(folder, pages, subpackage):
     """Figures and classes of errors are among them."""
     module = import_module(f"pymoo_psi.{subpackage}")

@@ -11,8 +11,11 @@ from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatc
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
-NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
-TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "K"}}
+TOLD = {
+    "names": {"x1": "width", "f2": "gain", "g1": "stress"},
+    "maximize": ["gain"],
+    "units": {"width": "mm", "heat": "K"},
+}
 
 
 def every(X):

@@ -47,14 +47,6 @@ def model(results=step, **options):
     return Model(results, **{"n_var": 3, "n_ieq_constr": 1} | options)
 
 
-VARIABLES = {
-    "hollow": Binary(),
-    "metal": Choice(options=["oak", "steel", "foam"]),
-    "n": Integer(bounds=(0, 9)),
-    "width": Real(bounds=(0, 5)),
-}
-
-
 def nsga3():
     return NSGA3(reference_directions(2, 10), pop_size=10)
 
@@ -73,7 +65,16 @@ RUNS = {
     "de": (SINGLE, lambda: DE(10)),
     "cmaes": (SINGLE, cmaes),
     "mixed": (
-        partial(Model, beam, vars=VARIABLES),
+        partial(
+            Model,
+            beam,
+            vars={
+                "hollow": Binary(),
+                "metal": Choice(options=["oak", "steel", "foam"]),
+                "n": Integer(bounds=(0, 9)),
+                "width": Real(bounds=(0, 5)),
+            },
+        ),
         lambda: MixedVariableGA(10, survival=RankAndCrowding()),
     ),
 }

@@ -132,7 +132,6 @@ RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
 RECORDED = "Recorded(Slow(RUNNER), study=sys.argv[1]).evaluate(np.array([[0.2, 0.2], [0.5, 0.5]]))"
-IN_BLOCKS = "investigate(Slow(elementwise=False), 64, block_size=1, study=sys.argv[1])"
 IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
 
 
@@ -144,7 +143,12 @@ IN_WORKERS = "elementwise_runner=ProcessRunner(1, timeout=1e3)"
         pytest.param(RECORDED, IN_WORKERS, signal.SIGTERM, marks=pytest.mark.slow),
         pytest.param(OF_PSI, IN_WORKERS, signal.SIGTERM, marks=pytest.mark.slow),
         pytest.param(RECORDED, "", signal.SIGINT, marks=pytest.mark.slow),
-        pytest.param(IN_BLOCKS, "", signal.SIGTERM, marks=pytest.mark.slow),
+        pytest.param(
+            "investigate(Slow(elementwise=False), 64, block_size=1, study=sys.argv[1])",
+            "",
+            signal.SIGTERM,
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):

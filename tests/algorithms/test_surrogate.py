@@ -32,13 +32,6 @@ from tests.helpers.models import Model
 from tests.helpers.processes import posix
 from tests.helpers.refusals import interrupted, refused
 
-VARIABLES = {
-    "a": Real(bounds=(-1, 2)),
-    "n": Integer(bounds=(1, 9)),
-    "b": Binary(),
-    "c": Choice(options=["steel", "wood", 3]),
-}
-
 
 def frame(a, n, b, c):
     if n == 3 and a > 0.5:
@@ -53,7 +46,17 @@ def frame(a, n, b, c):
 
 def mixed(**options):
     """All kinds of variables, a constraint, failures and a further output."""
-    return Model(lambda x: frame(**x), vars=VARIABLES, n_ieq_constr=1, **options)
+    return Model(
+        lambda x: frame(**x),
+        vars={
+            "a": Real(bounds=(-1, 2)),
+            "n": Integer(bounds=(1, 9)),
+            "b": Binary(),
+            "c": Choice(options=["steel", "wood", 3]),
+        },
+        n_ieq_constr=1,
+        **options,
+    )
 
 
 def run(problem, n, **options):

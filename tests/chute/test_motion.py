@@ -17,7 +17,6 @@ from tests.helpers.designs import design, solve, wide
 from tests.helpers.draws import examples
 from tests.helpers.refusals import refused
 
-REFERENCE = Path(__file__).parent / "reference"
 FIELDS = tuple(field.name for field in fields(Motion) if field.name not in ("u1", "v_p"))
 
 
@@ -32,7 +31,9 @@ def energy(speed, spin, r):
 @pytest.fixture(scope="session")
 def reference():
     """Inputs (n, 8), expected fields by name, and the sets' names."""
-    cases = json.loads((REFERENCE / "motion_30_digits.json").read_text())["cases"]
+    cases = json.loads((Path(__file__).parent / "reference" / "motion_30_digits.json").read_text())[
+        "cases"
+    ]
     inputs = np.array([[float.fromhex(q) for q in case["inputs"]] for case in cases])
     names = [name for name in FIELDS if name != "exit_spin"]
     fields = {name: np.array([float(case[name]) for case in cases]) for name in names}
@@ -134,16 +135,17 @@ class TestShapes:
         assert m.time[1, 1] == motion(0.3, 1.0, ChuteParameters(mu=0.4), model=model).time
 
 
-parameters = st.builds(
-    ChuteParameters,
-    mu=st.floats(0.05, 2),
-    c=st.floats(0.02, 3),
-    r=st.floats(0.02, 0.5),
-    omega0=st.tuples(*[st.floats(-20, 20)] * 3),
+@given(
+    u1=st.floats(0, 2),
+    v_p=st.floats(0.1, 6),
+    p=st.builds(
+        ChuteParameters,
+        mu=st.floats(0.05, 2),
+        c=st.floats(0.02, 3),
+        r=st.floats(0.02, 0.5),
+        omega0=st.tuples(*[st.floats(-20, 20)] * 3),
+    ),
 )
-
-
-@given(u1=st.floats(0, 2), v_p=st.floats(0.1, 6), p=parameters)
 def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
     """Eq. (2.20) from η = 0, with dω_Y/dη in its consistent form, by solve_ivp."""
 

@@ -76,12 +76,9 @@ PATHS = [
     "front.csv", "s.db", *FILES, "folder", "absent.csv", "", ".", "/", "/dev/null", "/proc/o.csv", "n" * 300 + ".csv", "s.db",
     "~/absent/o.csv", "out.csv", "out.json", "out.html", "out.xlsx", "set.csv/out.csv",
 ]  # fmt: skip
-MADE = (
-    "Plain Named Many Equal Fails Nameless big unbounded one no_variable no_objective quits number"
-)
 PROBLEMS = [
     "bnh", "models_of_words:Plain", "chute", "zdt99", "rosenbrock", "models_of_words", "absent:x", ":x", ":", "", "\udcff:a",
-    *(f"models_of_words:{name}" for name in MADE.split()),
+    *(f"models_of_words:{name}" for name in ["Plain", "Named", "Many", "Equal", "Fails", "Nameless", "big", "unbounded", "one", "no_variable", "no_objective", "quits", "number"]),
 ]  # fmt: skip
 NAMES = ["f1,f2", "f2", "time, s", "mass", "=x", "f1", "f2,f1", "a,b", "", ",", '"', "µ", "$$a$$", "--c", "\udcff",
          "\n", '"time, s",mass', "rank", "name", "f1,f300"]  # fmt: skip
@@ -89,9 +86,14 @@ WHOLE = ["1", "2", "7", "33", "0", "-1", "1.5", "x", "", "1e3", "1_0", "9" * 30]
 REAL = ["0.4", "0.2", "1", "0", "-1", "nan", "inf", "1e308", "1e-320", "x", ""]
 LIMITS = ["f1<=9", "f2>=0.5", "yield>=65", "a<=5.000", "b<=9", "price<=1e9,price>=4", "f1<=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f9=1", "time, s<=2", "a<=1,a<=2",
           "\udcff=1", "f1<=1e400", "a<=0"]  # fmt: skip
-COMPUTED = ["r=f1/f2", "s=f1+f2", "r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"]
 OUTS = ["out.csv", "out.html", *PATHS]
-TABLE = {"objectives": NAMES, "maximize": NAMES, "limits": LIMITS, "compute": COMPUTED, "out": OUTS}
+TABLE = {
+    "objectives": NAMES,
+    "maximize": NAMES,
+    "limits": LIMITS,
+    "compute": ["r=f1/f2", "s=f1+f2", "r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"],
+    "out": OUTS,
+}
 OPENING = {
     "variables": NAMES, "units": ["f1=kg", "f2=µ", "a=kg", "=", "f1=\udcff"], "decimal": [".", ",", "x", ""],
     "encoding": ["utf-8", "cp1252", "utf-16", "x", ""],

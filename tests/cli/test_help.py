@@ -17,7 +17,6 @@ from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
 
 EXPERIMENTS = ["analyze", "compare", "reproduce"]
-COMMANDS = ["solve", "ask", "tell", "rank", "page", "report", "export", *EXPERIMENTS]
 
 
 @pytest.mark.parametrize(
@@ -48,7 +47,9 @@ def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, in_f
         assert "error: " not in said(*words), example
 
 
-@pytest.mark.parametrize("command", ["", *COMMANDS])
+@pytest.mark.parametrize(
+    "command", ["", *["solve", "ask", "tell", "rank", "page", "report", "export", *EXPERIMENTS]]
+)
 def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     text = said(*command.split(), "--help")

@@ -184,15 +184,15 @@ def test_a_proposal_that_further_tests_have_changed_is_new(said):
     assert printed.endswith('Next: pymoo-psi page "my study.db"')
 
 
-PROBLEMS = [
-    (["dtlz2", "--n-obj", 4, "--n-var=7"], [7, 4]),
-    (["models:Sized", "--length", 2.5], [2, 2]),
-    (["models:Sized", "--length", 2.5, "--n-ribs", 5], [5, 2]),
-    (["models:Long", "--steel", "False"], [2, 2]),
-]
-
-
-@pytest.mark.parametrize(("words", "shape"), PROBLEMS)
+@pytest.mark.parametrize(
+    ("words", "shape"),
+    [
+        (["dtlz2", "--n-obj", 4, "--n-var=7"], [7, 4]),
+        (["models:Sized", "--length", 2.5], [2, 2]),
+        (["models:Sized", "--length", 2.5, "--n-ribs", 5], [5, 2]),
+        (["models:Long", "--steel", "False"], [2, 2]),
+    ],
+)
 def test_a_problem_is_made_of_options(said, words, shape):
     said("solve", *words, "--points", 64, "--out", "o.csv")
     assert [sum(name[0] == letter for name in written()) for letter in "xf"] == shape

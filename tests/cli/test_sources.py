@@ -29,7 +29,6 @@ CARS = pd.DataFrame(
     {"cost, k€": COST, "range [km]": 500 - 3000 / (COST + 1) ** 1.5, "seats": 5.0, "km": 1 / COST}
 )
 OBJECTIVES = ["--objectives", '"cost, k€",range [km]']
-CHOSEN = {"objectives": ["mass", "deflection"], "chosen": "test 7", "reason": "in stock"}
 
 CASES = {
     "limits": ("beam.db", ["--limits", "mass<=60,80<=height<=180"],
@@ -173,7 +172,12 @@ def joined(printed):
 
 def decision(**more):
     """A decision as the page saves it."""
-    Path("decision.json").write_text(json.dumps(CHOSEN | more), "utf-8")
+    Path("decision.json").write_text(
+        json.dumps(
+            {"objectives": ["mass", "deflection"], "chosen": "test 7", "reason": "in stock"} | more
+        ),
+        "utf-8",
+    )
     return ["beam.db", "--decision", "decision.json"]
 
 

@@ -398,7 +398,6 @@ def test_designs_are_called_by_their_labels_or_rows(read, text, asked, variables
 PRUNED = "id,x,f1,f2,state\n1,1,5,5,done\n2,2,4,6,done\n3,2,,,pruned\n4,3,3,7,done\n"
 FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out (600 s)", "abgebrochen",
             "solver diverged", "RUN_FAILED", "infeasible"]  # fmt: skip
-OTHER_WORDS = ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehler"]
 
 
 @pytest.mark.parametrize(
@@ -439,7 +438,7 @@ OTHER_WORDS = ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehle
         (PRUNED, {"objectives": ["f1", "f2"], "limits": "state=done"}, {"variables": ["x"]}, []),
         *((f"a,b,state\n7,2,done\n2,1,{word}\n3,0,\n", {}, {},
            [f"^1 design with {re.escape(word)} as state; .*state in done, "]) for word in FAILURES),
-        *((f"a,b,state\n1,2,done\n2,1,{word}\n", {}, {}, []) for word in OTHER_WORDS),
+        *((f"a,b,state\n1,2,done\n2,1,{word}\n", {}, {}, []) for word in ["no error", "no errors found", "fail-safe", "terror", "Ohne Fehler"]),
     ],
 )  # fmt: skip
 def test_remarks_say_what_was_left_out_or_may_be_no_design(read, text, asked, options, remarks):
@@ -494,8 +493,6 @@ def test_objects_of_json_are_designs(tmp_path):
 NAMED = pd.DataFrame({"kind": [*"WXYZ"], "a": [0, 1, 2, 3], "b": [3, 2, 1, 0]})
 OBJECTS = {"a": [Decimal("1.50"), Decimal(3)], "b": [np.int64(2), np.float32(1)]}
 FRAME = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
-# The name of its index is that of a column that follows from others.
-PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place")
 
 
 @pytest.mark.parametrize(
@@ -515,7 +512,13 @@ PLACES = read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("pl
         (NAMED[::2], (), ["W", "Y"], [[0, 3], [2, 1]]),
         (FRAME.fillna(2).set_index([["A", "B"], [0, 1]]), (), ["A, 0", "B, 1"], [[1, 3], [2, 2]]),
         (NAMED[["a", "b"]].iloc[[3, 0]], (), ["index 3", "index 0"], [[3, 0], [0, 3]]),
-        (PLACES, ("f1", "f2"), ["row 1", "row 2"], [[1, 2], [2, 1]]),
+        # The name of its index is that of a column that follows from others.
+        (
+            read_table([[1.0, 2.0], [2.0, 1.0]]).ranking().to_frame().set_index("place"),
+            ("f1", "f2"),
+            ["row 1", "row 2"],
+            [[1, 2], [2, 1]],
+        ),
         (pd.DataFrame(np.ones((2, 2))), (), ["row 1", "row 2"], [[1, 1], [1, 1]]),
     ],
 )

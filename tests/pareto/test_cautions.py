@@ -201,69 +201,69 @@ def against_its_row(values):
 WITHIN = [[1, 5, 5, 7], [2, 0, 9, 7], [3, 9, 0, 7]]
 WIDE = {"ideal": [0, 0, 0, 0], "nadir": [1000, 10, 10, 10]}
 
-# Sets on both sides of the limit of a caution, options, and whether it is given.
-AT_LIMITS = [
-    # On a sphere around the ideal all designs tie; which comes first means nothing.
-    *(("equidistant", bulging(2, m, 91), {}, True) for m in (2, 3, 5, 10)),
-    *(("tie", bulging(2, m, 91), {}, False) for m in (2, 3, 5, 10)),
-    # Farther out than a sphere the corners are nearest, all at distance 1: no compromise.
-    *((kind, bulging(4, m, 200), {}, True) for kind in ("extreme", "tie") for m in (2, 3, 10)),
-    ("extreme", WITHIN, WIDE, False),
-    # Where m - 1 objectives can be bad at once (inverted DTLZ1) the least distance is flat.
-    *(("near tie", 1 - bulging(1, m, 400), {}, True) for m in (3, 5)),
-    # ZDT3: the next piece across the gap is as near within half a percent.
-    ("near tie", np.column_stack([X, 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)]), {}, True),
-    # A value is suspect ten ranges away,
-    ("suspect", against_its_row([0, 1, 2, 3, 4, 44]), {}, False),
-    ("suspect", against_its_row([0, 1, 2, 3, 4, 44.1]), {}, True),
-    # farther than the others, in logarithms,
-    ("suspect", against_its_row([1, 2, 4, 8, 16, 256]), {}, False),
-    ("suspect", against_its_row([1, 2, 4, 8, 16, 257]), {}, True),
-    # as a mark a range away, of which 1e20 is the least.
-    ("suspect", against_its_row([1, 2000, 3000, 5000, 9999]), {}, False),
-    ("suspect", against_its_row([1, 2000, 3000, 4999, 9999]), {}, True),
-    ("suspect", against_its_row([3e19, 4e19, 5e19, 6e19, 9.99e19]), {}, False),
-    ("suspect", against_its_row([3e19, 4e19, 5e19, 6e19, 1e20]), {}, True),
-    ("suspect", -np.vstack([VALLEY, [-9999.0, 5.1]]), {"maximize": [0, 1]}, True),
-    # Four optimal designs do not show what is usual; those that would be optimal without them may.
-    ("suspect", FRONT, {}, False),
-    ("suspect", np.vstack([FRONT, [1.5, 2.5]]), {}, True),
-    ("suspect", np.vstack([FRONT, np.linspace([2e5, 2.9], [9e5, 1.1], 8)]), {}, False),
-    # A hundred times the median, and three quarters in a tenth of the range; 0 has no logarithm.
-    ("decades", DECADES, {}, True),
-    ("decades", np.minimum(DECADES, 2499), {}, False),
-    ("decades", np.vstack([DECADES, [300, 1]]), {}, False),
-    ("decades", DECADES - [1, 0], {}, False),
-    # Beyond a tenth of a range; near ties end at a hundredth of the distance.
-    ("tie", [[0.0, 10], [1, 2], [2, 1], [10, 0]], {}, False),
-    ("tie", [[0.0, 10], [1, 3], [3, 1], [10, 0]], {}, True),
-    ("near tie", [[28.0, 96], [99, 20]], ENDS, True),
-    ("near tie", [[28.0, 96], [99.01, 20]], ENDS, False),
-    # Two designs in two objectives are the ends of each range, and so equally far; of three
-    # objectives the one that is worse in two of them is farther.
-    ("tie", [[1.0, 2.0]], {}, False),
-    ("tie", [[1.0, 2.0], [1.0, 2.0]], {}, False),
-    ("tie", [[1.0, 2.0], [2.0, 1.0]], {}, True),
-    ("tie", [[1.0, 2.0, 2.0], [2.0, 1.0, 1.0]], {}, False),
-    # Equal for all designs that no other dominates.
-    ("constant", np.insert(CIRCLE, 1, 3.0, axis=1), {}, True),
-    ("constant", CIRCLE, {}, False),
-    # More than half of them.
-    ("equidistant", CIRCLE, {}, True),
-    ("equidistant", [*CIRCLE, [2, 9.95], [7, 7.9], [8, 7]], {}, False),
-    # A range without one design; a point that is given stays where the design goes.
-    ("outlier", [[7.0, 12], [10, 9], [13, 7], [16, 6], [17, 7]], {}, True),
-    ("outlier", FAR, {"normalize": False}, True),
-    ("outlier", FAR, {"normalize": False, "ideal": [-1.5, -1]}, False),
-    ("outlier", FAR, {"nadir": [0.5, 0.5]}, False),
-    # Nowhere above 0.
-    ("sign", YIELDS, {"maximize": ["yield"]}, True),
-    ("sign", YIELDS + 7, {"maximize": ["yield"]}, False),
-    ("sign", YIELDS, {}, False),
-]
 
-
-@pytest.mark.parametrize(("kind", "F", "options", "is_given"), AT_LIMITS)
+@pytest.mark.parametrize(
+    ("kind", "F", "options", "is_given"),
+    [
+        # On a sphere around the ideal all designs tie; which comes first means nothing.
+        *(("equidistant", bulging(2, m, 91), {}, True) for m in (2, 3, 5, 10)),
+        *(("tie", bulging(2, m, 91), {}, False) for m in (2, 3, 5, 10)),
+        # Farther out than a sphere the corners are nearest, all at distance 1: no compromise.
+        *((kind, bulging(4, m, 200), {}, True) for kind in ("extreme", "tie") for m in (2, 3, 10)),
+        ("extreme", WITHIN, WIDE, False),
+        # Where m - 1 objectives can be bad at once (inverted DTLZ1) the least distance is flat.
+        *(("near tie", 1 - bulging(1, m, 400), {}, True) for m in (3, 5)),
+        # ZDT3: the next piece across the gap is as near within half a percent.
+        ("near tie", np.column_stack([X, 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)]), {}, True),
+        # A value is suspect ten ranges away,
+        ("suspect", against_its_row([0, 1, 2, 3, 4, 44]), {}, False),
+        ("suspect", against_its_row([0, 1, 2, 3, 4, 44.1]), {}, True),
+        # farther than the others, in logarithms,
+        ("suspect", against_its_row([1, 2, 4, 8, 16, 256]), {}, False),
+        ("suspect", against_its_row([1, 2, 4, 8, 16, 257]), {}, True),
+        # as a mark a range away, of which 1e20 is the least.
+        ("suspect", against_its_row([1, 2000, 3000, 5000, 9999]), {}, False),
+        ("suspect", against_its_row([1, 2000, 3000, 4999, 9999]), {}, True),
+        ("suspect", against_its_row([3e19, 4e19, 5e19, 6e19, 9.99e19]), {}, False),
+        ("suspect", against_its_row([3e19, 4e19, 5e19, 6e19, 1e20]), {}, True),
+        ("suspect", -np.vstack([VALLEY, [-9999.0, 5.1]]), {"maximize": [0, 1]}, True),
+        # Four optimal designs do not show what is usual; those that would be optimal without them may.
+        ("suspect", FRONT, {}, False),
+        ("suspect", np.vstack([FRONT, [1.5, 2.5]]), {}, True),
+        ("suspect", np.vstack([FRONT, np.linspace([2e5, 2.9], [9e5, 1.1], 8)]), {}, False),
+        # A hundred times the median, and three quarters in a tenth of the range; 0 has no logarithm.
+        ("decades", DECADES, {}, True),
+        ("decades", np.minimum(DECADES, 2499), {}, False),
+        ("decades", np.vstack([DECADES, [300, 1]]), {}, False),
+        ("decades", DECADES - [1, 0], {}, False),
+        # Beyond a tenth of a range; near ties end at a hundredth of the distance.
+        ("tie", [[0.0, 10], [1, 2], [2, 1], [10, 0]], {}, False),
+        ("tie", [[0.0, 10], [1, 3], [3, 1], [10, 0]], {}, True),
+        ("near tie", [[28.0, 96], [99, 20]], ENDS, True),
+        ("near tie", [[28.0, 96], [99.01, 20]], ENDS, False),
+        # Two designs in two objectives are the ends of each range, and so equally far; of three
+        # objectives the one that is worse in two of them is farther.
+        ("tie", [[1.0, 2.0]], {}, False),
+        ("tie", [[1.0, 2.0], [1.0, 2.0]], {}, False),
+        ("tie", [[1.0, 2.0], [2.0, 1.0]], {}, True),
+        ("tie", [[1.0, 2.0, 2.0], [2.0, 1.0, 1.0]], {}, False),
+        # Equal for all designs that no other dominates.
+        ("constant", np.insert(CIRCLE, 1, 3.0, axis=1), {}, True),
+        ("constant", CIRCLE, {}, False),
+        # More than half of them.
+        ("equidistant", CIRCLE, {}, True),
+        ("equidistant", [*CIRCLE, [2, 9.95], [7, 7.9], [8, 7]], {}, False),
+        # A range without one design; a point that is given stays where the design goes.
+        ("outlier", [[7.0, 12], [10, 9], [13, 7], [16, 6], [17, 7]], {}, True),
+        ("outlier", FAR, {"normalize": False}, True),
+        ("outlier", FAR, {"normalize": False, "ideal": [-1.5, -1]}, False),
+        ("outlier", FAR, {"nadir": [0.5, 0.5]}, False),
+        # Nowhere above 0.
+        ("sign", YIELDS, {"maximize": ["yield"]}, True),
+        ("sign", YIELDS + 7, {"maximize": ["yield"]}, False),
+        ("sign", YIELDS, {}, False),
+    ],
+)
 def test_a_caution_is_given_beyond_its_limit_only(kind, F, options, is_given):
     assert (kind in kinds(F, **options)) == is_given
 

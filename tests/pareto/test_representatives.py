@@ -11,10 +11,6 @@ from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import rank_of_efficiency, representatives
 
-small_sets = st.tuples(st.integers(1, 10), st.integers(1, 4)).flatmap(
-    lambda shape: arrays(float, shape, elements=st.integers(0, 9).map(float))
-)
-
 
 def distances(F, normalize):
     """Of all pairs of Pareto-optimal rows, and which rows these are."""
@@ -25,7 +21,13 @@ def distances(F, normalize):
     return front, np.linalg.norm(points[:, None] - points, axis=2), ranking
 
 
-@given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
+@given(
+    F=st.tuples(st.integers(1, 10), st.integers(1, 4)).flatmap(
+        lambda shape: arrays(float, shape, elements=st.integers(0, 9).map(float))
+    ),
+    k=st.integers(1, 4),
+    normalize=st.booleans(),
+)
 def test_no_choice_covers_with_less_than_half_the_radius(F, k, normalize):
     front, apart, ranking = distances(F, normalize)
     few = representatives(F, k, normalize=normalize)

@@ -127,13 +127,6 @@ def problem_of(change, *, elementwise):
     return OfFunction(results, n_var=2, n_ieq_constr=1, xu=[8, 1], elementwise=elementwise)
 
 
-CASES = [
-    pytest.param(model, elementwise, expected, id=f"{'one' if elementwise else 'all'}: {name}")
-    for elementwise, cases in ((True, FOR_ONE), (False, FOR_ALL))
-    for name, (model, expected) in cases.items()
-]
-
-
 def check(values, F, G, reasons, expected):
     """Values are right where there is no reason, and reasons are where they are expected.
 
@@ -154,7 +147,14 @@ def check(values, F, G, reasons, expected):
 
 
 @pytest.mark.filterwarnings("ignore:out.* is not kept in the table:UserWarning")
-@pytest.mark.parametrize(("model", "elementwise", "expected"), CASES)
+@pytest.mark.parametrize(
+    ("model", "elementwise", "expected"),
+    [
+        pytest.param(model, elementwise, expected, id=f"{'one' if elementwise else 'all'}: {name}")
+        for elementwise, cases in ((True, FOR_ONE), (False, FOR_ALL))
+        for name, (model, expected) in cases.items()
+    ],
+)
 def test_what_comes_out(model, elementwise, expected, tmp_path, in_folder):
     """Of an evaluation by pymoo, and of an investigation."""
     designs = X.copy()

@@ -53,19 +53,21 @@ def knapsack(x):
 BNH = get_problem("bnh")
 BEAM = Model(lambda x: beam(**x), vars=VARIABLES, n_ieq_constr=1)
 KNAPSACK = {"n_var": 6, "n_ieq_constr": 1, "xu": 3}
-CASES = [
-    (SphereChute(0.4), {"x1": (0.2, 0.4)}),
-    (VectorizedSphereChute(0.4), {"x2": 1.7}),
-    (BNH, {"x1": (None, 1.0), "x2": (0.5, None)}),
-    (Model(knapsack, vtype=bool, **KNAPSACK), {"x3": True, "x5": False}),
-    (Model(knapsack, vtype=int, **KNAPSACK), {"x3": 1, "x5": (0, 2)}),
-    (BEAM, {"width": (0.5, 1.0), "metal": ["wood", "iron"], "hollow": True}),
-    (BEAM, {"ribs": (2, 4), "width": 0.7}),
-    (BEAM, {"ribs": 3, "metal": "steel"}),
-]
 
 
-@pytest.mark.parametrize(("whole", "bounds"), CASES)
+@pytest.mark.parametrize(
+    ("whole", "bounds"),
+    [
+        (SphereChute(0.4), {"x1": (0.2, 0.4)}),
+        (VectorizedSphereChute(0.4), {"x2": 1.7}),
+        (BNH, {"x1": (None, 1.0), "x2": (0.5, None)}),
+        (Model(knapsack, vtype=bool, **KNAPSACK), {"x3": True, "x5": False}),
+        (Model(knapsack, vtype=int, **KNAPSACK), {"x3": 1, "x5": (0, 2)}),
+        (BEAM, {"width": (0.5, 1.0), "metal": ["wood", "iron"], "hollow": True}),
+        (BEAM, {"ribs": (2, 4), "width": 0.7}),
+        (BEAM, {"ribs": 3, "metal": "steel"}),
+    ],
+)
 def test_a_table_has_the_whole_problems_columns_and_values(whole, bounds):
     table = investigate(Restricted(whole, bounds), 32)
     assert table.schema.variables == investigate(whole, 1).schema.variables
@@ -84,13 +86,6 @@ def test_a_table_has_the_whole_problems_columns_and_values(whole, bounds):
             assert set(table[name].tolist()) == set(kept if isinstance(kept, list) else [kept])
 
 
-MIXED = {
-    "sampling": MixedVariableSampling(),
-    "mating": MixedVariableMating(eliminate_duplicates=MixedVariableDuplicateElimination()),
-    "eliminate_duplicates": MixedVariableDuplicateElimination(),
-}
-
-
 @pytest.mark.parametrize("tolerant", [False, True])
 @pytest.mark.parametrize(
     ("whole", "bounds", "is_inside", "options"),
@@ -100,7 +95,13 @@ MIXED = {
             BEAM,
             {"ribs": (2, 4), "width": 0.7},
             lambda x: 2 <= x["ribs"] <= 4 and x["width"] == 0.7,
-            MIXED,
+            {
+                "sampling": MixedVariableSampling(),
+                "mating": MixedVariableMating(
+                    eliminate_duplicates=MixedVariableDuplicateElimination()
+                ),
+                "eliminate_duplicates": MixedVariableDuplicateElimination(),
+            },
         ),
     ],
 )

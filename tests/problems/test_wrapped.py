@@ -73,11 +73,10 @@ AROUND = {
     "several": lambda p: FailureTolerant(Required(Restricted(p, BOX), RULE)),
 }
 pairs = pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS)
-around = pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
 
 
 @pairs
-@around
+@pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
 def test_a_new_wrapper_equals_a_problem_by_hand(pair, wrap):
     wrapped, written = map(wrap, pair)
     expected = investigate(written, 48)

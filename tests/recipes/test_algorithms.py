@@ -64,12 +64,6 @@ def plane(least=1.0, **options):
 
 
 PLANE = plane()
-VARIABLES = {
-    "b": Binary(),
-    "x": Choice(options=["nothing", "multiply"]),
-    "y": Integer(bounds=(-2, 2)),
-    "z": Real(bounds=(-5, 5)),
-}
 
 
 def mixed(n_obj=2):
@@ -80,7 +74,16 @@ def mixed(n_obj=2):
         first, second = X["z"] ** 2 + X["y"] ** 2, (X["z"] + 2) ** 2 + (X["y"] - 1) ** 2
         return {"F": [first, factor * second][:n_obj]}
 
-    return Model(results, vars=VARIABLES, n_obj=n_obj)
+    return Model(
+        results,
+        vars={
+            "b": Binary(),
+            "x": Choice(options=["nothing", "multiply"]),
+            "y": Integer(bounds=(-2, 2)),
+            "z": Real(bounds=(-5, 5)),
+        },
+        n_obj=n_obj,
+    )
 
 
 @pytest.fixture(params=["PSI", "SurrogatePSI", *rarely("PSI of scrambled points")])

@@ -340,12 +340,6 @@ def heavy(value, limit):
     return read_table(frame, Formulation(["mass", "cost"], limits={"mass": limit}))
 
 
-MIXED = TestTable.of(
-    [1, 2], np.array([[0.5, 2], [0.25, 3]], dtype=object), [[2.0], [1.0]],
-    schema=Schema.of(2, 1, kinds=["real", "integer"]),
-)  # fmt: skip
-
-
 @undrawn
 @pytest.mark.parametrize(
     ("table", "nearest"),
@@ -354,7 +348,15 @@ MIXED = TestTable.of(
         (heavy(1234567.4, 1234567.2), "1 234 567.4"),
         (heavy(123444.8, (123444.9, None)), "123 444.8"),
         (heavy(1e9 + 1, 1e9), "1 000 000 001"),
-        (MIXED.under(limits={"x2": 1}), "2"),
+        (
+            TestTable.of(
+                [1, 2],
+                np.array([[0.5, 2], [0.25, 3]], dtype=object),
+                [[2.0], [1.0]],
+                schema=Schema.of(2, 1, kinds=["real", "integer"]),
+            ).under(limits={"x2": 1}),
+            "2",
+        ),
     ],
 )
 def test_the_nearest_value_is_beyond_the_limit(table, nearest):

@@ -18,10 +18,6 @@ from pymoo_psi import (
 from pymoo_psi.selection import compare_selectors
 from tests.helpers.refusals import refused
 
-sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
-    lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
-)
-
 
 def in_shares(F, point=0.0, normalize=True):
     """Rows, and a point, in units of the ranges of the Pareto-optimal rows; and which these are."""
@@ -31,7 +27,13 @@ def in_shares(F, point=0.0, normalize=True):
     return front, (F[front] - point) / lengths
 
 
-@given(F=sets, normalize=st.booleans(), data=st.data())
+@given(
+    F=st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
+        lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
+    ),
+    normalize=st.booleans(),
+    data=st.data(),
+)
 def test_the_reference_point_by_its_definition(F, normalize, data):
     point = data.draw(arrays(float, F.shape[1], elements=st.integers(-3, 9).map(float)))
     weights = data.draw(arrays(float, F.shape[1], elements=st.sampled_from([1.0, 2.0, 5.0])))
