@@ -47,6 +47,7 @@ class Mended(Root):
         out["F"] = [abs(x[0]), 1 - x[1]]
 
 class Mixed(ElementwiseProblem):
+    units = {"load": "kN"}
     def __init__(self):
         variables = {"a": Real(bounds=(0, 1)), "n": Integer(bounds=(1, 9)),
                      "steel": Choice(options=["S235", "S355", "S460"])}
