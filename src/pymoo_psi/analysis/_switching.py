@@ -14,9 +14,8 @@ or out one after the other, sorted by their values. Three things may change the 
 The first two are known without ranking. For the third, U and N are found for all values in one pass
 over the sorted designs. U is the least of all designs up to a value. N is the greatest of those of
 them that none dominates: a design counts from its own value to that of the first design that
-dominates it. Over a part of the values U and L have bounds, and with them the sum for each p. A
-part in which no sum can be negative changes nothing; another is divided, and only the designs that
-may be nearer in it are compared further. A value that is left over is ranked, as rounding decides.
+dominates it. A value at which the sum of some p is negative, or nearly so, is ranked, as rounding
+decides.
 """
 
 from __future__ import annotations
@@ -168,10 +167,13 @@ def _change(
     return np.nan, None
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _doubtful(
     F: Array, places: Rows, lasting: Mask, b: Array, frame: UtopianFrame, tried: range
 ) -> Iterator[int]:
     """Yield the places up to which a design may be nearer to the ideal point than b, in order.
+
+    Squared distances that differ by less than rounding does in any ranking are equal.
 
     Args:
         F: ``(n, m)`` objectives of the designs by increasing place, minimised.
@@ -186,44 +188,26 @@ def _doubtful(
         F = F[kept]
         places = places[kept]
         lasting = lasting[kept]
-    if frame.is_fixed:  # what is better than U counts as U
-        F = np.maximum(F, frame.ideal)
-        b = np.maximum(b, frame.ideal)
-    last_rows = np.searchsorted(places, tried, side="right") - 1
-    measures = _measures(F, lasting, b, frame)[last_rows]
-    waiting = [(0, len(tried), np.arange(len(F)))]
-    while waiting:
-        start, stop, rows = waiting.pop()
-        if stop - start < 2:
-            yield from tried[start:stop]
-            continue
-        n_parts = min(max(_CELLS // F[rows].size, 2), stop - start)
-        cuts = start + np.arange(n_parts + 1) * (stop - start) // n_parts
-        low = np.minimum.reduceat(measures[:stop], cuts[:-1])[:, None]
-        high = np.maximum.reduceat(measures[:stop], cuts[:-1])[:, None]
-        may_be_nearer = _may_be_nearer(F[rows], b, low, high)
-        for k in reversed(range(n_parts)):
-            last_place = max(tried[cuts[k]], tried[cuts[k + 1] - 1])
-            nearer = rows[may_be_nearer[k] & (places[rows] <= last_place)]
-            if len(nearer):
-                waiting.append((cuts[k], cuts[k + 1], nearer))
-
-
-def _measures(F: Array, lasting: Mask, b: Array, frame: UtopianFrame) -> Array:
-    """Return ``(n, 2m)`` ideal points of the designs up to each of n, and reciprocal lengths."""
     if frame.is_fixed:
+        F = np.maximum(F, frame.ideal)  # what is better than U counts as U
+        b = np.maximum(b, frame.ideal)
         U = np.resize(frame.ideal, F.shape)
-        N = np.resize(frame.nadir, F.shape)
+        lengths = np.resize(frame.lengths, F.shape)
     else:
         U = np.minimum.accumulate(F)
-        N = _nadirs(F, lasting)
-    if frame.normalize:
-        with np.errstate(over="ignore"):  # of a denormal range: it is ranked
-            inverse = 1 / unit_lengths(U, N)
-    else:
-        greatest = np.abs(F - b).max(initial=0.0) or 1.0
-        inverse = np.full(F.shape, 1 / greatest)  # no square overflows
-    return np.column_stack([U, inverse])
+        lengths = unit_lengths(U, _nadirs(F, lasting))
+    if not frame.normalize:
+        lengths = np.full(F.shape, np.abs(F - b).max(initial=0.0) or 1.0)  # no square overflows
+    size = max(_CELLS // max(F.size, 1), 1)
+    for start in range(0, len(tried), size):
+        part = np.array(tried[start : start + size])
+        last_rows = np.searchsorted(places, part, side="right") - 1
+        ideal = U[last_rows, None]
+        length = lengths[last_rows, None]
+        difference = np.sum(((F - b) / length) * ((F + b - 2 * ideal) / length), axis=2)
+        distance = np.sum(((b - ideal) / length) ** 2, axis=2)
+        may_be_nearer = ~(difference >= -LAST_PLACES * distance) & (places <= part[:, None])
+        yield from part[may_be_nearer.any(axis=1)].tolist()
 
 
 def _nadirs(F: Array, lasting: Mask) -> Array:
@@ -245,29 +229,6 @@ def _nadirs(F: Array, lasting: Mask) -> Array:
             optimal = np.append(optimal, row)
         N[row] = np.maximum(N[row], columns[:, optimal].max(axis=1, initial=-np.inf))
     return N
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _may_be_nearer(F: Array, b: Array, low: Array, high: Array) -> Mask:
-    """Return which of ``(n, m)`` designs may be nearer to the ideal point than b.
-
-    Args:
-        F: The objectives of the designs.
-        b: ``(m,)`` those of the best design.
-        low: ``(k, 1, 2m)`` least ideal points, and behind them reciprocal lengths, of k parts.
-        high: The greatest.
-
-    Returns:
-        ``(k, n)`` mask. Squared distances that differ by less than rounding does in any ranking are
-        equal.
-    """
-    m = len(b)
-    difference = F - b
-    offset = F + b - 2 * np.where(difference > 0, high[..., :m], low[..., :m])
-    inverse = np.where((difference > 0) == (offset > 0), low[..., m:], high[..., m:])
-    least = np.sum((difference * inverse) * (offset * inverse), axis=2)
-    squares = np.sum(((b - low[..., :m]) * high[..., m:]) ** 2, axis=2)  # of the distance of b
-    return np.asarray(~(least >= -LAST_PLACES * squares))
 
 
 def switching_sentences(table: TestTable) -> list[str]:
