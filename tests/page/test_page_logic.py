@@ -526,13 +526,9 @@ def test_a_decision_about_something_else_is_not_opened(answers):
     for answer in answers:
         same, foreign = answer["foreign"][:4], answer["foreign"][4:]
         assert same == [answer["initial"]] * 4
-        turned, no_decision, *others = (one["remarks"][0] for one in foreign)
+        assert len(foreign) == 10
         assert all(one["state"] is None for one in foreign)
-        assert "other directions" in turned
-        parts = ("units", "directions", "objectives", "objectives", "objectives", "no decision")
-        for part, remark in zip((*parts, "normalization", "ranges"), others, strict=True):
-            assert part in remark
-        assert "no decision" in no_decision
+        assert all("other objectives, directions, units" in one["remarks"][0] for one in foreign)
 
 
 def opened(case, **changes):

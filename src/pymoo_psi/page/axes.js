@@ -110,7 +110,7 @@ const axes = (() => {
     const {colour} = LOOKS.other
     const text = `${exact(shownRows.length)} designs${state.dominated ? within() : " that no other dominates"}`
     legend("foot", shownRows.length < 2 ? [] : [
-      ...legendOfMarks(true),
+      ...legendOfMarks(),
       isFew || !gaps.length ? [swatch("tick", colour), text] : [swatch("area", colour), `${text}${DENSITY}`],
       isFew && gaps.length && [swatch("slope", colour), "places 2 and 3"],
       shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick", INK.context), "other designs"],

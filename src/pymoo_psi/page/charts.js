@@ -26,10 +26,8 @@ function showCharts() {
 // A legend: icons, a text, and whether only a picture to copy has the entry.
 const legend = (id, entries) => renew(id, entries.filter(Boolean).map(([icons, text, isPictured]) =>
   make(isPictured ? "li.pictured" : "li", icons, text)))
-function legendOfMarks(areNamed) {
-  return [...Map.groupBy(marks, ({look}) => look)].map(([look, some]) => [icon(LOOKS[look]),
-    areNamed && some.length <= MOST_PINS ? `${look}: ${listed(some.map(({row}) => called(row)))}` : look, look === "proposed"])
-}
+const legendOfMarks = () => [...Map.groupBy(marks, ({look}) => look)].map(([look, some]) =>
+  [icon(LOOKS[look]), some.length > MOST_PINS ? look : `${look}: ${listed(some.map(({row}) => called(row)))}`, look === "proposed"])
 const DENSITY = "; darker: more of them"
 
 // A design under the pointer is marked in all charts and in the table.

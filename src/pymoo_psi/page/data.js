@@ -80,6 +80,7 @@ function addDesigns(more) {
   return data
 }
 
+const rowOf = (name) => data.rowOf.get(name) ?? -1
 const isObjective = ({role}) => role === "objective"
 // Ranges in which distances are measured whatever the limits, by name, in increasing order: those
 // that the page was made with, or those of all designs.

@@ -103,13 +103,13 @@ function fieldsOf(fields, object, lose) {
 
 // In one order, each once, whatever files they come from and in whatever order.
 function positionsIn(list, lose) {
-  const known = new Map()
-  const positions = listOf((one) => isObject(one) ? fieldsOf(POSITION, one, lose) : undefined)(list, lose) ?? []
-  for (const one of positions) {
-    const order = [one.date && 5e15 + timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)]
-    if (one.name) known.set(order.join("\0"), one)
-  }
-  return [...known].sort().map(([, one]) => one)
+  const named = listOf((one) => {
+    const position = fieldsOf(POSITION, one, lose)
+    return position.name ? position : undefined
+  })
+  const keyed = (named(list, lose) ?? []).map((one) =>
+    [[one.date && 5e15 + timeOf(one.date), one.date, one.name, one.chosen ?? "", JSON.stringify(one)].join("\0"), one])
+  return [...new Map(keyed)].sort().map(([, one]) => one) // by their keys
 }
 
 // A state from untrusted input; a remark names what does not fit.
@@ -153,27 +153,22 @@ function decisionOf(state, date) {
   }
 }
 
-// The state that a decision file holds, or null if it is about something else.
+// The state that a decision file holds, or null if it is about something else. What a file without objectives
+// leaves out is as on this page, else Python's default.
 function opened(text) {
   const content = parsed(text)
-  const parts = ["objectives", "limits", "chosen", "positions"].filter((key) => entryOf(content, key) !== undefined)
-  if (!parts.length || !isObject(content.page ?? {})) {
-    return {state: null, remarks: ['The file is no decision. "Decision file" of a page, and commands with --out, write one.']}
-  }
-  // A file without objectives is on those of any page; of one that has them Python leaves the defaults out.
   const own = data.opens_with
-  const {objectives, maximize, normalize, units, ranges} = {...(parts.includes("objectives") ? {maximize: [], normalize: true} : own), ...content}
-  const isSame = (list, other) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...other].sort())
-  const differs = {
-    objectives: !isSame(objectives, own.objectives),
-    directions: !isSame(maximize, own.maximize),
-    units: data.columns.some(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit),
-    normalization: normalize !== data.normalize,
-    ranges: isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
-  }
-  const others = Object.keys(differs).filter((part) => differs[part])
-  if (!others.length) return stateOf(content)
-  return {state: null, remarks: [`The file has other ${listed(others)} than this page. Open it on a page that was made with its own.`]}
+  const isDecision = ["objectives", "limits", "chosen", "positions"].some((key) => entryOf(content, key) !== undefined)
+  const defaults = entryOf(content, "objectives") === undefined ? own : {maximize: [], normalize: true}
+  const {objectives, maximize, normalize, units, ranges, page = {}} = {...defaults, ...content}
+  const sorted = (list) => JSON.stringify(Array.isArray(list) && [...list].sort())
+  const isOther = [
+    !isDecision, !isObject(page), sorted(objectives) !== sorted(own.objectives), sorted(maximize) !== sorted(own.maximize), normalize !== data.normalize,
+    data.columns.some(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit),
+    isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
+  ]
+  if (!isOther.some(Boolean)) return stateOf(content)
+  return {state: null, remarks: ["The file is no decision, or one on other objectives, directions, units or ranges. Open it on a page that was made with these."]}
 }
 
 // The state of a formulation, and what a reader must know of it.
@@ -193,20 +188,24 @@ function stateOf({limits, chosen, reason, ranges, positions, decided, page: {val
 const latest = (positions) => [...new Map(positions.map((one) => [one.name, one])).values()]
 
 function separation(ranking, positions) {
-  const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen)).map((one) => ({...one, row: data.rowOf.get(one.chosen)}))
+  const held = latest(positions).map((one) => ({...one, row: rowOf(one.chosen)})).filter(({row}) => row >= 0)
   const measure = ranking.count ? ranking : data.whole
   const sentences = held.flatMap((one, k) => held.slice(0, k).filter(({row}) => row !== one.row).map((other) =>
     against(measure, "apart", one.row, other.row, {name: one.name, holder: other.name})))
-  if (!sentences.length || !ranking.count) return sentences
+  return sentences.length && ranking.count ? [regretText(ranking, held), ...sentences] : sentences
+}
+
+// The design whose greatest cost to somebody is least, and by ties the one whose costs add up to least.
+function regretText({front, frame}, held) {
   // In an objective in which all designs left are equal, the range is that of these and the choices.
-  const {lengths: ofAll} = frameOf(data.F, joined(ranking.front, held.map(({row}) => row)), true)
-  const lengths = measure.frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
+  const {lengths: ofAll} = frameOf(data.F, joined(front, held.map(({row}) => row)), true)
+  const lengths = frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
   const lossesOf = (i, {weights, row}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
     const most = max(...given) || 1
     return data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / lengths[j])
   }
-  const costs = [...ranking.front].map((row) => {
+  const costs = [...front].map((row) => {
     const losses = held.map((one) => lossesOf(row, one))
     const regrets = losses.map((list) => max(0, ...list))
     const greatest = max(...regrets)
@@ -214,10 +213,10 @@ function separation(ranking, positions) {
   })
   const [{row, losses, greatest}, next] = costs.sort((a, b) => a.keys[0] - b.keys[0] || a.keys[1] - b.keys[1])
   const design = data.names[row]
-  if (greatest < TIE) return [sentence("no regret", {design}), ...sentences]
+  if (greatest < TIE) return sentence("no regret", {design})
   const isGreatest = (loss) => loss >= greatest - TIE // also of a greatest so large that this is itself
   const who = losses.findIndex((list) => list.some(isGreatest))
+  const {name: objective} = data.objectives[losses[who].findIndex(isGreatest)]
   const others = next ? sentence("others regret", {share: percent(next.greatest)}) : ""
-  return [sentence("least regret", {design, name: held[who].name, share: percent(greatest),
-    objective: data.objectives[losses[who].findIndex(isGreatest)].name, others}), ...sentences]
+  return sentence("least regret", {design, name: held[who].name, share: percent(greatest), objective, others})
 }

@@ -69,11 +69,10 @@ function against(ranking, key, row, other, parts = {}) {
 // at, so that there are four. Each: `{row, roles}`.
 function comparison(ranking, state, verdict) {
   if (!verdict) return []
-  const row = (name) => data.rowOf.get(name) ?? -1
   const best = ranking.best[0]
-  const chosen = row(state.chosen)
+  const chosen = rowOf(state.chosen)
   const base = data.total > data.n ? data.n : best
-  const rows = new Set([base, best, chosen, verdict.row, ...state.pins.map(row)].filter((i) => i >= 0))
+  const rows = new Set([base, best, chosen, verdict.row, ...state.pins.map(rowOf)].filter((i) => i >= 0))
   for (const step of verdict.steps) if (rows.size < 4) rows.add(step.row)
   const roles = {base, proposed: best, chosen}
   return [...rows].map((i) => ({row: i, roles: Object.keys(roles).filter((role) => roles[role] === i)}))

@@ -21,7 +21,7 @@ function searched(text, shown) {
   if (!text) return shown
   const fits = (cell) => cell.toLowerCase().includes(text.toLowerCase())
   const columns = data.columns.filter(({texts}) => texts)
-  const exact = data.rowOf.has(text) ? [data.rowOf.get(text)] : []
+  const exact = [rowOf(text)].filter((row) => row >= 0)
   return Int32Array.from([...new Set([...exact, ...shown, ...data.names.keys()])].filter((row) =>
     fits(data.names[row]) || columns.some(({texts, values}) => fits(texts[values[row]]))))
 }

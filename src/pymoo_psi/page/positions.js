@@ -17,13 +17,11 @@ function showPositions() {
   const key = JSON.stringify([chosen, held])
   if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
   agreeing = key
-  show("positions-title", held.length)
   const texts = separation(ranking, positions).map(tied)
   renew("regret", ranking.count && texts.shift())
   renew("separation", makeAll("li", texts))
-  show("decide", held.length)
   $("decide").disabled = chosen === null
-  renew("decide", chosen ? `Decide for ${chosen}` : "Decide: choose a design first")
+  renew("decide", held.length && `Decide for ${chosen ?? "a chosen design"}`)
   renew("decided", decided && sentence("decided", {on: decided.date && ` on ${decided.date.slice(0, 10)}`, design: decided.chosen, by: decided.agree.length ? ` by ${listed(decided.agree)}` : ""}),
     decided?.dissent.length && ` ${sentence("dissent", {dissent: listed(decided.dissent)})}`)
 }
@@ -34,7 +32,7 @@ const heldOf = ({limits, chosen, reason, weights, aspiration, answers}) => ({lim
 // The page as somebody had it.
 function showPosition(one) {
   const owners = Object.fromEntries(personal.map((key) => [key, one.name]))
-  change({...heldOf(one), chosen: data.rowOf.has(one.chosen) ? one.chosen : null, owners})
+  change({...heldOf(one), chosen: isDesign(one.chosen) ? one.chosen : null, owners})
 }
 
 // Which limits a choice breaks, why somebody wants it, and what the verdict gives up against it.
@@ -67,11 +65,10 @@ function record() {
   if (!name) return say(["Give the position a name."])
   $("adding").open = false
   $("position-name").value = ""
-  const {owners, reason, positions} = state
-  const nothing = Object.fromEntries(personal.map((key) => [key, PERSONAL[key][1]]))
-  const others = personal.filter((key) => (owners[key] ?? name) !== name)
-  const held = {...heldOf(state), ...Object.fromEntries(others.map((key) => [key, nothing[key]]))}
-  change({positions: [...positions, {name, date: new Date().toISOString(), ...held}], ...nothing, reason, owners: {reason: owners.reason ?? name}})
+  const {owners, positions} = state
+  const held = heldOf(state)
+  for (const key of personal) if ((owners[key] ?? name) !== name) [, held[key]] = PERSONAL[key]
+  change({positions: [...positions, {name, date: new Date().toISOString(), ...held}], weights: {}, aspiration: {}, answers: [], owners: {reason: owners.reason ?? name}})
 }
 
 function decide() {

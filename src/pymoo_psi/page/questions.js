@@ -153,6 +153,6 @@ function simplexWeights(points, m) {
 
 // The answers of names that count here: those on designs that no other dominates.
 function countedAnswers({pareto}, answers) {
-  const rows = answers.map(([one, relation, other]) => [data.rowOf.get(one) ?? -1, relation, data.rowOf.get(other) ?? -1])
+  const rows = answers.map(([one, relation, other]) => [rowOf(one), relation, rowOf(other)])
   return rows.filter(([one, , other]) => pareto[one] && pareto[other])
 }

@@ -161,8 +161,7 @@ function showRows() {
   }
   const folded = columns.slice(FOLDED)
   const limited = folded.filter(limitOf).length
-  show("fold", folded.length)
-  renew("fold", isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`)
+  renew("fold", folded.length && (isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`))
   renew("hidden", state.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
   renew("value-head", verdict ? roleOf(verdict.row) : "none")
   for (const control of controls.values()) if (control.row.isConnected) showRow(control)

@@ -174,19 +174,18 @@ const scatter = (() => {
   function explainMarks(front, rejected) {
     const known = picked(shownRows, isKnown)
     const beyond = known.length - picked(known, isInside).length
-    const missing = shownRows.length - known.length
-    drawn = {points: known.length, missing, beyond}
-    const undrawn = [[left.count - shownRows.length, "dominated"], [data.n - left.count - rejected.length, rejected.length ? "more beyond a limit, outside the axes" : "beyond a limit"], [missing, "without a value"]]
-      .flatMap(([count, reason]) => count ? [`${exact(count)} ${reason}`] : [])
+    const undrawn = data.n - known.length - rejected.length
+    drawn = {points: known.length, beyond}
     const isHatched = columns.some(limitOf)
     const {colour} = LOOKS.other
+    const isDensity = shownRows.length > MOST_SHAPES
     legend("key", [
-      ...legendOfMarks(false),
-      shownRows.length > MOST_SHAPES ? [swatch("area", colour), `designs${DENSITY}`] : [icon(LOOKS.other), "dominated by no other", true],
-      state.dominated && shownRows.length <= MOST_SHAPES && [icon(LOOKS.dominated), "dominated"],
+      ...legendOfMarks(),
+      isDensity ? [swatch("area", colour), `designs${DENSITY}`] : [icon(LOOKS.other), "dominated by no other", true],
+      state.dominated && !isDensity && [icon(LOOKS.dominated), "dominated"],
       front.length > 1 && [swatch("step", colour), "best trade-offs of the two"],
       (isHatched || rejected.length) && [[isHatched && swatch("hatch", INK.text), rejected.length && icon(LOOKS.rejected)], "beyond a limit"],
-      undrawn.length && [[], `not drawn: ${listed(undrawn)}`],
+      undrawn && [[], `${counted(undrawn, "design")} not drawn: dominated, beyond a limit or without a value`],
       beyond && [[], `${exact(beyond)} at the edge, outside of the axes`],
     ])
   }

@@ -146,7 +146,6 @@ function focusKept() {
 
 // Designs.
 
-const rowOf = (name) => data.rowOf.get(name) ?? -1
 const called = (row) => data.names[row]
 const chosenRow = () => rowOf(state.chosen)
 const proposedRow = () => ranking.best[0] ?? -1

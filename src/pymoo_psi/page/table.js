@@ -27,14 +27,12 @@ function showTable() {
   }))
   markInTable()
   const further = order.length - mostRows
-  show("more-rows", further > 0)
-  renew("more-rows", `Show ${exact(min(further, 3 * mostRows))} more`)
+  renew("more-rows", further > 0 && `Show ${exact(min(further, 3 * mostRows))} more`)
   renew("export", `${exact(order.length)} shown as CSV`)
   $("export").disabled = order.length === 0
   renew("shown", counted(order.length, "design"))
   const count = ranking.rows.length - ranking.front.length
-  show("more-designs", count)
-  renew("dominated", `${state.dominated ? "hide" : "show"} ${exact(count)} dominated`)
+  renew("dominated", count && `${state.dominated ? "hide" : "show"} ${exact(count)} dominated`)
 }
 
 function markInTable() {

@@ -66,7 +66,6 @@ const tried = ({isExact}) => isExact ? "" : " (of values tried)"
 
 function showSteps() {
   const {steps} = verdict ?? {steps: []}
-  show("steps", steps.length)
   renew("steps-list", steps.map(({row, better, worse}) => {
     const change = changeTo(row)
     return make("div", make("h3", inspectButton(row), `: ${tied(better)}`),
@@ -76,7 +75,6 @@ function showSteps() {
   const others = changes.filter((change) => change !== changeTo(change.row) || !steps.some(({row}) => row === change.row))
   const place = $(verdict ? "further-words" : "left") // a way back is needed at once
   if ($("relax").parentElement !== place) verdict ? place.prepend($("relax")) : place.append($("relax"))
-  show("relax", others.length)
   renew("relax-list", others.map((change) => make("li", conditionButton(change, upper(tied(change.condition))),
     `, ${tied(outcomeOf(change))}${tried(change)}. `, change.row >= 0 && pinButton(change.row))))
 }
