@@ -35,8 +35,11 @@ function sum(array) {
 // several times as long.
 function endOf(array, sign, rows = null) {
   let end = Infinity
-  if (rows) for (let k = 0; k < rows.length; k++) end = sign * array[rows[k]] < end ? sign * array[rows[k]] : end
-  else for (let k = 0; k < array.length; k++) end = sign * array[k] < end ? sign * array[k] : end
+  const n = (rows ?? array).length
+  for (let k = 0; k < n; k++) {
+    const value = sign * array[rows ? rows[k] : k]
+    if (value < end) end = value
+  }
   return sign * end + 0 // no -0
 }
 

@@ -13,7 +13,6 @@ const axes = (() => {
   let heights = [] // of the axes, top down
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
-  let former // the density
   const {size, clean, fit} = layers(plot, 3)
   const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
 
@@ -88,11 +87,8 @@ const axes = (() => {
     const g = clean(1)
     const isFew = shownRows.length <= MOST_LINES
     const {colour} = LOOKS.other
-    if (!isFew) former = drawDensity(g, colour, shownRows, data.total, [0.2, 120], countLines, former)
-    else {
-      lines(g, shownRows, {strokeStyle: colour, globalAlpha: 0.4, lineWidth: 1})
-      lines(g, ranking.byPlace.subarray(0, 3), {strokeStyle: colour, lineWidth: 1.2})
-    }
+    if (!isFew) drawDensity(g, JSON.stringify([size, lanes.map(({column, y}) => [column.name, y, scaleOf(column)])]), shownRows, [0.2, 120], countLines)
+    else lines(g, shownRows, {strokeStyle: colour, globalAlpha: 0.5, lineWidth: 1})
     for (const lane of lanes) drawRange(g, lane, isFew || !gaps.length ? shownRows : [])
     for (const {row, look} of marks) {
       g.setLineDash(LOOKS[look].dashes ?? [])
@@ -112,7 +108,6 @@ const axes = (() => {
     legend("foot", shownRows.length < 2 ? [] : [
       ...legendOfMarks(),
       isFew || !gaps.length ? [swatch("tick", colour), text] : [swatch("area", colour), `${text}${DENSITY}`],
-      isFew && gaps.length && [swatch("slope", colour), "places 2 and 3"],
       shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick", INK.context), "other designs"],
       lanes.some(({column}) => limitOf(column)) && [swatch("hatch", INK.text), "beyond a limit"],
       [swatch("span", INK.muted), state.fixed ? "the fixed range, 100 % to 0 % behind" : "their worst to best value, 100 % to 0 % behind"],
@@ -157,10 +152,7 @@ const axes = (() => {
   }
 
   function draw(all) {
-    if (all) {
-      measure()
-      former = undefined
-    }
+    if (all) measure()
     if (!size.width || !columnsShown.length) return void (clean(0), clean(1))
     lay()
     if (all) drawAxes()
@@ -189,6 +181,5 @@ const axes = (() => {
     listenTo(axis, (x, y) => rowAt(x, y + heights[columnsShown.indexOf(column)] - axis.clientHeight / 2))
   }
   whenResized($("rows-area"), () => draw(true))
-  return {draw, mark,
-    spot: (row, name) => { const {values, x, y} = lanes.find(({column}) => column.name === name); return [x(values[row]), y] }}
+  return {draw, mark}
 })()

@@ -72,20 +72,23 @@ function wrapped(g, text, width) {
 
 // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
 // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
-// long. The former density on the same axes is mended by the rows that come and go; the next is returned.
+// long. The former density on the same axes is mended by the rows that come and go.
+//   axes    a text that says where marks are
 //   count(counts, line, rows, step) adds a step where a mark begins in a line of pixels, from the left,
 //   and takes it away behind its end; line is the numbers of a line, one more than pixels
 const DARKEST = 1000 // marks at a pixel
-function drawDensity(g, colour, rows, total, [least, alpha], count, former) {
+function drawDensity(g, axes, rows, [least, alpha], count) {
   const {width, height} = g.canvas
-  if (!width || !height) return former
-  const {counts, image, drawn: before, rows: last} = former ??
-    {rows: [], drawn: new Uint8Array(total), counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
-  const drawn = new Uint8Array(total)
+  if (!width || !height) return
+  if (g.density?.axes !== axes) {
+    g.density = {axes, rows: [], drawn: new Uint8Array(data.total), counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
+  }
+  const {counts, image, drawn: before, rows: last} = g.density
+  const drawn = new Uint8Array(data.total)
   for (const row of rows) drawn[row] = 1
   count(counts, width + 1, picked(rows, (row) => !before[row]), 1)
   count(counts, width + 1, picked(last, (row) => !drawn[row]), -1)
-  const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+  const [red, green, blue] = [1, 3, 5].map((k) => parseInt(LOOKS.other.colour.slice(k, k + 2), 16))
   const shades = new Uint32Array(DARKEST + 1)
   const step = 1 - min(0.5, alpha / 2 ** ceil(Math.log2(rows.length || 1)))
   for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= step) {
@@ -100,7 +103,7 @@ function drawDensity(g, colour, rows, total, [least, alpha], count, former) {
     }
   }
   g.putImageData(image, 0, 0)
-  return {image, counts, rows, drawn}
+  Object.assign(g.density, {rows, drawn})
 }
 
 // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.

@@ -45,9 +45,9 @@ function hover(row, x, y) {
   if (tip.hidden) return
   tip.replaceChildren(make("strong", called(row)), ` ${placed(row)}`, make("table", data.columns.slice(0, 16).map((column) =>
     make("tr", make("td", column.label), make("td.number", cellText(column, row))))))
-  const [width, height] = [tip.offsetWidth, tip.offsetHeight]
+  const width = tip.offsetWidth
   tip.style.left = `${max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
-  tip.style.top = `${max(4, min(y + 12, innerHeight - height - 6))}px`
+  tip.style.top = `${max(4, min(y + 12, innerHeight - tip.offsetHeight - 6))}px`
 }
 
 // A click inspects, and the pointer marks what is below it.

@@ -45,9 +45,10 @@ const byColumn = (read) => (object, lose) => {
 }
 const numbersIf = (fits) => byColumn((value, lose, column) =>
   isObjective(column) && isNumber(value) && fits(value) ? value : undefined)
+const columnsIn = listOf(only(isColumn))
 // A number is the greatest value. Texts that no design has any more allow none; if no text is known, the choice
 // is foreign.
-const limits = byColumn((value, lose, {texts}) => {
+const limitsIn = byColumn((value, lose, {texts}) => {
   if (!texts) return isNumber(value) ? [null, value] : only(isPair)(value)
   if (!Array.isArray(value)) return undefined
   const known = texts.filter((text) => value.includes(text))
@@ -68,17 +69,17 @@ const POSITION = {
   name: [only(isText), ""],
   date: [only((date) => date === "" || (isText(date) && isNumber(timeOf(date)))), ""],
   chosen: [only(isText), null], // perhaps of other designs
-  limits: [limits, {}],
+  limits: [limitsIn, {}],
   ...PERSONAL,
 }
 const STATE = {
-  limits: [limits, {}],
+  limits: [limitsIn, {}],
   fixed: [isTrue, false],
   dominated: [isTrue, false],
   // The rows of objectives: their order, those that are hidden, those with the other scale.
-  rows: [listOf(only(isColumn)), []],
-  hidden: [listOf(only(isColumn)), []],
-  turned: [listOf(only(isColumn)), []],
+  rows: [columnsIn, []],
+  hidden: [columnsIn, []],
+  turned: [columnsIn, []],
   plot: [listOf(only((name) => data.by.get(name)?.texts === null)), []], // across and up
   pins: [listOf(only(isDesign)), []],
   chosen: [only(isDesign), null],

@@ -87,7 +87,8 @@ function compareRows(ranking, rows, base) {
 // How far a row is from the best values, and this in shares of the ranges.
 function behindOf({frame: {low, lengths}}, row) {
   const behind = data.F.map((column, j) => column[row] - low[j])
-  return {behind, shares: behind.map((value, j) => shareOf(value, lengths[j]))}
+  const shares = behind.map((value, j) => shareOf(value, lengths[j]))
+  return {behind, shares, places: bySize(shares).filter((j) => behind[j] > 0)}
 }
 
 // Why a design: its distances from the best, and towards each objective the design that gives up
@@ -96,7 +97,7 @@ function explain(ranking, row) {
   const {front, frame: {low, lengths}} = ranking
   const {objectives, F} = data
   const own = F.map((column) => column[row])
-  const {behind, shares} = behindOf(ranking, row)
+  const {shares} = behindOf(ranking, row)
   const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
   F.forEach((column, j) => {
     const [value, length] = [own[j], lengths[j]]
@@ -133,22 +134,20 @@ function explain(ranking, row) {
     row,
     objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], share: shares[j]})),
     steps: [...steps].map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
-    costs: costsOf(ranking, behind, shares),
+    costs: costsOf(ranking, behindOf(ranking, row)),
   }
 }
 
 // How far a design is from the best value where this is the greatest share of a range.
 function behindText(ranking, row) {
-  const {behind, shares} = behindOf(ranking, row)
-  const j = bySize(shares).find((k) => behind[k] > 0)
+  const {behind, shares, places: [j]} = behindOf(ranking, row)
   if (j === undefined) return "–"
   const column = data.objectives[j]
   return `${isWithin(shares[j]) ? percent(shares[j]) : amount(column, behind[j], ranking)} in ${column.name}`
 }
 
 // How far a design is from the best values, the greatest share of a range first; the rows have the shares.
-function costsOf(ranking, behind, shares) {
-  const places = bySize(shares).filter((j) => behind[j] > 0)
+function costsOf(ranking, {behind, places}) {
   if (!places.length) return sentence("all best")
   const changes = places.slice(0, MOST_COSTS).map((j) => {
     const column = data.objectives[j]

@@ -29,14 +29,10 @@ function savePage() {
 // The positions of files are added, and nothing else changes unless it is asked for; a single file
 // without positions is taken whole.
 async function openFiles(files) {
-  const [remarks, positions] = [[], []]
-  let single // the state of a single file
-  for (const file of files) {
-    const read = opened(await file.text())
-    single = files.length === 1 && read.state
-    remarks.push(...read.remarks.map((text) => `${file.name}: ${text}`))
-    positions.push(...read.state?.positions ?? [])
-  }
+  const reads = await Promise.all(Array.from(files, async (file) => ({name: file.name, ...opened(await file.text())})))
+  const remarks = reads.flatMap(({name, remarks}) => remarks.map((text) => `${name}: ${text}`))
+  const positions = reads.flatMap(({state}) => state?.positions ?? [])
+  const single = reads.length === 1 && reads[0].state
   const merged = (next) => checked({...next, positions: [...state.positions, ...positions]}).state
   const whole = () => take({state: merged(single), remarks})
   if (!positions.length) return single ? whole() : say([...remarks, "No positions are added."])

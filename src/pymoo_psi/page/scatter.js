@@ -9,6 +9,7 @@ const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -
 const CLEAR = [26, 10] // pixels beside and above a point that names of others keep: one sees whose a name is
 const GAP = 6 // pixels between names
 const AWAY = [5, 17, 29, 43, 59] // from the shape of a point, the first without a line
+const UNPLACED = 9 // more than all faults of a place
 const WIDEST = [0.6, 0.35] // share of the plot that a name may take; with the smaller one it has more lines
 const plottable = data.columns.filter(({texts}) => !texts)
 // The columns across and up.
@@ -18,23 +19,22 @@ const scatter = (() => {
   const section = $("scatter-plot")
   const [TOP, RIGHT, BOTTOM] = [22, 12, 40]
   let LEFT = 40
-  let [boxes, drawn] = [[], {}] // of names, and what is drawn
+  let boxes = [] // of names
   let [lines, hatched] = [] // boxes along the front, and of what limits reject: no place for a name
   let columns = []
   let whole // for each column, the shares of its scale that are shown without a zoom
-  let view = [[0, 1], [0, 1]] // the shares of these that are shown
+  let zoom = 1 // about what is proposed or looked at, which stays where it is
   let scales = [] // of what is shown
   let numbers = [] // at the axes
   let [x, y] = [] // where a value is across and up
   let [u, v] = [] // where a row is
   let [isKnown, isInside] = [] // whether it has both values, and these are shown
-  let former, formerScales // the density
   const area = section.querySelector(".plot")
   const selects = [...section.querySelectorAll("select")] // across, up
   selects.forEach((select, k) => {
     select.append(...plottable.map((column) => make("option", {value: column.field}, column.label)))
     select.onchange = () => {
-      view = [[0, 1], [0, 1]]
+      zoom = 1
       change({plot: plotColumns().map(({name}, j) => j === k ? plottable[select.selectedIndex].name : name)})
     }
   })
@@ -65,8 +65,8 @@ const scatter = (() => {
     if (!whole || !dragging) whole = columns.map(windowOf)
     scales = columns.map((column, k) => {
       const scale = scaleOf(column)
-      const [from, until] = whole[k]
-      const [low, high] = view[k].map((share) => valueAt(scale, from + share * (until - from)))
+      const centre = shareOn(scale)(column.values[verdict?.row]) || 0
+      const [low, high] = whole[k].map((end) => valueAt(scale, centre + (end - centre) / zoom))
       return {...scale, low, high}
     })
     right = size.width - RIGHT
@@ -82,14 +82,8 @@ const scatter = (() => {
     isInside = (row) => scales.every(({low, high}, k) => columns[k].values[row] >= low && columns[k].values[row] <= high)
   }
 
-  // What is proposed or looked at stays where it is.
   function zoomBy(factor) {
-    view = view.map(([from, to], k) => {
-      const share = shareOn(scales[k])(columns[k].values[verdict?.row])
-      const length = min(1, max(1e-4, (to - from) / factor))
-      const start = min(1 - length, max(0, from + (isNumber(share) ? share : 0.5) * (to - from - length)))
-      return [start, start + length]
-    })
+    zoom = max(1, zoom * factor)
     draw()
   }
 
@@ -175,7 +169,6 @@ const scatter = (() => {
     const known = picked(shownRows, isKnown)
     const beyond = known.length - picked(known, isInside).length
     const undrawn = data.n - known.length - rejected.length
-    drawn = {points: known.length, beyond}
     const isHatched = columns.some(limitOf)
     const {colour} = LOOKS.other
     const isDensity = shownRows.length > MOST_SHAPES
@@ -190,17 +183,16 @@ const scatter = (() => {
     ])
   }
 
-  // Names beside their points, or farther away with a line to them, each nearer to its own point than to
-  // others: none covers another, a point or a line.
-  // Where there is no such place a name is left out, but those of marked designs, of what people want and of
-  // steps from what is proposed may cover lines, and with a line of their own points, or be nearer to others; where designs are few,
-  // all may cover lines.
+  // Names beside their points, or farther away with a line to them, each nearer to its own point than to others:
+  // none covers another, a point or a line. Where there is no such place a name is left out; but those that are
+  // wanted may cover lines and, with a line of their own, points, or be nearer to others; where designs are
+  // few, all may cover lines.
   function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
     const wanted = [...marked.toReversed(), ...picked([...holders.keys()], (row) => left.mask[row]), ...verdict?.steps.map(({row}) => row) ?? []]
     const further = shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : []
-    const rows = [...new Set([...wanted, ...further])].filter(isInside)
+    let rows = [...new Set([...wanted, ...further])].filter(isInside)
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
     const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]}))
@@ -211,35 +203,36 @@ const scatter = (() => {
       const away = (row) => hypot(...wayTo(place, row))
       const isOnPoint = covers(points)
       const isStray = points.some(({row}) => away(row) < away(place.row))
-      if (covers(taken) || (left.mask[place.row] && !isFree(place, hatched)) || ((isOnPoint || isStray) && !place.tie.length)) return Infinity
+      if (covers(taken) || (left.mask[place.row] && !isFree(place, hatched)) || ((isOnPoint || isStray) && !place.tie.length)) return UNPLACED
       return 4 * isStray + 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
     }
     // The best place of a name with those who want the design, or without them where there is none.
     const nameOf = (row) => {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
       const people = (holders.get(row) ?? []).map(({name}) => name)
-      const texts = new Set([[called(row), ...people].join(" · "), called(row)])
-      let name = {fault: wanted.includes(row) ? Infinity : isFew ? 2 : 1}
-      for (const text of texts) for (const place of name.tie ? [] : placesOf(g, row, text)) {
-        const fault = faultOf(place)
-        if (fault < name.fault) name = {...place, fault}
-        if (!fault) return name
+      let name = {row, fault: UNPLACED}
+      const most = wanted.includes(row) ? UNPLACED : isFew ? 2 : 1
+      for (const text of new Set([[called(row), ...people].join(" · "), called(row)])) {
+        for (const place of name.tie ? [] : placesOf(g, row, text)) {
+          const fault = faultOf(place)
+          if (fault < min(most, name.fault)) name = {...place, fault}
+          if (!fault) return name
+        }
       }
       return name
     }
     // What finds no place, or covers something, comes first in another try.
     let least = Infinity
     for (let tries = isFew ? 6 : 1; tries > 0 && least > 0; tries--) {
-      const faults = new Map()
       taken = []
-      for (const row of rows) {
+      const names = rows.map((row) => {
         const name = nameOf(row)
-        faults.set(row, name.tie ? name.fault : 9)
         if (name.tie) taken.push(name, ...name.tie)
-      }
-      const total = sum([...faults.values()])
-      if (total < least) [boxes, least] = [taken.filter(({words}) => words), total]
-      rows.sort((a, b) => faults.get(b) - faults.get(a))
+        return name
+      }).sort((a, b) => b.fault - a.fault)
+      const faults = sum(names.map(({fault}) => fault))
+      if (faults < least) [boxes, least] = [names.filter(({tie}) => tie), faults]
+      rows = names.map(({row}) => row)
     }
     for (const {row, font, words, x, y, tie} of boxes) {
       g.font = font
@@ -289,12 +282,7 @@ const scatter = (() => {
     if (!size.width) return
     const g = clean(0)
     lay(g)
-    const shown = JSON.stringify([scales, size, LEFT])
-    if (shown !== formerScales) former = undefined
-    formerScales = shown
-    if (shownRows.length > MOST_SHAPES) {
-      former = drawDensity(g, LOOKS.other.colour, shownRows, data.total, [0.5, 2000], countPoints, former)
-    }
+    if (shownRows.length > MOST_SHAPES) drawDensity(g, JSON.stringify([scales, size, LEFT, state.plot]), shownRows, [0.5, 2000], countPoints)
     drawAxes(g) // a density covers all before
     ;[lines, hatched] = [[], []]
     const front = frontOfTwo()
@@ -317,5 +305,5 @@ const scatter = (() => {
 
   listenTo(area, rowAt)
   onClicks({nearer: () => zoomBy(1.6), farther: () => zoomBy(1 / 1.6)})
-  return {draw, mark, spot: (row) => [u(row), v(row)], get names() { return boxes }, get drawn() { return drawn }}
+  return {draw, mark, spot: (row) => [u(row), v(row)], get names() { return boxes }}
 })()

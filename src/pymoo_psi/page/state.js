@@ -53,12 +53,11 @@ function take({state, remarks}) {
   if (state) change(state)
 }
 
-// The address holds what differs from the state in which the page opened, so that a link shows it.
+// The address holds the state unless it is that in which the page opened, so that a link shows it.
 function address() {
-  const changes = entriesOf(state).filter(([key, value]) => JSON.stringify(value) !== JSON.stringify(initial.state[key]))
-  const hash = changes.length ? `#${encodeURIComponent(JSON.stringify(Object.fromEntries(changes)))}` : ""
+  const hash = past[at] === past[0] ? location.pathname + location.search : `#${encodeURIComponent(past[at])}`
   try {
-    history.replaceState(null, "", hash || location.pathname + location.search)
+    history.replaceState(null, "", hash)
   } catch { /* a document without an address, in a notebook */ }
 }
 function addressed() {

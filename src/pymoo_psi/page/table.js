@@ -21,8 +21,8 @@ function showTable() {
   renew("table-head", make("tr", tableColumns.map((column) => make(`th${column.kind}`, {scope: "col", ariaSort: isSorted(column) ? direction : "none"},
     column.name !== undefined ? button(column.text, () => sortBy(column)) : column.text))))
   renew("table-body", Array.from(order.subarray(0, mostRows), (row) => {
-    const marks = {first: ranking.place[row] === 1, chosen: row === chosenRow(), inspected: row === inspected, pinned: isPinned(row)}
-    return make("tr", {className: Object.keys(marks).filter((mark) => marks[mark]).join(" ")},
+    const marks = [ranking.place[row] === 1 && "first", row === chosenRow() && "chosen", row === inspected && "inspected", isPinned(row) && "pinned"]
+    return make("tr", {className: marks.filter(Boolean).join(" ")},
       tableColumns.map(({kind, cell}) => make(`td${kind}`, cell(row))))
   }))
   markInTable()

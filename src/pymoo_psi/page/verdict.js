@@ -31,7 +31,7 @@ function showVerdict() {
     renew("verdict-variables", variables.length && `${variables.join(", ")}.`)
   } else {
     renew("verdict-title", "No design is left")
-    renew("verdict-words", make("p.lead", "Below: the single limits at which there is one."), chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
+    renew("verdict-words", make("p.lead", "Single limits at which there is one:"), chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
     renew("verdict-actions", clear)
     renew("verdict-variables")
   }
@@ -73,10 +73,10 @@ function showSteps() {
       make("div.buttons", pinButton(row)))
   }))
   const others = changes.filter((change) => change !== changeTo(change.row) || !steps.some(({row}) => row === change.row))
-  const place = $(verdict ? "further-words" : "left") // a way back is needed at once
-  if ($("relax").parentElement !== place) verdict ? place.prepend($("relax")) : place.append($("relax"))
-  renew("relax-list", others.map((change) => make("li", conditionButton(change, upper(tied(change.condition))),
-    `, ${tied(outcomeOf(change))}${tried(change)}. `, change.row >= 0 && pinButton(change.row))))
+  const items = others.map((change) => make("li", conditionButton(change, upper(tied(change.condition))),
+    `, ${tied(outcomeOf(change))}${tried(change)}. `, change.row >= 0 && pinButton(change.row)))
+  renew("relax-list", verdict && items)
+  renew("ways-back", !verdict && items)
 }
 
 // Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
