@@ -6,7 +6,7 @@ objective.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, combinations, pairwise, permutations, product
 from math import comb
 from typing import TYPE_CHECKING, Any
@@ -95,10 +95,14 @@ _POLE = 3.0  # points from a pole to its name
 _NAME = 26  # letters of the name of a row or a line
 _LIFT = 16.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
+_LINE = 9.5  # points from a line of text to the one above
+_BELOW = -5.0  # points from a row to the lower line beside it
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
 _TICK: Style = {"color": "0.4", "markersize": 5}  # of a logarithmic axis
 # A power of ten above its tick, below the marked lines.
 _DECADE: Style = NOTE | {"color": "0.4", "ha": "center", "zorder": 4}
+# A text beside a row.
+_BESIDE_ROW: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
 # A name beside a line.
 _FLAG: Style = {"va": "center", "ha": "center", "in_layout": False}
 # The line of the marked design in parallel coordinates, and of the optimum, if it is another.
@@ -380,21 +384,23 @@ def plot_ranking(
     source = ranking
     ranking = with_units(rank_of_efficiency(source), units)
     best = int(ranking.salukvadze[0])
+    marks = {best: ("proposed", _SOLID)}
     marked = best
     if row is not None:
         marked = ranked_row("row", row, source, ranking)
-    styles = {marked: _SOLID}
     if marked != best:
-        styles[best] = _DASHED
+        marks = {marked: ("marked", _SOLID), best: ("proposed", _DASHED)}
     front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
     is_few = len(front) <= NAMED
-    nearest = _NEAR
+    n_near = _NEAR
     if is_few or width < NARROW:
-        nearest = _NEAREST
-    is_near = ranking.place[front] <= nearest
+        n_near = _NEAREST
+    is_near = ranking.place[front] <= n_near
+    n_named = NAMED if is_few else _NEAREST
+    named = [*dict.fromkeys([*marks, *front[::-1][:n_named].tolist()])]
     word = ""
     if values:
-        word = "proposed" if marked == best else "marked"
+        word, _ = marks[marked]
     n = len(ranking.objectives.names)
     height = _ROW
     if n > _FEW:
@@ -402,25 +408,18 @@ def plot_ranking(
     with new_figure(60 + n * height) as figure:  # its height follows from the names
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
-        n_named = NAMED if is_few else _NEAREST
-        named = list(dict.fromkeys([*styles, *front[::-1][:n_named].tolist()]))
+        for design, (label, style) in marks.items():
+            ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
+            ax.plot([], [], style["linestyle"], color=style["color"], label=label)
         names = []
         for design in named:
-            looks: Style = {"color": "0.45"}
-            if design in styles:
-                style = styles[design]
-                ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
-                label = "proposed" if design == best else "marked"
-                ax.plot([], [], style["linestyle"], color=style["color"], label=label)
-                looks = {"color": style["color"], "fontweight": "bold"}
-            elif ranking.place[design] <= nearest:
-                looks = {"color": "0.2"}
+            looks: Style = {"color": "0.2" if ranking.place[design] <= n_near else "0.45"}
+            if design in marks:
+                looks = {"color": marks[design][1]["color"], "fontweight": "bold"}
             text = f"{ranking.place[design]}. {literal(ranking.name_of(design), _NAME)}"
-            name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
-            (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
-            names.append((name, pole, places[design, -1]))
-        is_styled = np.isin(front, list(styles))  # which have a mark of their own in the key
-        label = _places_in_words(ranking.place[front[is_near & ~is_styled]])
+            names.append((*_name_and_pole(ax, text, looks), places[design, -1]))
+        is_unmarked = ~np.isin(front, [*marks])  # the marked ones are in the key already
+        label = _places_in_words(ranking.place[front[is_near & is_unmarked]])
         _draw_lines(ax, places[front], is_near, label)
         is_log = any(map(spans_decades, np.transpose([ranking.nadir, ranking.ideal])))
         if is_log:
@@ -430,23 +429,23 @@ def plot_ranking(
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
         ax.axis("off")
-        logs = ""
-        if is_log:
-            logs = "Designs are ranked by the values on logarithmic axes, not by their logarithms."
-        lines = "each a line"
-        if np.sum(~is_near) > _MOST:
-            lines = "the first ones as lines, the others as the density of theirs"
-        measure = "from the worst to the best of them"
-        if ranking.frame.is_fixed:
-            measure = "in the fixed range"
-        figure.describe(
-            title,
-            f"The {counted(len(front), 'design')} that no other dominates, {lines}: values "
-            f"{measure}.",
-            logs,
-        )
+        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log))
     figure.resize(width)
     return figure
+
+
+def _ranking_in_words(ranking: EfficiencyRanking, is_near: Mask, is_log: bool) -> Iterator[str]:
+    """Yield the sentences of a caption, given which lines are darker and whether an axis is log."""
+    lines = "each a line"
+    if np.sum(~is_near) > _MOST:
+        lines = "the first ones as lines, the others as the density of theirs"
+    measure = "from the worst to the best of them"
+    if ranking.frame.is_fixed:
+        measure = "in the fixed range"
+    designs = counted(len(is_near), "design")
+    yield f"The {designs} that no other dominates, {lines}: values {measure}."
+    if is_log:
+        yield "Designs are ranked by the values on logarithmic axes, not by their logarithms."
 
 
 def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Array:
@@ -463,38 +462,60 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
     """
     objectives = ranking.objectives
     places = np.empty(objectives.values.shape)
-    texts = [["", "worst", "best", word]]
-    style: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
+    _write_row(ax, 0, _LIFT, ("", "worst", "best", word))
     for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
         ends = (ranking.nadir[j], ranking.ideal[j])
         places[:, j], is_log = places_between(column, *ends)
         heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
-        written = NumberFormat.of(column[ranking.pareto]).text
         if is_log:
             heading += ", log"
-            low, high = np.sort(np.log10(ends))
-            powers = 10.0 ** np.arange(np.ceil(low), high)
-            decades = places_between(powers, *ends)[0]
-            ax.plot(decades, np.full(len(powers), j), "|", zorder=1, **_TICK)
-            for k in (0, -1):  # the others follow from them
-                at = (decades[k], j)
-                ax.annotate(tick(powers[k], ends), at, (0, 3.5), **_DECADE)
+            _draw_decades(ax, j, ends)
+        written = NumberFormat.of(column[ranking.pareto]).text
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
-        texts.append([heading, worst, best, value])
-    bold = style | {"color": INK, "fontweight": "bold"}
-    on_right = {"ha": "left"}
-    above, below = _LIFT + 9.5, _LIFT  # the head
-    for j, (name, worst, best, value) in enumerate(texts):
-        level = max(j - 1, 0)
-        ax.annotate(name, (0, level), (-_APART, above), **bold)
-        ax.annotate(worst, (0, level), (-_APART, below), **style)
-        ax.annotate(best, (1, level), (_APART, below), **style | on_right)
-        if word:
-            ax.annotate(value, (1, level), (_APART, above), **bold | on_right | {"color": ACCENT})
-        above, below = 4.5, -5.0
-    ax.annotate("better →", (0.5, 0), (0, _LIFT), **style | {"ha": "center"})
+        if not word:
+            value = ""
+        _write_row(ax, j, _BELOW, (heading, worst, best, value))
+    ax.annotate("better →", (0.5, 0), (0, _LIFT), **_BESIDE_ROW | {"ha": "center"})
     return places
+
+
+def _draw_decades(ax: Axes, row: int, ends: tuple[float, float]) -> None:
+    """Draw a tick at each power of ten between the ends of a logarithmic row."""
+    low, high = np.sort(np.log10(ends))
+    powers = 10.0 ** np.arange(np.ceil(low), high)
+    decades, _ = places_between(powers, *ends)
+    ax.plot(decades, np.full(len(powers), row), "|", zorder=1, **_TICK)
+    for k in (0, -1):  # the others follow from them
+        ax.annotate(tick(powers[k], ends), (decades[k], row), (0, 3.5), **_DECADE)
+
+
+def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]) -> None:
+    """Write texts in two lines beside a row.
+
+    Args:
+        ax: The axes.
+        row: The row.
+        lift: From the row up to the lower line in points.
+        texts: What stands on the left, above and below; what on the right, below and above.
+    """
+    name, worst, best, value = texts
+    above = lift + _LINE
+    on_right = {"ha": "left"}
+    bold = {"fontweight": "bold"}
+    ax.annotate(name, (0, row), (-_APART, above), **_BESIDE_ROW | bold | {"color": INK})
+    ax.annotate(worst, (0, row), (-_APART, lift), **_BESIDE_ROW)
+    ax.annotate(best, (1, row), (_APART, lift), **_BESIDE_ROW | on_right)
+    ax.annotate(
+        value, (1, row), (_APART, above), **_BESIDE_ROW | on_right | bold | {"color": ACCENT}
+    )
+
+
+def _name_and_pole(ax: Axes, text: str, looks: Style) -> tuple[Any, Any]:
+    """Return the name of a line and the pole on which it stands, to be placed later."""
+    name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
+    (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
+    return name, pole
 
 
 def _places_in_words(places: Array) -> str:
