@@ -7,7 +7,7 @@ has the name that the user has given it, such as that of an option.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -51,25 +51,28 @@ _OTHER_NAMES = {
 _NAMES: ContextVar[Mapping[str, str]] = ContextVar("_NAMES", default=MappingProxyType({}))
 
 
-# Whether users give arguments as options of a command.
-_AS_OPTIONS: ContextVar[bool] = ContextVar("_AS_OPTIONS", default=False)
+EDIT = "an edit of the file"  # what an error recommends where a command has no option for it
+# Arguments that users give as options of a command; None in Python.
+_OPTIONS: ContextVar[Collection[str] | None] = ContextVar("_OPTIONS", default=None)
 
 
 @contextmanager
-def named_as(names: Mapping[str, str], *, as_options: bool = False) -> Iterator[None]:
+def named_as(names: Mapping[str, str], options: Collection[str] | None = None) -> Iterator[None]:
     """Give arguments other names in errors.
 
     Args:
         names: The names of some arguments.
-        as_options: Whether errors recommend all other arguments as options.
+        options: The arguments that a command has as options; errors recommend no others.
     """
+    if options is None:
+        options = _OPTIONS.get()
     before = _NAMES.set({**_NAMES.get(), **names})
-    before_options = _AS_OPTIONS.set(as_options or _AS_OPTIONS.get())
+    before_options = _OPTIONS.set(options)
     try:
         yield
     finally:
         _NAMES.reset(before)
-        _AS_OPTIONS.reset(before_options)
+        _OPTIONS.reset(before_options)
 
 
 def name_of(subject: str) -> str:
@@ -102,12 +105,15 @@ def argument(name: str, value: Any = None) -> str:
     Example:
         >>> argument("skip_rows", [3])
         'skip_rows=[3]'
-        >>> with named_as({}, as_options=True):
+        >>> with named_as({}, ["skip_rows", "drop_incomplete"]):
         ...     argument("skip_rows", [3]), argument("drop_incomplete", True), argument("sheet")
-        ('--skip-rows 3', '--drop-incomplete', '--sheet')
+        ('--skip-rows 3', '--drop-incomplete', 'an edit of the file')
     """
-    if not _AS_OPTIONS.get():
+    options = _OPTIONS.get()
+    if options is None:
         return f"{name}=" if value is None else f"{name}={value!r}"
+    if name not in options:
+        return EDIT
     option = f"--{name.replace('_', '-')}"
     if value is None or value is True:
         return option

@@ -530,7 +530,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Without any words click reports a mistake, code 2; here they ask for help, code 0.
     words = list(arguments) or ["--help"]
     try:
-        with warnings.catch_warnings(), named_as(_typed_names(words), as_options=True):
+        with warnings.catch_warnings(), named_as(_typed_names(words), _options_of(words[0])):
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             # app.main() would handle errors in its own way. The name is for
             # 'python -m pymoo_psi'.
@@ -576,6 +576,12 @@ def _typed_names(words: Sequence[str]) -> dict[str, str]:
         name = option.lstrip("-").replace("-", "_")
         names |= {name: option, f"n_{name}": option}
     return _TYPED | names
+
+
+def _options_of(command: str) -> list[str]:
+    """Return the names of the options of a command, if there is such a command."""
+    params = getattr(app.commands.get(command), "params", ())
+    return [str(param.name) for param in params]
 
 
 def _show_warning(

@@ -18,6 +18,7 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pymoo_psi._names import named_as
 from pymoo_psi._numbers import localized, number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
@@ -271,13 +272,14 @@ def _existing(options: Options, table: TestTable) -> TestTable | None:
     """
     from pymoo_psi.page import existing_designs
 
-    try:
-        return existing_designs(options.prototype, table)
-    except ArgumentValueError:
-        reading = {name: getattr(options, name) for name in ("decimal", "encoding", "sheet")}
-        with suppress(ArgumentValueError):
-            return existing_designs(options.prototype, table, **reading)
-        raise
+    reading = {name: getattr(options, name) for name in ("decimal", "encoding", "sheet")}
+    with named_as({}, reading):
+        try:
+            return existing_designs(options.prototype, table)
+        except ArgumentValueError:
+            with suppress(ArgumentValueError):
+                return existing_designs(options.prototype, table, **reading)
+            raise
 
 
 def _title(options: Options, table: TestTable, default: str) -> str:

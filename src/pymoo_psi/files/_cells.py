@@ -31,7 +31,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from pymoo_psi._kinds import plain
-from pymoo_psi._names import argument
+from pymoo_psi._names import EDIT, argument
 from pymoo_psi._validation import Array, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
@@ -484,8 +484,8 @@ def _read(
     if certain == {decimal} or (is_printed and not certain):
         return column._replace(numbers=readings[decimal], decimal=decimal)
     either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
-    marks = " or ".join(argument("decimal", mark) for mark in (other, decimal))
-    remedy = f"state the decimal mark by {marks}"
+    marks = dict.fromkeys(argument("decimal", mark) for mark in (other, decimal))
+    remedy = f"state the decimal mark by {' or '.join(marks)}"
     problem = f"{cells.place(column.name, row)}, either {either}"
     return column._replace(problem=problem, remedy=remedy)
 
@@ -509,10 +509,10 @@ def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: st
         # One number is enough: taken for text, the column would silently be no objective.
         is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
         if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
-            remedy = (
-                f"write it without a unit, state the decimal mark by {argument('decimal')}, "
-                f"{cells.without(row)}, or name the objectives by {argument('objectives')}"
-            )
+            remedy = f"write it without a unit, or {cells.without(row)}"
+            others = argument("objectives")
+            if others != EDIT:
+                remedy += f", or name other columns by {others}"
             problem = f"{cells.place(name, row)}, no plain number"
             return column._replace(problem=problem, remedy=remedy)
     return column

@@ -338,13 +338,6 @@ def source_columns(
             remedy = f"write it without {column.unit}, in the unit of the column"
             problem = cells.place(name, 0)
             columns[name] = column._replace(numbers=None, problem=problem, remedy=remedy)
-        elif column.numbers is None:
-            problem = column.problem or f"the column {name!r} holds no number"
-            remedy = (
-                "write plain numbers without a unit, state the decimal mark by "
-                f"{argument('decimal')}, or leave the results of a row blank"
-            )
-            columns[name] = column._replace(problem=problem, remedy=remedy)
     return cells, columns
 
 
