@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 import webbrowser
 from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -250,7 +248,7 @@ def _by_psi(problem: Problem, n_points: int, settings: RunOptions, show: Show) -
     called = []
 
     def tested(run: Run) -> TestTable:
-        tests = _tests_of(run, settings, show, statuses)
+        tests = _tests_of(run, show, statuses)
         called.append(run.n_called)
         return tests
 
@@ -266,16 +264,15 @@ def _by_surrogate(problem: Problem, n_points: int, settings: RunOptions, show: S
     algorithm.problem = problem
     algorithm.seed = settings.seed
     run = algorithm.begin(replace(settings, runner=None))
-    tests = _tests_of(run, settings, show, Counter())
+    tests = _tests_of(run, show, Counter())
     return _result(problem, settings, tests, run.n_called)
 
 
-def _tests_of(run: Run, settings: RunOptions, show: Show, statuses: Counter[str]) -> TestTable:
+def _tests_of(run: Run, show: Show, statuses: Counter[str]) -> TestTable:
     """Return all tests of a run by number; show how many are done, feasible and failed.
 
     Args:
         run: The run.
-        settings: Its options.
         show: Shows a share and a note.
         statuses: How many earlier tests have which status; those of the run are added.
     """
@@ -283,27 +280,11 @@ def _tests_of(run: Run, settings: RunOptions, show: Show, statuses: Counter[str]
     with closing(run.tests()) as blocks:
         for tests in blocks:
             tables.append(tests)
-            statuses.update(_so_far(run, tests, settings).status.tolist())
+            statuses.update(run.model.under_so_far(tests).status.tolist())
             n_tests = statuses.total()
             note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
             show(n_tests / max(1, n_tests + run.n_left), note)
     return by_number(tables)
-
-
-def _so_far(run: Run, tests: TestTable, settings: RunOptions) -> TestTable:
-    """Return some tests of a run under the formulation.
-
-    A column that they lack is refused at once, as its name is wrong. Where designs are evaluated
-    one by one it may be an output of others: if a study keeps the tests and no name is similar, a
-    warning names it, and all tests decide in the end.
-    """
-    unknown = {*run.model.formulation.columns} - {*tests.schema.names}
-    is_misspelt = any(get_close_matches(name, tests.schema.names) for name in unknown)
-    may_follow = settings.study is not None and run.executor.has_designs and not is_misspelt
-    if unknown and may_follow and np.isfinite(tests.F).any():
-        warnings.warn(f"no test has {', '.join(sorted(unknown))} so far", stacklevel=2)
-        return run.model.under_so_far(tests)
-    return _under(tests, settings)
 
 
 def _result(problem: Problem, settings: RunOptions, tests: TestTable, n_evaluated: int) -> Result:
