@@ -132,15 +132,12 @@ class Example:
 
 def fixed(table):
     """Return a table under fixed ranges, in which not all designs are."""
-    if not table.feasible().any():
-        return table
+    designs = table.take(table.feasible())
     ranges = {}
     for name in table.schema.objectives:
-        values = table.column(name)[table.feasible()]
-        low, high = values.min(), values.max()
-        middle = (low + high) / 2
-        ranges[name] = (middle, high) if name in table.schema.maximize else (low, middle)
-        if not low < middle < high:
+        ends = np.quantile([*designs.column(name), *[0.0] * (not len(designs))], [0, 0.5, 1])
+        ranges[name] = ends[1:] if name in table.schema.maximize else ends[:2]
+        if not (np.diff(ends) > 0).all():
             return table
     return table.under(ranges=ranges)
 

@@ -255,16 +255,6 @@ def test_proposals_are_added_after_points_whose_number_counts(study_file):
     assert longer.table.equals(run(BNH, 28, sampling="lhs").table)
 
 
-@pytest.mark.slow
-def test_another_run_of_a_study_learns_from_the_first(study_file):
-    first = run(BNH, 28, study=study_file)
-    second = run(BNH, 25, study=study_file, batch=5)
-    assert second.evaluator.n_eval == 25  # proposals only, as more than 20 tests are known
-    assert (second.table["proposal_round"] > 0).all()
-    np.testing.assert_array_equal(run(BNH, 28, study=study_file).table.X, first.table.X)
-    assert len(read_table(study_file)) == 53
-
-
 def test_a_limit_may_be_on_an_output_that_no_stored_test_has(study_file):
     def warm(x, **heat):
         return {"F": [x[0], (1 - x[0]) ** 2 + x[1]], **heat}

@@ -413,19 +413,9 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert positions.locator("b").all_inner_texts() == ["Ann", "Ben", "Cy"]
     assert "“Ann wants it.”" in positions.first.inner_text()
     assert "with mass at most 0.9\N{NO-BREAK SPACE}kg" in positions.first.inner_text()
-    held = reader.state["positions"]
-    reader.set(positions=[*held, {"name": "Dan", "chosen": "ghost"}])
-    assert "Dan wants ghost, which is not among these designs." in reader.text("#position-list")
-    reader.click(reader.page.get_by_label("Show: Dan"))
-    assert reader.state["chosen"] is None
-    beyond = reader.page.locator("#position-list .beyond")
-    for limits, texts in (
-        ({}, []),
-        ({"mass": [None, 0.01]}, ["beyond the limit: mass at most 0.01 kg"] * 3),
-    ):
-        reader.set(positions=held, limits=limits)
-        assert beyond.all_inner_texts() == texts
-    reader.set(limits={})
+    for limits, n_beyond in (({"mass": [None, 0.01]}, 3), ({}, 0)):
+        reader.set(limits=limits)
+        assert reader.page.locator("#position-list .beyond").count() == n_beyond
     # Decided for what Ben holds; Cy agrees nevertheless, Ann dissents.
     reader.click(reader.page.get_by_label("Show: Ben"))
     of_ben = reader.state["chosen"]
@@ -440,11 +430,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     table = read_table(beams(), decision)
     assert positions_frame(table).set_index("name").loc["Ben", "choice"] == of_ben
     reader.until("D.resting")
-    regret, *expected = separation_sentences(table)
-    assert reader.text("#regret") == regret
-    reader.click("#apart summary")
-    shown = reader.page.locator("#separation li").all_inner_texts()
-    assert [text.replace("\u00a0", " ") for text in shown] == expected
+    assert reader.text("#regret") == separation_sentences(table)[0]
     # Another choice undoes the decision.
     reader.page.locator("#table-body button").first.focus()
     reader.press("ArrowDown", "c")

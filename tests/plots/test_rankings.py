@@ -47,11 +47,6 @@ def rows_of(figure):
     return [names[4 * k : 4 * k + 4] for k in range(1 + len(lines[0]))]
 
 
-def test_the_caption_counts_the_front(ranking, page):
-    assert f"1. {ranking.name_of(ranking.salukvadze[0])}" in texts(page)
-    assert page.caption.startswith(f"Cranes. The {ranking.pareto.sum()} designs that no other")
-
-
 @pytest.mark.parametrize("width", [90, *rarely(180)])
 @pytest.mark.parametrize(("n", "last"), [(3, 3), (8, 3), (9, 9), (12, 10), (40, 10)])
 def test_few_lines_have_names_and_the_first_are_darker(n, last, width):
@@ -142,18 +137,11 @@ def test_figures_take_what_is_ranked_or_read():
     result = minimize(get_problem("bnh"), NSGA2(pop_size=20), ("n_gen", 4), seed=1)
     frame = pd.DataFrame(result.F, columns=["f1", "f2"])
     table = TestTable.of(range(1, len(frame) + 1), result.X, result.F)
-    arrays = [result.F, frame]
     for plot in (plot_ranking, plot_objectives):
-        expected = plot(table)
-        for figure in map(plot, [result, *arrays]):
-            assert (
-                figure.caption.partition(" The blue")[0]
-                == expected.caption.partition(" The blue")[0]
-            )
-            for ax, first in zip(figure.axes, expected.axes, strict=True):
-                assert ax.dataLim.bounds == first.dataLim.bounds
-    captions = [plot_table(source).caption.partition(" The blue") for source in (result, table)]
-    assert captions[0][0] == captions[1][0]
+        expected = [ax.dataLim.bounds for ax in plot(table).axes]
+        for source in (result, result.F, frame):
+            assert [ax.dataLim.bounds for ax in plot(source).axes] == expected
+    assert len(plot_table(result).axes) == len(plot_table(table).axes)
     assert [ax.get_xlabel() for ax in plot_table(frame).axes] == ["f1", "f2"]  # no variables
 
 
@@ -202,7 +190,6 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
     labels = [f"a long name, number {k}" for k in range(n)]
     table = read_table(pd.DataFrame(F, labels, ["cost", "mass", "noise"]))
     figure = plot_objectives(table)
-    figure.savefig(tmp_path / "a.png")
     for one in (figure, plot_ranking(table)):
         assert_readable(one)
     save_figures({"pairs": figure}, tmp_path, width=width, dpi=20)

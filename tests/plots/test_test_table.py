@@ -245,8 +245,6 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     ]
     assert figure.caption.startswith("OSY. ")
     key = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"1024 in all", f"{table.pareto().sum()} not dominated"} <= {*key}
-    assert sum(text.startswith("proposed: 1. test ") for text in key) == 1
     assert len({*key}) == len(key)
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1
