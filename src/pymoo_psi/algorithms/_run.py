@@ -13,7 +13,7 @@ import json
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -54,6 +54,74 @@ SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
+@dataclass
+class Ledger:
+    """The points of a run that its source has returned, until their tests are taken.
+
+    Points are added, started, and ready when their tests are stored. Some of the first are awaited.
+
+    Attributes:
+        points: The points whose tests were not taken, by number.
+        last_started: Up to this number, they are submitted to the executor or have a test.
+        ready: The tests that are stored and not taken.
+        n_awaited: Of how many of the points the tests are awaited.
+        last_awaited: The number of the last of these.
+        n_missing: How many of these have no stored test.
+    """
+
+    points: Points = field(default_factory=Points.none)
+    last_started: int = 0
+    ready: list[Block] = field(default_factory=list)
+    n_awaited: int = 0
+    last_awaited: int = 0
+    n_missing: int = 0
+
+    def await_first(self, count: int) -> None:
+        """Await the tests of the first points, so many of them."""
+        self.n_awaited = count
+        self.last_awaited = int(self.points.numbers[:count].max(initial=0))
+        n_ready = sum(block.n_up_to(self.last_awaited) for block in self.ready)
+        self.n_missing = count - n_ready
+
+    @property
+    def n_started(self) -> int:
+        """How many of the points are started."""
+        return int(np.searchsorted(self.points.numbers, self.last_started, "right"))
+
+    def start(self, count: int) -> Points:
+        """Start the next points, ``count`` or as many as there are; return them."""
+        first = self.n_started
+        points = self.points.at(slice(first, first + count))
+        self.last_started = points.numbers.max(initial=self.last_started)
+        return points
+
+    def report(self, block: Block) -> None:
+        """Add tests that are stored."""
+        self.ready.append(block)
+        self.n_missing -= block.n_up_to(self.last_awaited)
+
+    def take(self, last: int) -> Iterator[Block]:
+        """Take the ready tests of the points up to a number."""
+        ready = self.ready
+        self.ready = []
+        for block in ready:
+            is_due = block.numbers <= last
+            if not is_due.all():  # otherwise a filter may have left out some of its tests
+                self.ready.append(block.rows(~is_due))
+                block = block.rows(is_due)
+            self.drop(block.numbers)
+            yield block
+
+    def drop(self, numbers: Numbers) -> None:
+        """Drop points by their numbers."""
+        self.points = self.points.at(~np.isin(self.points.numbers, numbers))
+
+    def drop_untested(self) -> None:
+        """Drop the points that have no test."""
+        numbers = [block.numbers for block in self.ready]
+        self.points = self.points.at(np.isin(self.points.numbers, np.concatenate([[], *numbers])))
+
+
 class Run:
     """The testing of the points of a source.
 
@@ -86,32 +154,16 @@ class Run:
         self.n_taken: int = 0
         self.n_called: int = 0
         self.remarks: list[str] = []
-        self._points = Points.none()  # those whose tests were not taken, by number
+        self._ledger = Ledger()
         # Of the study, while points are evaluated, which may go on between two calls.
         self._lock: ExitStack | None = None
         self._last_commit = 0.0  # its time, or that of the beginning
         self._computed = 0.0  # seconds of all workers since then
         self._steered = "continue"  # the last request of people: to continue, pause or stop
-        self._reset()
-
-    def _reset(self) -> None:
-        """Begin again with the first point."""
-        # The points up to this number are submitted to the executor, or have a test.
-        self._last_started = 0
-        self._ready: list[Block] = []  # tests that are stored and not taken
-        self._await(0)
-
-    def _await(self, count: int) -> None:
-        """Await the tests of the first points, so many of them."""
-        self._n_awaited = count
-        self._last_awaited = int(self._points.numbers[:count][-1:].max(initial=0))
-        n_ready = sum(block.n_up_to(self._last_awaited) for block in self._ready)
-        self._n_missing = count - n_ready  # how many of them have no stored test
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
-        progress = {"_n_awaited": 0, "_last_started": 0, "_ready": []}
-        return self.__dict__ | progress | {"_lock": None}
+        return self.__dict__ | {"_ledger": Ledger(self._ledger.points), "_lock": None}
 
     def __del__(self) -> None:
         """Keep what is evaluated if nobody has closed the run."""
@@ -120,7 +172,7 @@ class Run:
     @property
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
-        n_left = len(self._points)
+        n_left = len(self._ledger.points)
         if self._steered != "stop":
             n_left += self.source.n_left
         return n_left
@@ -135,7 +187,7 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._await(LAST)
+        self._ledger.await_first(LAST)
         try:
             while self._advance():
                 yield from self._take(LAST)
@@ -148,17 +200,18 @@ class Run:
         Args:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
+        ledger = self._ledger
+        ledger.await_first(0)
         least = count or 1
-        self._await(0)
-        while len(self._points) < least:
+        while len(ledger.points) < least:
             self._follow_requests()
             if self._steered == "stop":
                 break
             if self._steered == "pause":
                 self._advance()
-            elif self._ask(least - len(self._points)) == 0:
+            elif self._ask(least - len(ledger.points)) == 0:
                 break
-        return self._points.at(slice(0, count))
+        return ledger.points.at(slice(0, count))
 
     def block(self, count: int | None) -> TestTable:
         """Test the next points; tests are stored within a second or two.
@@ -169,29 +222,30 @@ class Run:
         Returns:
             All their tests, by number, unless the run was stopped.
         """
-        self._await(len(self.next_points(count)))
-        last = self._last_awaited
+        points = self.next_points(count)
+        ledger = self._ledger
+        ledger.await_first(len(points))
         with stored_at_termination(self.store):
             try:
-                while self._n_missing > 0 and self._advance():
+                while ledger.n_missing > 0 and self._advance():
                     pass
                 if self.executor.queue.n_pending == 0:
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        return by_number([*self._take(last)] or [self.store.empty])
+        return by_number([*self._take(ledger.last_awaited)] or [self.store.empty])
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
-        self._drop(tests.numbers)
+        self._ledger.drop(tests.numbers)
         self.source.tell(tests)
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
         self._end_testing()
-        self._reset()
+        self._ledger = Ledger(self._ledger.points)
 
     def _end_testing(self) -> None:
         if self._lock is None:
@@ -205,23 +259,11 @@ class Run:
 
     def _take(self, last: int) -> Iterator[TestTable]:
         """Take the ready tests of the points up to a number."""
-        ready = self._ready
-        self._ready = []
-        for block in ready:
-            is_due = block.numbers <= last
-            if not is_due.all():  # otherwise a filter may have left out some of its tests
-                self._ready.append(block.rows(~is_due))
-                block = block.rows(is_due)
-            self._drop(block.numbers)
+        for block in self._ledger.take(last):
             self.n_taken += len(block.numbers)
             if block.is_called:
                 self.n_called += len(block.numbers)
             yield block.tests
-
-    def _drop(self, numbers: Numbers) -> None:
-        is_left = np.ones(len(self._points), dtype=bool)
-        is_left[np.searchsorted(self._points.numbers, numbers)] = False
-        self._points = self._points.at(is_left)
 
     def numbered(self, tests: TestTable) -> TestTable:
         """Return tests of the run with the numbers that they have in the study."""
@@ -248,34 +290,38 @@ class Run:
         """
         action = request["action"]
         if action == "search":
-            text = json.dumps(request["formulation"]).encode()
-            formulation = Decision.from_json(text, "the request").formulation
-            formulation = self.model.with_default_limits(formulation)
-            # a wrong one is refused here
-            table = self.model.under_so_far(TestTable.empty(self.model.schema), formulation)
-            self.source.direct(formulation, request["number"])
-            limits = [limit.written(name) for name, limit in table.limits.items()]
-            objectives = ", ".join(table.schema.objectives)
-            within = f"{objectives} within {', '.join(limits) or 'no limits'}"
-            return {"answer": f"{within}, from the next proposal"}
+            return {"answer": self._direct(request)}
         if action == "more":
-            n_further = further_tests(request["count"])
-            total = request.get("points")
-            n_before = self.store.n_planned  # the points of the run that it was made to
-            if total is not None:
-                n_before = total - n_further
-            if self.n_points < n_before:
-                return {"answer": request["answer"]}
-            total = total or self.n_points + n_further
-            if total > self.n_points:
-                self.source.extend(total - self.n_points)
-                self.store.plan(total)
-                self.n_points = total
-                self.remarks.append(f"{request['name']} has asked for {n_further} of the tests.")
-            return {"answer": f"{total} tests in all", "points": total}
+            return self._extend(request)
         self._steered = action
         self.executor.queue.is_paused = action != "continue"
         return {"answer": "done"}
+
+    def _direct(self, request: Values) -> str:
+        """Let the source follow another formulation; return what it searches."""
+        text = json.dumps(request["formulation"]).encode()
+        formulation = Decision.from_json(text, "the request").formulation
+        formulation = self.model.with_default_limits(formulation)
+        # a wrong one is refused here
+        table = self.model.under_so_far(TestTable.empty(self.model.schema), formulation)
+        self.source.direct(formulation, request["number"])
+        limits = [limit.written(name) for name, limit in table.limits.items()]
+        objectives = ", ".join(table.schema.objectives)
+        return f"{objectives} within {', '.join(limits) or 'no limits'}, from the next proposal"
+
+    def _extend(self, request: Values) -> Values:
+        """Add points to the run that the request was made to; a smaller call leaves it open."""
+        n_further = further_tests(request["count"])
+        n_planned = max(self.n_points, self.store.n_planned)
+        total = request.get("points") or n_planned + n_further
+        if self.n_points < total - n_further:
+            return {"answer": request["answer"]}
+        if total > self.n_points:
+            self.source.extend(total - self.n_points)
+            self.store.plan(total)
+            self.n_points = total
+            self.remarks.append(f"{request['name']} has asked for {n_further} of the tests.")
+        return {"answer": f"{total} tests in all", "points": total}
 
     # From points to tests
 
@@ -285,7 +331,7 @@ class Run:
         if len(points) and self.executor.has_designs:
             # they are computed once, for the model and for the tests
             points = replace(points, designs=points.matrix(self.model.space))
-        self._points = self._points.joined(points)
+        self._ledger.points = self._ledger.points.joined(points)
         return len(points)
 
     def _advance(self) -> bool:
@@ -297,17 +343,16 @@ class Run:
         points = self._next_to_start()
         if len(points):
             self._start(points)
-        elif self.executor.queue.n_pending:
+            return True
+        if self.executor.queue.n_pending:
             self._computed += self.executor.wait()
-        elif self._steered == "pause":
+            return True
+        if self._steered == "pause":
             time.sleep(_PAUSE_SECONDS)
-        else:
-            if self._steered == "stop":  # the other points will not be tested
-                numbers = [block.numbers for block in self._ready]
-                is_ready = np.isin(self._points.numbers, np.concatenate([[], *numbers]))
-                self._points = self._points.at(is_ready)
-            return False
-        return True
+            return True
+        if self._steered == "stop":
+            self._ledger.drop_untested()
+        return False
 
     def _is_commit_due(self) -> bool:
         """Whether to store the evaluated tests now."""
@@ -319,8 +364,8 @@ class Run:
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
         is_complete = queue.n_pending == 0
-        if self._n_missing <= executor.n_evaluated:
-            is_complete = is_complete or queue.first_pending > self._last_awaited
+        if self._ledger.n_missing <= executor.n_evaluated:
+            is_complete = is_complete or queue.first_pending > self._ledger.last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
@@ -328,15 +373,13 @@ class Run:
         """Return the points to start next; ask the source if it has not returned them yet."""
         if self._steered != "continue":
             return Points.none()
-        first = int(np.searchsorted(self._points.numbers, self._last_started, "right"))
-        count = self.executor.n_accepted(self._n_awaited - first)
+        ledger = self._ledger
+        count = self.executor.n_accepted(ledger.n_awaited - ledger.n_started)
         if count <= 0:
             return Points.none()
-        if first == len(self._points) and self.source.n_left > 0:
+        if ledger.n_started == len(ledger.points) and self.source.n_left > 0:
             self._ask(count)
-        points = self._points.at(slice(first, first + count))
-        self._last_started = points.numbers.max(initial=self._last_started)
-        return points
+        return ledger.start(count)
 
     def _start(self, points: Points) -> None:
         """Recall the stored tests of points; lock the run and submit the others, if there are."""
@@ -356,7 +399,7 @@ class Run:
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
-        for block in self.executor.take(self._points):
+        for block in self.executor.take(self._ledger.points):
             self.store.keep(block.tests, block.seconds)
             self._report(block)
         self._last_commit = time.monotonic()
@@ -365,8 +408,7 @@ class Run:
     def _report(self, block: Block) -> None:
         """Report stored tests to the source; they are ready."""
         self.source.tell(block.tests)
-        self._ready.append(block)
-        self._n_missing -= block.n_up_to(self._last_awaited)
+        self._ledger.report(block)
 
 
 def run_of_sequence(
