@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._numbers import spans_decades
-from pymoo_psi._validation import Array, Integers, Mask, integer, known_name
+from pymoo_psi._validation import AnyArray, Array, Integers, Mask, integer, known_name
 from pymoo_psi.table import VARIABLE, Kind, TestTable, value_ranks
 
 
@@ -69,42 +69,18 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
     """
     bins = integer("bins", bins, minimum=1)
     known_name("variable", variable, table.schema.values)
-    column = table.schema[variable]
     places = table.column(variable)
     feasible = table.feasible()
-    kind = Kind.REAL
-    if column.role == VARIABLE:
-        kind = column.kind or Kind.REAL  # unknown without a design
-        bounds = np.array([column.lower, column.upper], dtype=np.float64)  # NaN if unknown
-        points = np.append(places, bounds)
-    else:
-        rows = np.isfinite(places)
-        if feasible.any():
-            rows = rows & feasible
-        points = places[rows]
-        positive = points[points > 0]
-        near = positive[_is_near(np.log(positive))]
-        if spans_decades(near) and len(positive) == len(points):
-            kind = Kind.LOG
-        else:
-            near = points[_is_near(points)]
-        points = near
+    kind, points = _kind_and_points(table, variable)
+    if kind is Kind.INTEGER and len({*places.tolist()}) <= 2 * bins:
+        kind = Kind.CHOICE
     values: tuple[Any, ...] = ()
-    if kind is Kind.LOG:
-        points = points.astype(np.float64)
-        edges = np.exp(_edges(np.log(points), bins))
-        # Of a logarithm the exponential may miss a bound, and designs on it would be outside.
-        is_finite = np.isfinite(points)
-        edges[0] = points.min(initial=edges[0], where=is_finite)
-        edges[-1] = points.max(initial=edges[-1], where=is_finite)
-    elif kind is Kind.REAL:
-        edges = _edges(points.astype(np.float64), bins)
-    elif kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins:
-        edges = _edges_of_integers(points.astype(np.float64), bins)
-    else:
+    if kind in (Kind.CHOICE, Kind.BINARY):
         options, places = value_ranks(places)
         values = tuple(options)
         edges = np.arange(-0.5, len(values))
+    else:
+        edges = _edges(points, bins, kind)
     places = places.astype(np.float64)  # the array is of objects if variables have several kinds
     inside = places[feasible & np.isfinite(places)]
     return Histogram(
@@ -119,6 +95,24 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
     )
 
 
+def _kind_and_points(table: TestTable, name: str) -> tuple[Kind, AnyArray]:
+    """Return the kind of a column, and what bins of its numbers span: bounds, or usual values."""
+    column = table.schema[name]
+    places = table.column(name)
+    if column.role == VARIABLE:
+        return column.kind or Kind.REAL, np.append(places, [column.lower, column.upper])
+    rows = np.isfinite(places)
+    feasible = table.feasible()
+    if feasible.any():
+        rows = rows & feasible
+    points = places[rows]
+    if (points > 0).all():
+        near = points[_is_near(np.log(points))]
+        if spans_decades(near):
+            return Kind.LOG, near
+    return Kind.REAL, points[_is_near(points)]
+
+
 def _is_near(values: Array) -> Mask:
     """Return which values are no outliers: one would leave all others in a single bin."""
     if len(values) == 0:
@@ -128,13 +122,26 @@ def _is_near(values: Array) -> Mask:
     return np.asarray((values >= low - fence) & (values <= high + fence))
 
 
-def _edges(points: Array, bins: int) -> Array:
-    """Return equidistant edges from the least to the greatest of finite points."""
+def _edges(points: AnyArray, bins: int, kind: Kind) -> Array:
+    """Return edges from the least to the greatest of the finite points, of bins that are equal.
+
+    They are so by logarithms, or have the same number of integers, where the kind says so.
+    """
+    points = points.astype(np.float64)
     points = points[np.isfinite(points)]
+    if kind is Kind.LOG:
+        edges = np.exp(_edges(np.log(points), bins, Kind.REAL))
+        # The exponential of a logarithm may miss a bound, and designs on it would be outside.
+        edges[0] = points.min(initial=edges[0])
+        edges[-1] = points.max(initial=edges[-1])
+        return edges
     if len(points) == 0:
         points = np.array([0.0, 1.0])
     low = float(points.min())
     high = float(points.max())
+    if kind is Kind.INTEGER:
+        width = np.ceil((high - low + 1) / bins)
+        return np.arange(low - 0.5, high + width, width)
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * size:
         # About a single value: half a unit, or space for the bins beside it.
@@ -142,11 +149,3 @@ def _edges(points: Array, bins: int) -> Array:
         low -= pad
         high += pad
     return np.linspace(low, high, bins + 1)
-
-
-def _edges_of_integers(points: Array, bins: int) -> Array:
-    """Return edges from below the least of finite integers, with as many integers in each bin."""
-    points = points[np.isfinite(points)]
-    n = points.max() - points.min() + 1
-    width = np.ceil(n / bins)
-    return np.asarray(points.min() - 0.5 + width * np.arange(np.ceil(n / width) + 1))
