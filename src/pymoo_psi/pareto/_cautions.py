@@ -73,7 +73,7 @@ class Caution(NamedTuple):
     """A reason to check the optimum of a ranking.
 
     Attributes:
-        kind: ``"sign"``, ``"suspect"``, ``"beyond"``, ``"flat"``, ``"decades"``,
+        kind: ``"sign"``, ``"suspect"``, ``"ranges"``, ``"decades"``,
             ``"redundant"``, ``"constant"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
             ``"extreme"``, ``"outlier"``, ``"unstable"`` or ``"weights"``;
             see :func:`cautions`.
@@ -112,9 +112,8 @@ def cautions(
                     orders of magnitude away if all have one sign; or values that programs write
                     for failures (-9999, 1e30, -1 among positive values), away from all others by
                     their range.
-    ``beyond``      Designs are better than the fixed range of an objective, and count as having its
-                    best value.
-    ``flat``        The fixed range of an objective in which designs differ is a single value.
+    ``ranges``      Designs are better than the fixed range of an objective and count as having its
+                    best value, or the range is a single value and has no effect.
     ``decades``     Most designs lie in a tenth of the range of an objective, whose values span
                     powers of ten. By its logarithm another design is the optimum.
     ``redundant``   Objectives differ from others by at most 4 % of a range, in the root mean
@@ -249,13 +248,11 @@ class _Checks:
             )
 
     def of_ranges(self) -> Iterator[Caution]:
-        """Yield the cautions about fixed ranges that do not tell designs apart."""
-        best = self.values.min(axis=0)
-        is_beyond = np.isfinite(unit_lengths(best, self.ranking.frame.ideal))
-        is_flat = self.varying & np.isinf(self.ranking.lengths)
-        for kind, mask in (("beyond", is_beyond & ~is_flat), ("flat", is_flat)):
-            if mask.any():
-                yield _caution(kind, objectives=listed([*self.names[mask]]))
+        """Yield the caution about fixed ranges that do not tell all designs apart."""
+        beyond = unit_lengths(self.values.min(axis=0), self.ranking.frame.ideal)
+        is_narrow = np.isfinite(beyond) | (self.varying & np.isinf(self.ranking.lengths))
+        if is_narrow.any():
+            yield _caution("ranges", objectives=listed([*self.names[is_narrow]]))
 
     @cached_property
     def unlike(self) -> Mask:
