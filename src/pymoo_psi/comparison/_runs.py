@@ -70,7 +70,7 @@ from pymoo_psi.algorithms import (
     table_of_values,
     vary_logarithms,
 )
-from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError
+from pymoo_psi.errors import PsiError, StudyMismatchError
 from pymoo_psi.files import table_of
 from pymoo_psi.problems import (
     WrappedProblem,
@@ -254,25 +254,22 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
         PsiError: The problem or the algorithm raised; the message says in which run.
     """
     observed = ObservedProblem(problem, task.n_evaluations)
-    failure = (
-        f"the run of {task} ended in {{}}; use FailureTolerant(problem) if designs fail, and leave "
-        "out of algorithms what does not suit the problem"
-    )
-    seed = task.seed or 0  # an algorithm without a seed is deterministic
+    reason = ""
     began = time.perf_counter()
     try:
-        search(observed, task.n_evaluations, seed)
-    except (BudgetSpentError, EvaluationError):
-        pass  # the designs within the budget are measured; the problem has kept its failure
+        search(observed, task.n_evaluations, task.seed or 0)  # without a seed it is deterministic
+    except EndOfRunError as end:
+        reason = str(end)
     except PsiError:
         raise
     except Exception as error:
-        raise PsiError(failure.format(f"{type(error).__name__}: {error}")) from error
+        reason = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
-    # PSI records a failure and goes on; here, a failure ends the run of every algorithm.
-    if observed.failure is not None:
-        reason = f"a design that failed: {observed.failure.reason}"
-        raise PsiError(failure.format(reason)) from observed.failure
+    if reason:
+        raise PsiError(
+            f"the run of {task} ended in {reason}; use FailureTolerant(problem) if designs fail, "
+            "and leave out of algorithms what does not suit the problem"
+        )
     times = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
     tests = observed.tests()
     if folder is not None:
@@ -292,7 +289,8 @@ def _file_name(task: Task) -> str:
 class ObservedProblem(WrappedProblem):
     """A problem that counts, times and keeps the evaluations of an algorithm within a budget.
 
-    As the problem counts, and not the algorithm, the cost means the same for all algorithms.
+    As the problem counts, and not the algorithm, the cost means the same for all algorithms. It
+    ends a run that exceeds its budget, or in which a design fails: PSI alone would go on.
 
     Args:
         problem: The problem that is wrapped, with its variables, bounds, objectives and
@@ -301,7 +299,7 @@ class ObservedProblem(WrappedProblem):
 
     Attributes:
         wrapped: The problem.
-        failure: The error of the design that failed last, or None.
+        left: How many designs may still be evaluated.
         evaluation_seconds: Wall time spent in the problem.
     """
 
@@ -311,23 +309,19 @@ class ObservedProblem(WrappedProblem):
         # pymoo would look for NaN in the reasons of failures, too; values are checked elsewhere.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)
         self.left = budget
-        self._space = design_space(problem)
-        self.failure: EvaluationError | None = None
         self.evaluation_seconds = 0.0
         self._kept: list[Values] = []
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         if len(X) > self.left:
-            raise BudgetSpentError("the budget is spent")
-        designs = np.array(self._space.to_matrix(X))  # before a model changes them
+            raise EndOfRunError
+        designs = np.array(design_space(self.wrapped).to_matrix(X))  # before a model changes them
         began = time.perf_counter()
         # pymoo's own `do` would transpose a wrong F and fill in a missing G.
         out = evaluate_designs(self.wrapped, X, *args, **kwargs)
-        for x, reason in zip(X, out["failure"], strict=True):
-            if reason:
-                self.failure = EvaluationError(x, reason)
-                raise self.failure
+        for reason in filter(None, out["failure"]):
+            raise EndOfRunError(f"a design that failed: {reason}")
         self.evaluation_seconds += time.perf_counter() - began
         self.left -= len(X)
         self._kept.append({"X": designs, **{name: out[name] for name in _KEPT}})
@@ -346,8 +340,8 @@ class ObservedProblem(WrappedProblem):
         return table_of_values(schema, points, X, values)
 
 
-class BudgetSpentError(PsiError):
-    """An algorithm requested more evaluations than its budget."""
+class EndOfRunError(PsiError):
+    """The end of a run: a design has failed, or, without a text, its budget is spent."""
 
 
 # Each run is stored as a study in its own file, which is written completely or not at all, so that
