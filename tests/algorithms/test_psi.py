@@ -51,9 +51,9 @@ def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
     first = algorithm.ask()
-    refused(r"with F of shape \(40, 4\), got shape \(40, 0\)", algorithm.tell, infills=first)
+    refused(r"with F of shape \(4,\) for each, got shape \(0,\)", algorithm.tell, infills=first)
     first.set("F", np.ones((40, 4)))
-    refused(r"with G of shape \(40, 1\), got shape \(40, 0\)", algorithm.tell, infills=first)
+    refused(r"with G of shape \(1,\) for each, got shape \(0,\)", algorithm.tell, infills=first)
     algorithm.evaluator.eval(CHUTE, first)
     refused(r"points in their order, \[1, 2, ", algorithm.tell, infills=first[::-1])
 
@@ -163,6 +163,14 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]
     table = investigate(problem, 300, first=3, keep=keep, block_size=block_size)
     assert table.equals(whole.take(mask))
+
+
+def test_a_termination_is_asked_after_64_points():
+    """However many there are."""
+    seen = []
+    callback = lambda algorithm: seen.append(algorithm.n_tested)  # noqa: E731
+    minimize(CHUTE, PSI(100_000), ("n_gen", 3), callback=callback)
+    assert seen == [64, 128, 192]
 
 
 @pytest.mark.parametrize(("n", "share"), [(2050, None), (8200, (1, 4))])

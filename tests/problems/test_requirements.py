@@ -176,6 +176,16 @@ def test_surrogates_propose_only_designs_that_meet_them():
     assert (table.status[table.column("proposal_round") > 0] == "ok").all()
 
 
+def test_designs_that_violate_requirements_are_asked_of_nobody():
+    """They come evaluated, whatever evaluates the others."""
+    problem = plain()
+    algorithm = PSI(32)
+    algorithm.setup(problem)
+    algorithm.tell(infills=algorithm.evaluator.eval(problem, algorithm.ask()))
+    assert all(x[1] <= 2 * x[0] for (x,) in problem.calls)
+    assert algorithm.table.equals(investigate(plain(), 32))
+
+
 @pytest.mark.parametrize("name", ["slender", "low"])
 @pytest.mark.parametrize("wrap", [Required, lambda problem: problem])
 def test_requirements_of_the_problem_hold_beside_others(name, wrap):

@@ -259,7 +259,10 @@ class PointAlgorithm(WithTable, Algorithm):
         super().finalize()
 
     def _infill(self) -> Population | None:
-        """Return the next designs, those of a study evaluated; ``None`` when none is left."""
+        """Return the next designs; ``None`` when none is left.
+
+        Those of a study are evaluated, and those that violate a requirement count as evaluated.
+        """
         self._run.close()  # from here on the user evaluates
         points = self._run.next_points(self.options.block_size)
         if len(points) == 0:
@@ -269,6 +272,11 @@ class PointAlgorithm(WithTable, Algorithm):
         block = Population.new("X", designs, "test_point", points.numbers)
         stored = self._run.store.recall(points)
         block[np.searchsorted(points.numbers, stored.numbers)] = self._individuals(stored)
+        is_unmet = (self._run.model.violations(points.matrix(space)) > 0).any(axis=1)
+        if is_unmet.any():  # nobody evaluates these
+            unmet = points.at(is_unmet)
+            tests = self._run.model.tests(unmet, [{"failure": ""}] * len(unmet))
+            block[is_unmet] = self._individuals(tests)
         return block
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
@@ -303,18 +311,17 @@ class PointAlgorithm(WithTable, Algorithm):
             raise invalid("infills", rule, Received(str(numbers.tolist())))
         problem = self._run.model.inner
         sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
-        for name, size in sizes.items():
-            shape = infills.get(name).shape
-            # those of requirements and failures may follow the constraints of the model
-            least = (len(infills), size)
-            if shape != least and (name != "G" or len(shape) < 2 or shape[1] < size):
-                rule = f"evaluated, with {name} of shape {least}"
-                raise invalid("infills", rule, Received(f"shape {shape}"))
         values = []
         for individual in infills:
+            for name, size in sizes.items():
+                shape = np.shape(individual.get(name))
+                # those of requirements and failures may follow the constraints of the model
+                if shape != (size,) and not (name == "G" and shape > (size,)):
+                    rule = f"evaluated, with {name} of shape {(size,)} for each"
+                    raise invalid("infills", rule, Received(f"shape {shape}"))
             names = ("F", "G", "H", "failure", *individual.data.get("outputs", ()))
             values.append({name: individual.get(name) for name in names})
-            if not individual.get("failure"):
+            if np.isfinite(individual.F).all():
                 self._run.model.require_outputs(names)
         X = self._run.model.space.to_matrix(infills.get("X"))
         return self._run.model.tests(replace(points, designs=X), values)
@@ -449,7 +456,8 @@ class PSI(PointAlgorithm):
         share: ``(k, n)`` tests only the k-th of n parts of the points. The n parts together equal
             the run without ``share``; each part covers all bounds.
         block_size: Points per iteration; display, callback and termination are called after each
-            iteration. By default there are at most 32 iterations of at least 64 points.
+            iteration. By default 64 with a termination, and without one as many as make 32
+            iterations, at least 64.
         first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
             and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
         sampling: Where the points come from: ``"lptau"`` by default, and for more than 51 variables
@@ -496,9 +504,9 @@ class PSI(PointAlgorithm):
         log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
             distances, in the logarithm. By default those of the problem's attribute ``log``.
         requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or ``{"mix": "a + b +
-            c = 1"}``; see :class:`Required`. The model never runs for a design that violates one:
-            it counts as infeasible. Those of the problem's attribute ``requirements`` hold, too,
-            unless one has the same name.
+            c = 1"}``, by the problem's own names; see :class:`Required`. The model never runs for a
+            design that violates one: it counts as infeasible. Those of the problem's attribute
+            ``requirements`` hold, too, unless one has the same name.
         **options: The options from ``first`` on, and those of pymoo's algorithms:
             ``termination``, ``callback``, ``output``, ``save_history``, …
 
@@ -527,11 +535,18 @@ class PSI(PointAlgorithm):
         **options: Unpack[AlgorithmSettings],
     ) -> None:
         integer("n_points", n_points, minimum=1)
-        if block_size is None:
-            # 32 lines of a display; blocks of less than 64 designs would take their time
-            n_blocks = 32 * RunOptions(share=share).part.of
-            block_size = max(64, -(-n_points // n_blocks))
+        self._is_size_given = block_size is not None
         super().__init__(n_points, RunOptions(share=share, block_size=block_size), **options)
+
+    def setup(self, problem: Any, **kwargs: Any) -> Any:
+        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
+        super().setup(problem, **kwargs)
+        if not self._is_size_given:
+            size = 64  # smaller blocks would take their time
+            if not self._may_end_early:  # 32 lines of a display
+                size = max(size, -(-self.n_points // (32 * self.options.part.of)))
+            self.options = replace(self.options, block_size=size)
+        return self
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""

@@ -118,6 +118,8 @@ class RunOptions:
         """Check what can be checked without a problem."""
         integer("first", self.first, minimum=1)
         uniform_sampling(self.sampling)
+        if self.share is not None:
+            Share.checked(self.share)
         if self.seed is not None:
             integer("seed", self.seed, minimum=0)
         integer("repeat", self.repeat, minimum=1)
