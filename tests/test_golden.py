@@ -12,6 +12,7 @@ After a change that is meant, record again and review the difference::
 
 from __future__ import annotations
 
+import html
 import io
 import json
 import re
@@ -20,7 +21,6 @@ import shutil
 import sys
 import tempfile
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -37,28 +37,8 @@ else:
 
 FOLDER = Path(__file__).parent / "golden"
 SESSIONS = tomllib.loads((FOLDER / "sessions.toml").read_text("utf-8"))
-BLOCKS = ("h1", "h2", "h3", "p", "li", "figcaption")
-
-
-class Sentences(HTMLParser):
-    """The headings and paragraphs of a document, without its tables, figures and scripts."""
-
-    def __init__(self, html):
-        super().__init__()
-        self.lines, self.depth = [], 0
-        self.feed(html)
-
-    def handle_starttag(self, tag, attributes):
-        if tag in BLOCKS:
-            self.depth += 1
-            self.lines.append("")
-
-    def handle_endtag(self, tag):
-        self.depth -= tag in BLOCKS
-
-    def handle_data(self, data):
-        if self.depth > 0:
-            self.lines[-1] += data
+# The headings and paragraphs of a document, without its tables, figures and scripts.
+BLOCK = re.compile(r"<(h1|h2|h3|p|li|figcaption)\b[^>]*>(.*?)</\1>", re.DOTALL)
 
 
 def untimed(text):
@@ -86,7 +66,10 @@ def readable(path):
         return untimed(text) if path.suffix == ".csv" else text
     if "<script" in text:  # which makes what is read
         return ""
-    return "\n".join(" ".join(line.split()) for line in Sentences(text).lines if line.strip())
+    sentences = [
+        html.unescape(re.sub("<.*?>", "", block)).split() for _, block in BLOCK.findall(text)
+    ]
+    return "\n".join(" ".join(words) for words in sentences if words)
 
 
 def normalized(text, folder):
