@@ -105,7 +105,7 @@ def test_a_column_keeps_direction_and_unit_under_another_name(told, names):
 
 
 def test_outputs_are_those_of_the_model(study_file):
-    """By blocks, by asking and telling, from a study that is continued, in workers or not."""
+    """By blocks, and from a study that is continued."""
     whole = investigate(ONE, 48, **TOLD)
     heat = np.where(whole.X[:, 1] == 0.5, np.nan, whole.X[:, 0] + 300)
     np.testing.assert_array_equal(whole.column("heat"), heat)
@@ -114,13 +114,6 @@ def test_outputs_are_those_of_the_model(study_file):
     result = minimize(ONE, PSI(48, study=study_file, **TOLD))
     assert result.algorithm.table.equals(whole)
     assert np.array_equal(result.pop.get("heat"), whole.column("heat"), equal_nan=True)
-    told = PSI(48, block_size=9, **TOLD)
-    told.setup(FailureTolerant(ONE))
-    while told.has_next():
-        infills = told.ask()
-        infills.set("mark", 1.0)  # of the user, no output
-        told.tell(infills=told.evaluator.eval(told.problem, infills))
-    assert told.table.equals(whole)
 
 
 @pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
@@ -129,7 +122,9 @@ def test_individuals_are_those_of_a_tolerant_problem(failed_as):
     tolerant = partial(FailureTolerant, ONE, failed_as=failed_as)
     told, run = PSI(16), minimize(tolerant(), PSI(16)).algorithm
     told.setup(tolerant())
-    told.tell(infills=told.evaluator.eval(told.problem, told.ask()))
+    infills = told.ask()
+    infills.set("mark", 1.0)  # of the user, no output
+    told.tell(infills=told.evaluator.eval(told.problem, infills))
     assert told.table.equals(run.table)
     for pop in (told.pop, run.pop):
         F, G = tolerant().evaluate(pop.get("X"), return_values_of=["F", "G"])

@@ -70,21 +70,6 @@ def test_limits_between_which_the_recommendation_stays(seed):
             assert row.design is None
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_a_sentence_says_which_limits_change_the_proposal(sign):
-    """A tighter limit changes it beyond the value of the proposed design, not at this value."""
-    F = np.array([[1250.0, 4.0], [1299.0, 1.0], [1400.0, 0.5], [1500.0, 0.0]])
-    frame = pd.DataFrame(F * [sign, 1], columns=["price", "days"], index=list("ABCD"))
-    limit = {1: (None, 1450), -1: (-1450, None)}[sign]
-    asked = Formulation([*frame], maximize=["price"][: sign < 0], limits={"price": limit})
-    table = read_table(frame, asked)
-    (text,) = switching_sentences(table)
-    (tighter,) = re.findall(r"price must be (below|above) (-?[\d ]+), (.) is proposed", text)
-    assert tighter == {1: ("below", "1299", "A"), -1: ("above", "-1299", "A")}[sign]
-    for value, stays in ((1299, True), (1298, False)):
-        assert ("B" in first(table, price={1: (None, value), -1: (-value, None)}[sign])) == stays
-
-
 @pytest.mark.parametrize(
     ("end", "direction", "text"),
     [

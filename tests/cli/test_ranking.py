@@ -105,9 +105,7 @@ def test_texts_are_cut_to_the_terminal_but_no_number(columns, said, tmp_path, mo
                 for text in re.split(" +", line)[-n_shown:]
             ]
             np.testing.assert_allclose(values, F[row, :n_shown], rtol=0.05)
-    whole = said("rank", "wide.csv", "--long")
-    assert max(map(len, whole.splitlines())) <= columns
-    assert whole.count("↓") == 9
+    assert said("rank", "wide.csv", "--long").count("↓") == 9
 
 
 def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said, undrawn):

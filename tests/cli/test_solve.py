@@ -121,10 +121,6 @@ def test_nsga3_continues_a_study(said):
     assert sorted(written("o.csv")["test"]) == sorted(table.numbers[table.pareto()])
     alone = written("alone.csv")[["f1", "f2"]].to_numpy().tolist()
     assert all(F in table.F.tolist() for F in alone)
-    # A design that recurs is one test.
-    words = ["solve", "models:Mixed", "--algorithm", "nsga3", "--points", 64, "--study", "m.db"]
-    said(*words, "--bounds", "a=0.5,n=1:2,steel=S235")
-    assert len(read_table("m.db")) == 2
 
 
 def test_a_model_that_hangs_or_dies_fails_alone(said):

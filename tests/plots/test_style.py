@@ -78,4 +78,3 @@ def test_figures_for_journals(tmp_path):
     assert float(box[1]) / 72 * 25.4 == pytest.approx(90, abs=0.1)
     assert figure.get_size_inches().tolist() == [7.0, 3.5]
     assert figure.axes[0].title.get_fontsize() == Figure().add_subplot().title.get_fontsize()
-    refused("width", save_figures, [("one", figure)], tmp_path, width=2)
