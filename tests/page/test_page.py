@@ -1,7 +1,6 @@
 """The decision page in Python: what it holds, what it opens with, and what is refused."""
 
 import json
-import re
 
 import numpy as np
 import pandas as pd
@@ -42,20 +41,6 @@ def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
     investigate(problem, 8, study=tmp_path / "s.db", sampling="sobol", seed=1)
     columns = payload_of(decision_page(tmp_path / "s.db"))["columns"]
     assert [column["name"] for column in columns] == ["f1", "f2", "x1", "x2"]
-
-
-def test_tests_of_several_runs_have_the_names_of_the_terminal(said, in_folder, undrawn):
-    """The report of a decision names the design as the page does, too."""
-    said("solve", "bnh", "--points", 16, "--study", "s.db")
-    printed = said("solve", "bnh", "--points", 16, "--bounds", "x1=0:2.5", "--study", "s.db")
-    (proposed,) = re.findall(r"Proposed: (test 2\.\d+) ", printed)
-    page = decision_page("s.db")
-    sent = payload_of(page)
-    assert proposed in sent["names"]
-    assert all(re.fullmatch(r"test (2\.)?\d+", name) for name in sent["names"])
-    chosen = sent["names"][-1]
-    Decision(page.table.formulation, chosen=chosen).to_json("d.json")
-    assert f"{chosen} chosen" in said("report", "s.db", "--decision", "d.json")
 
 
 def test_a_page_has_what_its_table_knows():

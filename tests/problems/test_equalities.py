@@ -46,32 +46,28 @@ class Random(UniformSampling):
 # lower and upper bounds, requirements, coefficients and constants of the last variables, each of
 # which follows from the variables before
 THREE = ([0, 0, 0.0], [0.6, 0.7, 0.5], ["a + b + c = 1"], [([-1, -1], 1)])
-FIVE = (
-    [0, 0.1, 0, 0.05, 0],
-    [0.5, 0.4, 0.4, 0.3, 0.1],
-    ["1 - a - b = c + d + e"],
-    [([-1, -1, -1, -1], 1)],
-)
-EIGHT = (
-    [0, 0.02, 0, 0.01, 0, 0.1, 0, 0],
-    [0.5, 0.4, 0.3, 0.3, 0.1, 0.25, 0.02, 0.2],
-    ["a + b + c + d + e + f + g + h = 1"],
-    [([-1] * 7, 1)],
-)
-WEIGHTED = ([10, 0, -3.0], [20, 4, 50.0], ["c = (2*a - 3*b) / 2 + 1"], [([1, -1.5], 1)])
-COUPLED = (
-    [0, 0, 0, 0.8],
-    [1, 1, 1, 1.2],
-    {"mix": "a + b + c = 1", "total": "d = 2*a + b"},
-    [([-1, -1], 1), ([2, 1, 0], 0)],
-)
 CASES = {
     "3": THREE,
     "4": ([0, 0.1, 0, 0.05], [0.5, 0.6, 0.4, 0.3], ["a + b + c + d = 1"], [([-1, -1, -1], 1)]),
-    "5": FIVE,
-    "8": EIGHT,
-    "weighted": WEIGHTED,
-    "coupled": COUPLED,
+    "5": (
+        [0, 0.1, 0, 0.05, 0],
+        [0.5, 0.4, 0.4, 0.3, 0.1],
+        ["1 - a - b = c + d + e"],
+        [([-1, -1, -1, -1], 1)],
+    ),
+    "8": (
+        [0, 0.02, 0, 0.01, 0, 0.1, 0, 0],
+        [0.5, 0.4, 0.3, 0.3, 0.1, 0.25, 0.02, 0.2],
+        ["a + b + c + d + e + f + g + h = 1"],
+        [([-1] * 7, 1)],
+    ),
+    "weighted": ([10, 0, -3.0], [20, 4, 50.0], ["c = (2*a - 3*b) / 2 + 1"], [([1, -1.5], 1)]),
+    "coupled": (
+        [0, 0, 0, 0.8],
+        [1, 1, 1, 1.2],
+        {"mix": "a + b + c = 1", "total": "d = 2*a + b"},
+        [([-1, -1], 1), ([2, 1, 0], 0)],
+    ),
 }
 cases = pytest.mark.parametrize(
     ("lower", "upper", "requirements", "rules"), CASES.values(), ids=CASES
@@ -128,7 +124,7 @@ def test_designs_near_the_upper_bounds_are_even():
         assert kstest(lacking, beta(1, 7).cdf).statistic < 0.03
 
 
-@pytest.mark.parametrize("case", [FIVE, COUPLED])
+@pytest.mark.parametrize("case", [CASES["5"], CASES["coupled"]])
 def test_a_point_has_its_design_whatever_others_there_are(case):
     problem = Mixture(*case[:3])
     X = investigate(problem, 64).X
@@ -138,7 +134,7 @@ def test_a_point_has_its_design_whatever_others_there_are(case):
     assert len(np.unique(X.round(9), axis=0)) == 64
 
 
-@pytest.mark.parametrize("case", [THREE, FIVE, EIGHT, WEIGHTED])
+@pytest.mark.parametrize("case", [CASES[name] for name in ("3", "5", "8", "weighted")])
 def test_a_design_has_its_point(case):
     """Surrogates learn a design from elsewhere at the point that the sequence would have for it."""
     space = design_space(with_requirements(Mixture(*case[:3]), None))
@@ -161,7 +157,7 @@ def test_proposals_meet_equalities_and_inequalities():
     algorithm = SurrogatePSI(
         26, n_points=12, batch=7, requirements={"mix": "a + b + c + d + e = 1", "order": "a <= b"}
     )
-    X = minimize(Mixture(*FIVE[:3]), algorithm, seed=1).algorithm.table.X
+    X = minimize(Mixture(*CASES["5"][:3]), algorithm, seed=1).algorithm.table.X
     np.testing.assert_allclose(X.sum(axis=1), 1, rtol=0, atol=1e-12)
     assert (X[12:, 0] <= X[12:, 1]).all()
 
