@@ -35,7 +35,7 @@ import json
 import os
 import sqlite3
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from glob import escape, glob
 from pathlib import Path
@@ -57,6 +57,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import Database, Proposal, created
 from pymoo_psi.study._facts import (
+    ALL,
     SUFFIX,
     Facts,
     Share,
@@ -418,73 +419,73 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
     if not files:
         raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
     first = Study(files[0]).facts()
-    is_noisy = first.runs[0].record.get("noisy", False)
-    n_shares = 1
+    tests_of_files = []
     points = []
+    for file in files:
+        with Study(file).reading() as database:
+            _require_same_points(file, database.facts, files[0], first)
+            tests_of_files.append(database.tests())
+            points.append(database.test_points(1, 1))
+    is_noisy = first.runs[0].record.get("noisy", False)
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         joined = Database(db, os.fspath(path))
         joined.begin(first.head)
         joined.add_run(first.runs[0].identity)
-        results: dict[str | None, Array] = {}
-        largest = np.zeros(len(first.head["objectives"]))
-        for file in files:
-            with Study(file).reading() as database:
-                facts = database.facts
-                columns = database.tests()
-                points.append(database.test_points(1, 1))
-            require_fellow(file, facts, first, f"in {files[0]}")
-            expressions = facts.head.get("expressions", {})
-            for name, expression in first.head.get("expressions", {}).items():
-                if expressions.get(name, expression) != expression:
-                    raise StudyMismatchError(
-                        f"study {file} has {name} = {expressions[name]}, and {files[0]} has "
-                        f"{expression}; run both shares again, which computes {name} anew"
-                    )
-            if facts.share is not None:
-                n_shares = facts.share[1]
-            if first.head["variables"] and not is_noisy:
-                _require_same_results(file, joined, columns, results, largest)
+        if first.head["variables"] and not is_noisy:
+            _require_same_results(files, tests_of_files, joined)
+        for file, tests in zip(files, tests_of_files, strict=True):
             try:
-                joined.append(1, columns, noisy=is_noisy)
+                joined.append(1, tests, noisy=is_noisy)
             except ArgumentValueError as error:
-                raise StudyMismatchError(_other_results(file, error)) from error
+                raise _other_results(file, error) from error
         joined.number_by_points()
-        first = first._replace(head=joined.facts.head)
-        return first, joined.tests(), _missing(n_shares, np.unique(np.concatenate(points)))
+        _, n_shares = first.share or ALL
+        missing = _missing(n_shares, np.unique(np.concatenate(points)))
+        return first._replace(head=joined.facts.head), joined.tests(), missing
 
 
-def _other_results(file: str, detail: object) -> str:
-    return (
-        f"study {file} and one before it in the folder have different results for the same design; "
-        f"move the file that is wrong, or older, to another folder ({detail})"
-    )
+def _require_same_points(file: str, facts: Facts, first_file: str, first: Facts) -> None:
+    """Refuse a study that is no share of the points of the first one, or computes otherwise."""
+    require_fellow(file, facts, first, f"in {first_file}")
+    expressions = facts.head.get("expressions", {})
+    for name, expression in first.head.get("expressions", {}).items():
+        if expressions.get(name, expression) != expression:
+            raise StudyMismatchError(
+                f"study {file} has {name} = {expressions[name]}, and {first_file} has "
+                f"{expression}; run both shares again, which computes {name} anew"
+            )
 
 
 def _require_same_results(
-    file: str,
-    joined: Database,
-    columns: Columns,
-    results: dict[str | None, Array],
-    largest: Array,
+    files: Sequence[str], tests_of_files: Sequence[Columns], joined: Database
 ) -> None:
-    """Refuse a share whose results for designs of others differ by more than rounding.
+    """Refuse shares whose results for the same design differ by more than rounding.
 
     Args:
-        file: The file of the share.
-        joined: The study of all shares.
-        columns: The tests of the share.
-        results: The results of the designs of former shares by their keys; these are added.
-        largest: ``(m,)`` sizes of the objectives in former shares; these are added.
+        files: The files of the shares.
+        tests_of_files: Their tests.
+        joined: The study of all shares, which knows the keys of designs.
     """
-    F = np.column_stack([columns[name] for name in joined.head["objectives"]])
-    np.maximum(largest, np.abs(F).max(axis=0, initial=0, where=np.isfinite(F)), out=largest)
-    for test, key, row in zip(columns["test"], joined.keys(columns), F, strict=True):
-        if not np.isfinite(row).all():  # a failed test
-            continue
-        former = results.setdefault(key, row)
-        if not np.isclose(row, former, rtol=0, atol=_ROUNDED * largest).all():
-            detail = f"test {test}: {row.tolist()}, before {former.tolist()}"
-            raise StudyMismatchError(_other_results(file, detail))
+    names = joined.head["objectives"]
+    largest = np.zeros(len(names))
+    results: dict[str | None, Array] = {}
+    for file, tests in zip(files, tests_of_files, strict=True):
+        F = np.column_stack([tests[name] for name in names])
+        np.maximum(largest, np.abs(F).max(axis=0, initial=0, where=np.isfinite(F)), out=largest)
+        for test, key, row in zip(tests["test"], joined.keys(tests), F, strict=True):
+            if not np.isfinite(row).all():  # a failed test
+                continue
+            former = results.setdefault(key, row)
+            if (np.abs(row - former) > _ROUNDED * largest).any():
+                detail = f"test {test}: {row.tolist()}, before {former.tolist()}"
+                raise _other_results(file, detail)
+
+
+def _other_results(file: str, detail: object) -> StudyMismatchError:
+    return StudyMismatchError(
+        f"study {file} and one before it in the folder have different results for the same design; "
+        f"move the file that is wrong, or older, to another folder ({detail})"
+    )
 
 
 def _missing(n_shares: int, points: Integers) -> str:
