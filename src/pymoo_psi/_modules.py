@@ -85,30 +85,37 @@ def require_unchanged(model: Any) -> None:
     """
     current = versions()
     names = []
-    former = set()  # modules whose current class is another one
     while model is not None:
         name = getattr(model, "__module__", "")
+        if _has_former_code(model):
+            raise _changed(name)
         names.append(name)
-        kind = type(model)
-        present = kind
-        if name in _RELOADED and kind.__qualname__ == kind.__name__:  # no class of a function
-            present = getattr(sys.modules.get(name), kind.__name__, kind)
-        if present is not kind:
-            former.add(name)
         model = getattr(model, "wrapped", None)
     for name in names:  # which grows
         file = getattr(sys.modules.get(name), "__file__", None) or ""
         if name not in current or not os.path.isfile(file):
             continue
-        if name in former or version_of(file) != current[name]:
-            file = os.path.basename(file)
-            raise ArgumentValueError(
-                f"the problem cannot be run: {file} has changed since it was imported; {REMEDY}"
-            )
+        if version_of(file) != current[name]:
+            raise _changed(name)
         words = {*re.findall(r"\w+", Path(file).read_text(errors="replace"))}
         for other in current:
             if other.rpartition(".")[2] in words and other not in names:
                 names.append(other)
+
+
+def _has_former_code(model: Any) -> bool:
+    """Whether the class of a model is no longer that of its module, which was reloaded."""
+    kind = type(model)
+    if kind.__module__ not in _RELOADED or kind.__qualname__ != kind.__name__:  # of a function
+        return False
+    return getattr(sys.modules.get(kind.__module__), kind.__name__, kind) is not kind
+
+
+def _changed(module: str) -> ArgumentValueError:
+    file = os.path.basename(sys.modules[module].__file__ or "")
+    return ArgumentValueError(
+        f"the problem cannot be run: {file} has changed since it was imported; {REMEDY}"
+    )
 
 
 def accept(known: dict[str, bytes], others: Mapping[str, bytes]) -> None:

@@ -136,7 +136,7 @@ def say_ranking(
     following: Names,
     *,
     all_by: str,
-    more: str = "",
+    out: Path | None,
 ) -> None:
     """Print the ranking of a table.
 
@@ -147,7 +147,7 @@ def say_ranking(
         notes: Lines after the proposal and the caution, before the next command.
         following: The next command: its first words, and its options; empty if it comes later.
         all_by: The option or command that shows all cautions.
-        more: Where designs are that are not shown.
+        out: The file that has the designs which are not shown, if any.
     """
     ranking = table.feasible_ranking()
     columns = text_width()
@@ -170,7 +170,7 @@ def say_ranking(
     n_rows = min(max(n_rows, _LEAST_ROWS), _MOST_ROWS)
     if ranking.pareto.sum() == n_rows + 1:  # the row itself takes no more than its count
         n_rows += 1
-    designs = _table(table, ranking, n_rows, columns, more)
+    designs = _table(table, ranking, n_rows, columns, out)
     print_text("\n".join([*above, "", *designs, "", *below]))
 
 
@@ -178,7 +178,7 @@ def say_ranking(
 
 
 def _table(
-    table: TestTable, ranking: EfficiencyRanking, n_rows: int, columns: int, more: str
+    table: TestTable, ranking: EfficiencyRanking, n_rows: int, columns: int, out: Path | None
 ) -> list[str]:
     """Return the lines of the table, which fit into a width.
 
@@ -187,7 +187,7 @@ def _table(
         ranking: Their ranking.
         n_rows: How many designs are shown.
         columns: The width of the terminal.
-        more: Where the other designs are.
+        out: The file that has the other designs, if any.
     """
     optimal = ranking.by_place[: ranking.pareto.sum()]
     shown = optimal[:n_rows]
@@ -205,7 +205,10 @@ def _table(
         del lines[1]
     n_hidden = len(optimal) - len(shown)
     if n_hidden:
-        lines.insert(-2, f"{_BESIDE_PLACES}… {n_hidden} more{more}")
+        more = f"{_BESIDE_PLACES}… {n_hidden} more"
+        if out is None:
+            more += ": --out FILE.csv"
+        lines.insert(-2, more)
     n_folded = len(numbers) - len(cells)
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")

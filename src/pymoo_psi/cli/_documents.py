@@ -136,11 +136,9 @@ def run_rank(options: Options) -> int:
     if not table.feasible().any():
         raise PsiError(f"{path}: No design is left: {none_left_reason(table)}")
     notes: list[str] = []
-    more = ": --out FILE.csv"
     if options.out is not None:
         n_written = write_ranking(table, options.out)
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
-        more = ""
     found = cautions_of_distances(table.feasible_ranking())
     head = [*table.remarks, counts_sentence(table), *decision_remarks(path, table)]
     head += decision_sentences(table)
@@ -155,7 +153,7 @@ def run_rank(options: Options) -> int:
         say_next(following)
     else:
         notes += separation[:1]
-        say_ranking(table, found, head, notes, following, all_by="--long", more=more)
+        say_ranking(table, found, head, notes, following, all_by="--long", out=options.out)
     return 0
 
 
@@ -164,12 +162,12 @@ def _ranking_by(computed: str, path: Path, schema: Schema) -> list[str]:
     column, _, expression = computed.partition("=")
     (objective,) = Expression.of(expression).columns
     renamed = {objective: column}
-    others = [name for name in OF_SOURCE if name not in ("objectives", "maximize")]
-    words = ["pymoo-psi", "rank", str(path), *typed_options(others)]
-    for option, names in (("--objectives", schema.objectives), ("--maximize", schema.maximize)):
+    rest = {*OF_SOURCE} - {"objectives", "maximize"}
+    words = ["pymoo-psi", "rank", str(path), *typed_options(rest)]
+    for option in ("objectives", "maximize"):
+        names = [entry_of(renamed.get(name, name)) for name in getattr(schema, option)]
         if names:
-            entries = [entry_of(renamed.get(name, name)) for name in names]
-            words += [option, ",".join(entries)]
+            words += [f"--{option}", ",".join(names)]
     return command(*words, "--compute", computed)
 
 

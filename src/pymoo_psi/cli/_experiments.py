@@ -16,7 +16,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
-from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
+from pymoo_psi.paper import PAPER_MU, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
@@ -95,47 +95,31 @@ def run_reproduce(options: Options) -> int:
     n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
     steps = count(1)
     with progress_bar(True) as show:
-
-        def show_case(case: Case) -> None:
-            show(next(steps) / n_steps, f"mu = {case.mu}, {case.model} model")
-
         result = reproduce(
             options.points,
             mu=mu,
             models=models,
             n_jobs=options.jobs,
-            callback=show_case,
+            callback=lambda case: show(next(steps) / n_steps, f"mu = {case.mu}, {case.model}"),
         )
-        draw = partial(_draw_paper, result, out)
         # Figures take most of the time, so that a second process is worth its start.
-        for _, model in in_parallel(draw, models, options.jobs):
-            show(next(steps) / n_steps, f"figures of the {model} model")
-    tables = {"6_1": result.table_6_1(), "6_2": result.table_6_2()}
-    for number, table in tables.items():
-        write_frame(table, folder / f"table_{number}.csv")
-
+        draw = partial(_draw_paper, result, out)
+        for number, _ in in_parallel(draw, models, options.jobs):
+            show(next(steps) / n_steps, f"figures of the {models[number]} model")
     points = counted(options.points, "LPτ test point")
     say(f"{points} for each of {counted(len(result.cases), 'case')}.")
-    for number, table in tables.items():
-        numbers = table.columns[3:]  # in four decimals, as printed
-        texts = table[numbers].map("{:.4f}".format, na_action="ignore")
-        print_frame(table.assign(**texts), _TITLES[number], n_keys=2)
+    for name, table in {"6_1": result.table_6_1(), "6_2": result.table_6_2()}.items():
+        write_frame(table, folder / f"table_{name}.csv")
+        values = table[table.columns[3:]]  # in four decimals, as printed
+        texts = values.map("{:.4f}".format, na_action="ignore")
+        print_frame(table.assign(**texts), _TITLES[name], n_keys=2)
     say(*_HEADINGS.splitlines())
-    places = [str(_folder_of(out, model)) for model in models]
-    say(f"Tables written to {out}, figures to {' and '.join(places)}.")
+    say(f"Tables and figures written to {out}.")
     return 0
 
 
-def _folder_of(out: Path, model: str) -> Path:
-    """Return the folder for the figures of a model."""
-    # The figures of the model from which the printed tables follow come first.
+def _draw_paper(result: Reproduction, out: Path, model: ModelName) -> None:
+    """Write the figures of a model, those of the full one into a folder of its own."""
     if model == "full":
-        return out / "full"
-    return out
-
-
-def _draw_paper(result: Reproduction, out: Path, model: ModelName) -> str:
-    """Write the figures of a model, and return its name."""
-    folder = results_folder(_folder_of(out, model))
-    save_figures(paper_figures(result, model=model), folder, dpi=200)
-    return model
+        out /= "full"
+    save_figures(paper_figures(result, model=model), results_folder(out), dpi=200)

@@ -348,9 +348,7 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     if result.former is not None:
         head.append(_added(result, result.former))
     notes = _reasons(result.tests)
-    more = ": --out FILE.csv"
     if options.out is not None:
-        more = ""
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
     source = str(options.study or options.out or "FILE.db")
     say_ranking(
@@ -360,7 +358,7 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
         notes,
         _next_command(options, source),
         all_by=" ".join(command("pymoo-psi", "rank", source, "--long")),
-        more=more,
+        out=options.out,
     )
 
 
@@ -393,9 +391,7 @@ def _added(result: Result, former: Result) -> str:
     text = f"This run: {counted(n_new, 'test')}"
     if len(table) == len(result.tests):  # no means of several tests
         is_new = ~np.isin(table.numbers[ranking.rows], former.tests.numbers)
-        n_optimal = (is_new & ranking.pareto).sum()
-        verb = "is" if n_optimal == 1 else "are"
-        text += f", of which {n_optimal} {verb} not dominated"
+        text += f", {(is_new & ranking.pareto).sum()} of them not dominated"
     if former.table.feasible().any():
         before = former.table.feasible_ranking()
         proposed = before.name_of(before.salukvadze[0])

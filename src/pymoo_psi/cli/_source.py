@@ -6,7 +6,7 @@ in ``--objectives '"time, s",mass'``. An option that takes a list may be given s
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,7 +70,7 @@ def _computed_in(entries: Names) -> dict[str, str]:
     return expressions
 
 
-def typed_options(names: Names) -> list[str]:
+def typed_options(names: Collection[str]) -> list[str]:
     """Return the words of some options of the running command, those that were typed."""
     context = click.get_current_context()
     words = []
