@@ -92,7 +92,7 @@ _READING = [
     _names("units", "A=KG,B=S", "Units of columns."),
     _option("decimal", '"."|","', "Decimal mark [detected]."),
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
-    _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units.", type=_COUNTS),
+    _names("skip-rows", "1,3,…", "Lines to skip, such as titles and units.", type=_COUNTS),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
     _option("average-by", "LABEL", "Column that identifies designs with repeated tests."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
@@ -120,12 +120,6 @@ _JOBS = _option(
 _TITLE = _option("title", "TEXT", "Title [the file's name].")
 
 
-class _Commands(click.Group):
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the commands in the order of use; click would sort them by name."""
-        return list(self.commands)
-
-
 def _help(function: Callable[..., Any]) -> tuple[str, str]:
     """Return the text of a docstring and its examples; the mark before them keeps their lines."""
     docstring = inspect.getdoc(function) or ""
@@ -140,9 +134,7 @@ def _cite(ctx: click.Context, _: click.Parameter, is_given: bool) -> None:
         ctx.exit()
 
 
-@click.group(
-    cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "show_default": True}
-)
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, message="pymoo-psi %(version)s")
 @click.option(
     "--cite",
@@ -168,6 +160,8 @@ def app() -> None:
 
 
 app.help, app.epilog = _help(app)
+# In the order of use; click would sort them by name.
+app.list_commands = lambda ctx: list(app.commands)  # type: ignore[method-assign]
 
 
 def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], None]], None]:

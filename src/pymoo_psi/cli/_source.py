@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import click
@@ -81,14 +82,11 @@ def typed_options(names: Collection[str]) -> list[str]:
         if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
             continue
         value = context.params[name]
-        entries = [value]
-        if option.multiple:
-            entries = list(value)
-        elif isinstance(value, tuple):
-            entries = [",".join(map(str, value))]
-        for entry in entries:
+        for entry in value if option.multiple else [value]:
             words.append(option.opts[0])
-            if entry is not True:
+            if isinstance(entry, tuple):
+                words.append(",".join(map(str, entry)))
+            elif entry is not True:
                 words.append(str(entry))
     return words
 
@@ -111,7 +109,7 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
         encoding=options.encoding,
-        skip_rows=options.skip_rows or (),
+        skip_rows=tuple(chain(*options.skip_rows)),
         sheet=options.sheet,
     )
     require_free_names((*table.schema.objectives, *table.schema.variables))

@@ -185,7 +185,7 @@ def decision_page(
         )
     if formulation is not None and not isinstance(formulation, (Formulation, Decision)):
         formulation = Formulation(formulation)
-    table = read_table(source, formulation, drop_incomplete=True)
+    table = _limited_by_name(read_table(source, formulation, drop_incomplete=True))
     designs = designs_of_page(table)
     if len(designs) == 0:
         received = Received(f"none in {counted(len(table), 'design')}")
@@ -204,6 +204,19 @@ def decision_page(
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
     return page_of_tests(table, designs, str(title), origin, prototype)
+
+
+def _limited_by_name(table: TestTable) -> TestTable:
+    """Return the rows that a limit on names keeps, for which the page has no control."""
+    label = str(table.schema.label)
+    limits = dict(table.limits)
+    limit = limits.pop(label, None)
+    if limit is None:
+        return table
+    is_kept = limit.excess(label, table.column(label)) == 0
+    remark = f"{counted(int((~is_kept).sum()), 'row')} left out by {limit.written(label)}."
+    kept = table.take(is_kept).under(limits=limits)
+    return replace(kept, remarks=(*kept.remarks, remark))
 
 
 def page_of_tests(
