@@ -13,7 +13,6 @@ import numbers
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from decimal import Decimal
 from os import PathLike
 from typing import Any, TypeVar
 
@@ -234,7 +233,7 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
 
 
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
-    """Return ``value`` as a new or shared float64 array; what is no number is refused."""
+    """Return ``value`` as a new or shared float64 array; text and objects are refused."""
     # asarray would take the numbers under the mask for values. NumPy imports its masks when needed.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise invalid(name, "without masked values", Received("a masked array"), remedy)
@@ -243,10 +242,6 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     except ValueError as error:  # rows of unequal length
         problem = f"{name} must be a rectangular array of numbers: {error}"
         raise ArgumentValueError(problem) from error
-    is_object = array.dtype == object
-    if is_object and all(isinstance(cell, (numbers.Real, Decimal)) for cell in array.flat):
-        with suppress(OverflowError):  # an integer beyond float64
-            array = array.astype(np.float64)
     # astype() would turn texts such as "1" into numbers, and drop the imaginary parts of others.
     if array.dtype.kind not in "fiub":
         dtype = Received(f"dtype {array.dtype}")

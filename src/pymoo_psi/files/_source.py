@@ -241,10 +241,9 @@ def _content(
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head."""
     kind = source_type(source)
-    if kind == "file":
-        return _content_of_file(Path(source), encoding, skip_rows, sheet)
-    rule = "left out for a source that is no file"
-    _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
+    if kind != "file":
+        rule = "left out for a source that is no file"
+        _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
     if kind == "table":
         table: TestTable = source
         return table
@@ -252,11 +251,26 @@ def _content(
         return cells_of_frame(source)
     if kind in ("result", "population"):
         return _table_of_population(getattr(source, "opt", source))
-    F = real_array("source", source, "or give the path of a file")
-    if F.ndim != 2 or F.size == 0:
-        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-    columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
-    return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
+    if kind == "array":
+        F = real_array("source", source, "or give the path of a file")
+        if F.ndim != 2 or F.size == 0:
+            raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+        columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
+        return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
+    path = Path(source)
+    if path.is_dir():
+        return tests_of_folder(path)
+    with path.open("rb") as stream:
+        file = SourceFile(path, stream, encoding, skip_rows, sheet)
+        content = recognized(file).read(file)
+    if isinstance(content, TestTable):
+        return content
+    cells, head = content
+    if not isinstance(cells, Cells):  # of a format that a user has added
+        import pandas as pd
+
+        cells, _ = cells_of_frame(pd.DataFrame(dict(cells), dtype=object))
+    return cells, head
 
 
 def _named(cells: Cells, head: Head, units: Entries) -> Cells:
@@ -287,25 +301,6 @@ def _table_of_population(population: Any) -> TestTable:
 def _label_of_rows(names: Collection[str]) -> str:
     """Return the name of a column that numbers designs by their rows."""
     return "design" if ROW in names else ROW
-
-
-def _content_of_file(
-    path: Path, encoding: str | None, skip_rows: Collection[int], sheet: str | None
-) -> TestTable | tuple[Cells, Head]:
-    """Return what a file or a folder of studies holds."""
-    if path.is_dir():
-        return tests_of_folder(path)
-    with path.open("rb") as stream:
-        file = SourceFile(path, stream, encoding, skip_rows, sheet)
-        content = recognized(file).read(file)
-    if isinstance(content, TestTable):
-        return content
-    cells, head = content
-    if not isinstance(cells, Cells):  # of a format that a user has added
-        import pandas as pd
-
-        cells, _ = cells_of_frame(pd.DataFrame(dict(cells), dtype=object))
-    return cells, head
 
 
 def source_columns(
@@ -352,10 +347,11 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     """
     derived: tuple[str, ...] = ()  # what we wrote, and follows from other columns
     columns = cells.columns
+    added = added_columns(columns, present=True)
     if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
         derived = RESULTS
-    elif _has_marks(columns):
-        derived = added_columns(columns, present=True)
+    elif added[0] in columns and all(_MARK.fullmatch(str(c)) for c in columns.get(added[1], "-")):
+        derived = added
     elif {*_DISTANCES} <= {*columns}:
         derived = RANKING_COLUMNS
     is_stated = head.get("objectives") or formulation.objectives
@@ -378,14 +374,6 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
         cells = cells.kept(is_new.tolist(), "equal to another one in all cells")
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
-
-
-def _has_marks(columns: Mapping[str, Any]) -> bool:
-    """Whether columns are those of an export of the page."""
-    place, mark = added_columns(columns, present=True)
-    if not {place, mark} <= {*columns}:
-        return False
-    return all(_MARK.fullmatch(str(cell)) for cell in columns[mark])
 
 
 # The columns and their roles
@@ -472,44 +460,41 @@ def _are_consecutive(numbers: ArrayLike) -> bool:
 
 def _stated_roles(
     columns: Mapping[str, TextColumn],
-    formulation: Formulation,
-    stated: Names,
-    labels: Collection[str],
+    named: Names,
+    labels: Names,
     variables: Names,
+    *,
+    is_guess: bool,
 ) -> dict[str, str]:
-    """Return the roles of objectives and variables: as said by the user, the source, or the names.
+    """Return the roles of columns as the user, the source or their names state them.
 
     Args:
         columns: The columns that follow from no others.
-        formulation: What the user says.
-        stated: The objectives that the source states.
+        named: The objectives that the user or the source names.
         labels: The columns that name or number designs.
-        variables: The variables that the user or the source states.
+        variables: The variables that the user or the source names.
+        is_guess: Whether nobody has said what the objectives are.
 
     Raises:
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
     free = [name for name in columns if name not in labels and name not in variables]
     numbered = _numbered_roles(free)
-    named = formulation.objectives or stated
-    objectives = [name for name in named if name not in formulation.computed]
-    if not objectives:
-        objectives = [name for name in numbered if numbered[name] == OBJECTIVE]
+    objectives = [*named] or [name for name in numbered if numbered[name] == OBJECTIVE]
     if not objectives:
         objectives = [name for name in free if columns[name].has_numbers()]
-    if not objectives or (len(objectives) < 2 and not named):
+    if len(objectives) < (2 if is_guess else 1):
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
             f"two columns or more must be of numbers, without labels and variables, got {received}",
             f"to rank by one alone, name it by {argument('objectives')}",
         )
-    for group, names in (("objectives", objectives), ("variables", variables)):
-        for name in names:
-            known_name(group, name, columns)
-    roles = numbered
     if variables:
-        roles = {name: role for name, role in numbered.items() if role != VARIABLE}
-    return roles | dict.fromkeys(variables, VARIABLE) | dict.fromkeys(objectives, OBJECTIVE)
+        numbered = {name: role for name, role in numbered.items() if role != VARIABLE}
+    roles = numbered | dict.fromkeys(variables, VARIABLE) | dict.fromkeys(objectives, OBJECTIVE)
+    for name, role in roles.items():
+        known_name(f"{role}s", name, columns)
+    return roles
 
 
 def _numbered_roles(names: Names) -> dict[str, str]:
@@ -524,16 +509,14 @@ def _numbered_roles(names: Names) -> dict[str, str]:
         if match is not None:
             roles[name] = _ROLES[match["letter"].lower()]
             has_first |= roles[name] == OBJECTIVE and match["number"] == "1"
-    counts = Counter(roles.values())
-    if has_first and counts[OBJECTIVE] + counts[VARIABLE] > 1:
-        return roles
-    return {}
+    n = sum(role in (OBJECTIVE, VARIABLE) for role in roles.values())
+    return roles if has_first and n > 1 else {}
 
 
 def _role(
     cells: Cells,
     column: TextColumn,
-    stated: Mapping[str, str],
+    stated: str,
     labels: Names,
     needed: Names,
     *,
@@ -544,44 +527,37 @@ def _role(
     Args:
         cells: All cells.
         column: The column.
-        stated: The roles by name; a variable must be without gaps, and no constraint is assumed.
+        stated: Its role by :func:`_stated_roles`, or empty; a variable must be without gaps.
         labels: The columns that name or number designs.
         needed: The columns that the formulation computes with or limits.
-        is_guess: Whether nobody has said which columns are objectives.
+        is_guess: Whether nobody has said what the objectives are.
     """
     name = column.name
     numbers = column.numbers
-    role = stated.get(name)
+    if stated == OBJECTIVE:
+        return OBJECTIVE, ""
+    gaps = column.gaps()
+    if stated == VARIABLE and not column.problem and not gaps.any():
+        return VARIABLE, ""
     remark = ""
-    if role == OBJECTIVE:
-        is_first = name == next(key for key in cells.columns if stated.get(key) == OBJECTIVE)
-        if is_guess and is_first and numbers is not None and _are_consecutive(numbers):
-            remark = (
-                f"{name}, taken as an objective, counts the rows; if it only numbers designs, name "
-                "the objectives."
-            )
-        return OBJECTIVE, remark
-    if role == VARIABLE:
-        gaps = column.gaps()
-        if not column.problem and not gaps.any():
-            return VARIABLE, ""
+    if stated == VARIABLE:
         problem = column.problem or cells.place(name, int(gaps.argmax()))
         remark = f"{name} is no variable: {problem}."
     if name in needed:
         return OUTPUT, remark
     if name in labels:
         is_sure = _word(name) in _NAMING or name == next(iter(cells.columns))
-        if is_guess and numbers is not None:
-            is_sure |= bool((np.diff(numbers) == 1).all())
-            if not (is_sure and _are_counts(numbers)):
-                # Tables have a column of tests of their own.
-                remedy = "rename the column" if name == TEST else "name it in objectives"
-                remark = f"{name} is taken to number the designs; to rank by it, {remedy}."
-        return NOTE, remark
+        if numbers is None or (_are_counts(numbers) and (is_sure or _are_consecutive(numbers))):
+            return NOTE, ""
+        remedy = "name it in objectives"
+        if name == TEST:  # tables have such a column of their own
+            remedy = "rename the column"
+        remark = f"{name} is taken to number the designs; to rank by it, {remedy}."
+        return NOTE, remark if is_guess else ""
     if numbers is not None:
-        met = _MET.get(role or "", Limit())
+        met = _MET.get(stated, Limit())
         n_beyond = int((met.excess(name, numbers) > 0).sum())
-        if role in _MET and n_beyond:
+        if stated in _MET and n_beyond:
             remark = (
                 f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
                 f"is one, say {_said(name, met)}."
@@ -608,17 +584,28 @@ def _table(
     stated = decision.formulation
     directed = {*formulation.objectives, *formulation.maximize}
     columns, label, labels = _labelled(cells, head, directed)
+    named = formulation.objectives or stated.objectives
     roles = _stated_roles(
-        columns, formulation, stated.objectives, labels, variables or stated_variables
+        columns,
+        [name for name in named if name not in formulation.computed],
+        labels,
+        variables or stated_variables,
+        is_guess=not named,
     )
     objectives = [name for name, role in roles.items() if role == OBJECTIVE]
-    is_guess = not (formulation.objectives or stated.objectives)
     remarks = [*cells.remarks]
+    if not named and _are_consecutive(columns[objectives[0]].require_numbers()):
+        remarks.append(
+            f"{objectives[0]}, taken as an objective, counts the rows; if it only numbers designs, "
+            "name the objectives."
+        )
     data: Columns = {}
     described = {}
     for name in dict.fromkeys([*objectives, *columns]):
         column = columns[name]
-        role, remark = _role(cells, column, roles, labels, formulation.columns, is_guess=is_guess)
+        role, remark = _role(
+            cells, column, roles.get(name, ""), labels, formulation.columns, is_guess=not named
+        )
         remarks += filter(None, [remark])
         data[name] = _values(column, role)
         described[name] = _described(column, role, data[name], stated, formulation)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import defaultdict
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -63,14 +64,15 @@ class WorkbookFile(FileFormat):
         cells = named_cells(rows)
         header, *_ = rows.values()
         remarks = []
-        for j, lines in sorted(in_per_cent.items()):
+        for j, shares in in_per_cent.items():
             name = str(header[j]).strip()
-            others = [line for line in lines if line in rows]
-            if name in cells.columns:
-                remark = f"{name} has hundredths, which the workbook shows in per cent"
-                if others:
-                    remark += f", and in line {others[0]} a number that it does not show so"
-                remarks.append(f"{remark}.")
+            if name in cells.columns and shares == {True}:
+                remarks.append(f"{name} has hundredths, which the workbook shows in per cent.")
+            elif name in cells.columns and len(shares) == 2:
+                remarks.append(
+                    f"{name} has numbers, some of which the workbook shows in per cent and others as "
+                    "they are."
+                )
         return replace(cells, remarks=remarks), head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
@@ -151,21 +153,17 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
     return rows
 
 
-def _in_per_cent(sheet: Any, max_row: int | None = _FIRST) -> dict[int, list[int]]:
-    """Return the columns with numbers that a sheet shows in per cent: 2 % for 0.02.
+def _in_per_cent(sheet: Any) -> dict[int, set[bool]]:
+    """Return for each column whether a sheet shows its numbers in per cent: 2 % for 0.02.
 
-    With each come the lines with other numbers than 0 that are shown in another way.
+    Those of a column may differ in that; 0 is the same either way.
     """
-    lines: dict[int, dict[bool, list[int]]] = {}
-    for line, row in enumerate(sheet.iter_rows(max_row=max_row), start=1):
+    columns: dict[int, set[bool]] = defaultdict(set)
+    for row in sheet.iter_rows(max_row=_FIRST):
         for j, cell in enumerate(row):
             if isinstance(cell.value, (int, float)) and cell.value:
                 number_format = re.sub(r'"[^"]*"|\\.', "", cell.number_format)  # without texts
-                by_format = lines.setdefault(j, {True: [], False: []})
-                by_format["%" in number_format].append(line)
-    columns = {j: by_format[False] for j, by_format in lines.items() if by_format[True]}
-    if columns and max_row is not None:
-        return _in_per_cent(sheet, None)
+                columns[j].add("%" in number_format)
     return columns
 
 

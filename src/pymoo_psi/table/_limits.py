@@ -48,7 +48,7 @@ _STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does n
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
 # Five or five thousand to a reader of decimal commas.
-_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
+_AMBIGUOUS = re.compile(r"(?<![\w.])[1-9][0-9]{0,2}\.[0-9]{3}(?![\w.])")
 _FORM = "a number or a pair (lower, upper)"
 
 
@@ -83,10 +83,7 @@ class Limit(NamedTuple):
         """
         argument = f"{column!r} in limits"
         if isinstance(value, Limit):
-            if value.texts is not None:
-                return value
-            ends = _end(argument, value.lower), _end(argument, value.upper)
-            return value._replace(lower=ends[0], upper=ends[1])._checked(argument)
+            return value._checked(argument)
         if isinstance(value, str):
             if re.search("[<>=]", value):
                 sides = sides_of_text(argument, value)
@@ -102,12 +99,9 @@ class Limit(NamedTuple):
             return cls(texts=tuple(value))
         if len(value) != 2:
             raise wrong_type(argument, _FORM, value)
-        low, high = value
-        if low is None:
-            low = -math.inf
-        if high is None:
-            high = math.inf
-        return cls(_end(argument, low), _end(argument, high))._checked(argument)
+        low = -math.inf if value[0] is None else _end(argument, value[0])
+        high = math.inf if value[1] is None else _end(argument, value[1])
+        return cls(low, high)._checked(argument)
 
     def _checked(self, argument: str) -> Limit:
         """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""
@@ -359,12 +353,12 @@ def require_decimal_points(texts: Names, argument: str) -> None:
 
     Whoever writes 2,5 into files may type 1.250 for 1250.
     """
-    for match in filter(None, map(_LIMIT.fullmatch, entries_of(texts))):
-        for digits in match.group("first", "last"):
-            if digits and _AMBIGUOUS.fullmatch(digits):
-                rule = "of numbers that can be read in one way, beside decimal commas"
-                remedy = f"write {digits.replace('.', '')} or {digits}0"
-                raise invalid(argument, rule, Received(match[0]), remedy)
+    for text in texts:
+        match = _AMBIGUOUS.search(text)
+        if match is not None:
+            rule = "of numbers that can be read in one way, beside decimal commas"
+            remedy = f"write {match[0].replace('.', '')} or {match[0]}0"
+            raise invalid(argument, rule, Received(text), remedy)
 
 
 def entries_of(texts: Names) -> list[str]:
@@ -399,7 +393,7 @@ def entry_of(text: str) -> str:
 def _digits(number: float) -> str:
     """Return a number as it is written in a limit, also for a file of decimal commas."""
     text = str(plain_number(number))
-    if _AMBIGUOUS.fullmatch(text):
+    if _AMBIGUOUS.search(text):
         text += "0"
     return text
 
