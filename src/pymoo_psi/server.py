@@ -24,7 +24,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -57,7 +57,6 @@ _PORT = 8741  # the port, unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
 _GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
-_MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
 _LONGEST = 2**18  # bytes of a request
 # Notebooks show the page in a frame.
 _FRAMES = "http://127.0.0.1:* http://localhost:* vscode-webview:"
@@ -97,7 +96,6 @@ class GrowingStudy:
         self._n_first = 0  # tests with which the edition began
         self._n_left = 0  # planned tests that are not done
         self._pages: dict[str, str] = {}  # the page made last, by its edition
-        self._requested: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # times of requests
 
     def look(self) -> None:
         """Read what is new in the study."""
@@ -214,7 +212,7 @@ class GrowingStudy:
         """Write a request into the study, whose run checks what it says.
 
         Raises:
-            PsiError: It is no request, there are too many, or the study cannot be written.
+            PsiError: It is no request, or the study cannot be written.
         """
         if not self._steer:
             raise PsiError("the page is read-only (--steer)")
@@ -231,10 +229,6 @@ class GrowingStudy:
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
-        now = time.monotonic()
-        if len(self._requested) == _MOST_A_MINUTE and now < self._requested[0] + 60:
-            raise PsiError(f"at most {_MOST_A_MINUTE} requests a minute")
-        self._requested.append(now)
         details = {key: received.get(key) for key in ("formulation", "count")}
         with self.study.changes() as database:
             database.steer({"name": name, "action": action, **details})

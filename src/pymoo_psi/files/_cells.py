@@ -34,6 +34,7 @@ from pymoo_psi._kinds import plain
 from pymoo_psi._names import EDIT, argument
 from pymoo_psi._validation import Array, Head, Mask, Names, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table import free_name
 
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
@@ -301,16 +302,14 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
     head: dict[str, Any] = {}
     cells = frame.set_axis(names, axis="columns")
-    is_numbered = frame.index.name is None and pd.api.types.is_integer_dtype(frame.index)
-    if is_numbered and not frame.index.equals(pd.RangeIndex(len(frame))):
-        cells["index" if "index" not in names else "index (index)"] = frame.index
-    elif not is_numbered:
+    if frame.index.name is None and pd.api.types.is_integer_dtype(frame.index):
+        if not frame.index.equals(pd.RangeIndex(len(frame))):
+            cells[free_name("index", names, "index")] = frame.index
+    else:
         levels: list[str] = []
         for name in frame.index.names:
             level = "index" if name is None else str(name)
-            if level in levels:
-                level = f"{level} {len(levels) + 1}"
-            levels.append(f"{level} (index)" if level in names else level)
+            levels.append(free_name(level, [*names, *levels], "index"))
         cells = cells.reset_index(names=levels)
         head["label"] = ", ".join(levels)
         if len(levels) > 1:
@@ -492,16 +491,13 @@ def _read(
 
 def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: str) -> TextColumn:
     """Return a column that no notation can read, with what is wrong unless it is one of texts."""
-    name = column.name
-    readings = []
-    for mark in marks:
-        readings.append([_number(cell, mark) for cell in plain])
+    readings = [[_number(cell, mark) for cell in plain] for mark in marks]
     numbers = min(readings, key=lambda numbers: numbers.count(None))
-    has_numbers = not np.isnan(np.array(numbers, dtype=np.float64)).all()  # None is NaN there
+    has_numbers = any(number is not None and number == number for number in numbers)
     texts = {}
     for row, number in enumerate(numbers):
         if number is None:
-            texts[row] = str(cells.columns[name][row]).strip()
+            texts[row] = str(column.cells[row]).strip()
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
     has_one_unit = len(units) == 1 < len({*texts.values()})
@@ -513,7 +509,7 @@ def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: st
             others = argument("objectives")
             if others != EDIT:
                 remedy += f", or name other columns by {others}"
-            problem = f"{cells.place(name, row)}, no plain number"
+            problem = f"{cells.place(column.name, row)}, no plain number"
             return column._replace(problem=problem, remedy=remedy)
     return column
 
@@ -540,45 +536,40 @@ def require_designs(
     Raises:
         ArgumentValueError: There is such a row.
     """
-    naming = label
-    if naming is None:  # of a file of results alone none is left
-        naming = next(iter(columns), None)
+    naming = label or next(iter(columns), None)  # of a file of results alone none is left
     numbers = []
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
     for name, column in columns.items():
-        if column.numbers is not None:
-            continue
-        for row, cell in enumerate(column.cells):
-            match = _COMPUTED.fullmatch(cell[:_LONGEST]) if isinstance(cell, str) else None
-            # In another column it may be the name of a supplier.
-            if match is None or (name != naming and not _are_sums(numbers, row)):
+        for row, cell in enumerate(column.cells if column.numbers is None else ()):
+            match = _COMPUTED.fullmatch(str(cell)[:_LONGEST])
+            if match is None:
                 continue
-            # Max may be a person: the greatest values of columns are those of rows, too.
-            if match["extreme"] and not all(sum(values == values[row]) > 1 for values in numbers):
-                continue
-            raise UnfitError(
-                f"{cells.where(row)} is named {cell.strip()!r}, as computed from others",
-                f"{cells.without(row)}, or rename it if it is a design",
-            )
+            # In another column it may be the name of a supplier, and Max that of a person.
+            is_sure = name == naming and match["extreme"] is None
+            recurs = all(values.tolist().count(values[row]) > 1 for values in numbers)
+            if is_sure or recurs or _are_sums(numbers, row):
+                raise UnfitError(
+                    f"{cells.where(row)} is named {cell.strip()!r}, as computed from others",
+                    f"{cells.without(row)}, or rename it if it is a design",
+                )
     last = len(cells.rows) - 1
     is_nameless = naming is not None and is_blank(columns[naming].cells[-1])
-    rules = {"sum": last >= 3 or (last == 2 and is_nameless), "mean": last >= 2 and is_nameless}
-    for word, is_possible in rules.items():
-        if is_possible and len(numbers) > 1 and _are_sums(numbers, last, is_mean=word == "mean"):
-            raise UnfitError(
-                f"{cells.where(last)} is the {word} of all others",
-                f"{cells.without(last)}, or put it above another row if it is a design",
-            )
+    if len(numbers) < 2 or last < (2 if is_nameless else 3):
+        return
+    if _are_sums(numbers, last) or (is_nameless and _are_sums(numbers, last, last)):
+        raise UnfitError(
+            f"{cells.where(last)} is the sum or mean of all others",
+            f"{cells.without(last)}, or put it above another row if it is a design",
+        )
 
 
-def _are_sums(columns: Sequence[Array], row: int, *, is_mean: bool = False) -> bool:
+def _are_sums(columns: Sequence[Array], row: int, divisor: int = 1) -> bool:
     """Say whether a row has the sums, or means, of all rows above it, which are not all 0."""
     for numbers in columns:
         above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
         rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
-        total = numbers[row] * len(above) if is_mean else numbers[row]
-        if not any(above) or not abs(sum(above) - total) <= rounding:
+        if not any(above) or not abs(sum(above) - divisor * numbers[row]) <= rounding:
             return False
     return True

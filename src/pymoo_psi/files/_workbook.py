@@ -70,8 +70,8 @@ class WorkbookFile(FileFormat):
                 remarks.append(f"{name} has hundredths, which the workbook shows in per cent.")
             elif name in cells.columns and len(shares) == 2:
                 remarks.append(
-                    f"{name} has numbers, some of which the workbook shows in per cent and others as "
-                    "they are."
+                    f"{name} has numbers, some of which the workbook shows in per cent and others "
+                    "as they are."
                 )
         return replace(cells, remarks=remarks), head
 
