@@ -417,7 +417,7 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
         ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds texts such as '1:30'"]),
         ("car,price,noise,mass\nA,SEK 5200,6,9\nB,SEK 61,5,7\n", {}, {}, ["price holds texts such as 'SEK 5200'"]),
         (workbook([["n", "eff", "cost"], ["A", 0.85, 3], ["B", 85, 2], ["C", 0.7, 0]], edit=in_per_cent), {}, {},
-         ["^eff has numbers, some of which the workbook shows in per cent and others as they are.$"]),
+         ["^eff has hundredths where the workbook shows per cent.$"]),
         ("car,steel,begun,a,b\nA,S235,2026-05-01,6,9\nB,S355,2026-05-02,5,7\n", {}, {}, []),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),
         ("a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n",

@@ -25,6 +25,7 @@ from pymoo_psi.table import (
     OUTPUT,
     PROPOSAL_ROUND,
     Column,
+    Decision,
     Expression,
     Formulation,
     TestTable,
@@ -123,7 +124,8 @@ def _under_all_objectives(table: TestTable) -> TestTable:
             names.add(name)
     objectives = dict.fromkeys([*table.evaluated.objectives, *table.formulation.objectives])
     known = [name for name in objectives if name in names]
-    return table.under(Formulation(known, computed=computed, ranges={}))
+    evaluated = replace(table, decision=Decision())
+    return evaluated.under(Formulation(known, computed=computed))
 
 
 def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Integers) -> Columns:

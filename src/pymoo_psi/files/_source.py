@@ -618,14 +618,16 @@ def _table(
             label = _label_of_rows([name for name in described if described[name].role != NOTE])
             data.setdefault(label, np.fromiter(cells.rows, object))
         described[label] = Column(label, LABEL, Kind.CHOICE)
-    if {*stated.objectives} != {*objectives}:
-        stated = replace(stated, ranges=None)
+    stated = stated.with_objectives(objectives)
+    asked = Formulation(
+        limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
+    )
     marks = {column.decimal for column in columns.values()}
     return TestTable(
         Schema(tuple(described.values())),
         data,
         numbers,
-        decision=replace(decision, formulation=stated.without_columns()),
+        decision=replace(decision, formulation=asked),
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
         remarks=tuple(remarks),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections import defaultdict
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -64,15 +63,9 @@ class WorkbookFile(FileFormat):
         cells = named_cells(rows)
         header, *_ = rows.values()
         remarks = []
-        for j, shares in in_per_cent.items():
-            name = str(header[j]).strip()
-            if name in cells.columns and shares == {True}:
-                remarks.append(f"{name} has hundredths, which the workbook shows in per cent.")
-            elif name in cells.columns and len(shares) == 2:
-                remarks.append(
-                    f"{name} has numbers, some of which the workbook shows in per cent and others "
-                    "as they are."
-                )
+        for name in [str(header[j]).strip() for j in sorted(in_per_cent)]:
+            if name in cells.columns:
+                remarks.append(f"{name} has hundredths where the workbook shows per cent.")
         return replace(cells, remarks=remarks), head
 
     def write(self, path: Path, columns: Entries, head: Head) -> None:
@@ -153,17 +146,15 @@ def _rows_of_sheet(book: Any, title: str) -> RowsByLine:
     return rows
 
 
-def _in_per_cent(sheet: Any) -> dict[int, set[bool]]:
-    """Return for each column whether a sheet shows its numbers in per cent: 2 % for 0.02.
-
-    Those of a column may differ in that; 0 is the same either way.
-    """
-    columns: dict[int, set[bool]] = defaultdict(set)
+def _in_per_cent(sheet: Any) -> set[int]:
+    """Return the columns in which a sheet shows numbers in per cent: 2 % for 0.02."""
+    columns = set()
     for row in sheet.iter_rows(max_row=_FIRST):
         for j, cell in enumerate(row):
-            if isinstance(cell.value, (int, float)) and cell.value:
+            if isinstance(cell.value, (int, float)):
                 number_format = re.sub(r'"[^"]*"|\\.', "", cell.number_format)  # without texts
-                columns[j].add("%" in number_format)
+                if "%" in number_format:
+                    columns.add(j)
     return columns
 
 

@@ -173,46 +173,42 @@ class Formulation:
             names += Expression.of(text).columns
         return tuple(name for name in dict.fromkeys(names) if name not in self.computed)
 
-    def combine_first(self, other: Formulation) -> Formulation:
-        """Return it with what it leaves open as another one has it; normalised if both are.
+    def with_objectives(self, objectives: Names) -> Formulation:
+        """Return it with other objectives, without directions and ranges of former ones.
 
-        Limits on other columns, computed columns and directions of its objectives are those of
-        both; objectives and their ranges are those of the other one unless it has its own.
+        Example:
+            >>> Formulation(["mass", "gain"], maximize=["gain"]).with_objectives(["mass"])
+            Formulation(objectives=['mass'])
+        """
+        maximize = [name for name in self.maximize if name in objectives]
+        ranges = self.ranges if {*objectives} == {*self.objectives} else None
+        return replace(self, objectives=objectives, maximize=maximize, ranges=ranges)
+
+    def combine_first(self, other: Formulation) -> Formulation:
+        """Return it with what it leaves open as another one has it.
+
+        - Objectives and their ranges are its own, unless it has none.
+        - Directions, omitted constraints, limits, computed columns and units are those of both, its
+          own where both state one; of its objectives, if it has any.
+        - Designs are normalised if both do so.
 
         Example:
             >>> of_file = Formulation(limits="mass<=50, x1>=2")
             >>> Formulation(limits={"mass": 30}).combine_first(of_file).to_dict()
             {'limits': {'mass': 30, 'x1': [2, None]}}
         """
-        maximize = [*self.maximize]
-        for name in other.maximize:
-            if name not in maximize and (not self.objectives or name in self.objectives):
-                maximize.append(name)
-        ranges = self.ranges
-        if ranges is None and (not self.objectives or {*self.objectives} == {*other.objectives}):
-            ranges = other.ranges
+        if self.objectives:
+            other = other.with_objectives(self.objectives)
         return Formulation(
-            self.objectives or other.objectives,
-            maximize=maximize,
+            other.objectives,
+            maximize=tuple(dict.fromkeys([*self.maximize, *other.maximize])),
             limits=other.allowed | self.allowed,
             omitted=tuple(dict.fromkeys([*self.omitted, *other.omitted])),
             computed={**other.computed, **self.computed},
             units={**other.units, **self.units},
             normalize=self.normalize and other.normalize,
-            ranges=ranges,
+            ranges=other.ranges if self.ranges is None else self.ranges,
         )
-
-    def without_columns(self) -> Formulation:
-        """Return it without objectives and computed columns, for a table that has them already.
-
-        Ranges of the Pareto set are stated by None here, not by an empty mapping.
-
-        Example:
-            >>> Formulation(["mass", "gain"], limits={"mass": 30}).without_columns()
-            Formulation(limits={'mass': 30})
-        """
-        ranges = self.ranges or None
-        return Formulation(limits=self.limits, normalize=self.normalize, ranges=ranges)
 
     def roles_in(self, schema: Schema) -> Schema:
         """Return the columns of a table in the roles that the formulation gives them.

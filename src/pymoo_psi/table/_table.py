@@ -358,7 +358,9 @@ class TestTable(View, Shown):
 
         The formulation replaces that of the table and applies to the tests as evaluated: limits can
         be loosened as well as tightened, and ``under(limits={})`` has none. A :class:`Decision`
-        also replaces what people decided.
+        also replaces what people decided. What is not given stays: without a formulation all that
+        ``fields`` do not name, with one the ranges; but not directions and ranges of objectives
+        that are left out.
 
         A limit is the same as removing the rows that it rejects: sets, rankings, explanations,
         cautions and shares are those of the table without these rows. Fixed ranges stay.
@@ -385,23 +387,17 @@ class TestTable(View, Shown):
             >>> free.under(limits={"mass": 1.5}).pareto()
             array([ True, False, False])
         """
-        decision = self.decision
-        if isinstance(formulation, Decision):
-            decision = formulation
-        elif formulation is not None:
-            decision = replace(decision, formulation=decision_of(formulation).formulation)
-        stated = decision.formulation
-        maximize = stated.maximize
-        if formulation is None:
-            stated = replace(stated, maximize=(), ranges=None)
-        stated = replace(stated, **fields)
-        objectives = stated.objectives or self.evaluated.objectives
+        decision = decision_of(formulation)
+        if not isinstance(formulation, Decision):
+            asked = self.formulation if formulation is None else decision.formulation
+            decision = replace(self.decision, formulation=asked)
+        stated = replace(decision.formulation, **fields)
+        own = replace(self.formulation, objectives=self.schema.objectives)
+        own = own.with_objectives(stated.objectives or self.evaluated.objectives)
         if formulation is None and "maximize" not in fields:
-            # Directions of objectives that are left out are not stated.
-            maximize = tuple(name for name in maximize if name in objectives)
-            stated = replace(stated, maximize=maximize)
-        if stated.ranges is None and {*objectives} == {*self.schema.objectives}:
-            stated = replace(stated, ranges=self.formulation.ranges)
+            stated = replace(stated, maximize=own.maximize)
+        if stated.ranges is None or (formulation is None and "ranges" not in fields):
+            stated = replace(stated, ranges=own.ranges)
         table = replace(self, decision=replace(decision, formulation=stated))
         table._require_fit()
         return table
