@@ -429,8 +429,6 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
           "--limits 'status=ok', or limits= in Python.$"]),
         (STATUS, {"objectives": ["mass"], "limits": "status=ok"}, {}, []),
         ("a,b,state of test\n1,5,\n2,4,ok\n3,1,failed\n", {"objectives": ["a", "b"]}, {}, ["--limits 'state of test in ok, ', or limits="]),
-        ("a,b,state\n1,5,in progress\n2,4,done = ok\n3,1,failed\n", {"objectives": ["a", "b"]}, {},
-         [r"say limits={'state': \['in progress', 'done = ok'\]} in Python.$"]),
         ("m,a,b\nA,2,1\nA,3,\nB,4,5\n", {"objectives": ["a", "b"]}, {"average_by": "m", "drop_incomplete": True},
          ["2 designs, 3 tests", "as they have no values: 1 test"]),
         (PRUNED, {"objectives": ["f1", "f2"]}, {"variables": ["x"], "drop_incomplete": True},

@@ -10,6 +10,7 @@ import numpy as np
 from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percent
 from pymoo_psi._validation import (
+    Array,
     Columns,
     Integers,
     Received,
@@ -82,31 +83,26 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     if not usable.all():
         n_unusable = counted((~usable).sum(), "test")
         remarks.append(f"Left out, as they have no values: {n_unusable}.")
-    notes = []
+    differing = []
     for name in schema.notes:
         cells = tests.data[name]
         if unequal(cells, cells[first[design]]).any():
-            notes.append(name)
-    schema = schema.without(notes)
+            differing.append(name)
+    schema = schema.without(differing)
     designs = tests.take(first)
     counts = np.bincount(design[usable], minlength=len(first))
     data = {name: designs.data[name] for name in schema.names}
     data |= _statistics(tests.take(usable), designs, design[usable], counts)
-    failures = dict(designs.failures)
-    for number in designs.numbers[counts > 0].tolist():
-        failures.pop(number, None)
     designs = replace(
         designs,
         evaluated=schema.with_columns(*[Column(name, OUTPUT) for name in new_names]),
         data=data,
-        failures=failures,
+        failures=designs.take(counts == 0).failures,
         problem=None,  # no run continues a study of means
         remarks=tuple(remarks),
         n_stored=0,
     )
-    label = None
-    if by in schema.notes:
-        label = by
+    label = by if by in schema.notes else None
     return designs.with_notes({}, label).under(table.decision)
 
 
@@ -138,18 +134,20 @@ def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Inte
         counts: ``(k,)`` numbers of tests.
     """
     columns: Columns = {N_TESTS: counts.astype(np.float64)}
-    n = len(counts)
+    rows = np.flatnonzero(counts)
+
+    def means_of(values: Array) -> Array:
+        return np.bincount(design, values, len(counts)) / np.maximum(counts, 1)
+
     for name in tests.evaluated.of_role(*NUMBERS_ROLES):
-        if name == PROPOSAL_ROUND:  # that of the first test
-            continue
-        means = np.bincount(design, tests.data[name], n) / np.maximum(counts, 1)
-        columns[name] = np.where(counts == 0, designs.data[name], in_decimals(means))
+        columns[name] = designs.data[name].copy()
+        if name != PROPOSAL_ROUND:  # that of the first test
+            columns[name][rows] = in_decimals(means_of(tests.data[name])[rows])
     for name in tests.schema.objectives:
         values = tests.column(name)
-        means = np.bincount(design, values, n) / np.maximum(counts, 1)
-        deviations = values - means[design]
+        deviations = values - means_of(values)[design]
         deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
-        squares = np.zeros(n)
+        squares = np.zeros(len(counts))
         np.add.at(squares, design, deviations**2)
         columns[error_column(name)] = standard_errors(squares, counts)
     return columns

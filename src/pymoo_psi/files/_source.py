@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -75,7 +74,6 @@ from pymoo_psi.table import (
     TestTable,
     added_columns,
     decision_of,
-    limits_of,
     names_of,
     texts_of,
 )
@@ -560,7 +558,7 @@ def _role(
         if stated in _MET and n_beyond:
             remark = (
                 f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
-                f"is one, say {_said(name, met)}."
+                f"is one, say --limits '{met.written(name)}', or limits= in Python."
             )
         return OUTPUT, remark
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
@@ -696,18 +694,10 @@ def _failures(table: TestTable) -> list[str]:
         others.sort(key=bool, reverse=True)  # an entry of a list may be empty, but not the first
         remedy = "check whether they count"
         if 1 <= len(others) <= _FEW:
-            remedy = f"to leave them out, say {_said(name, Limit(texts=tuple(others)))}"
+            limit = Limit(texts=tuple(others)).written(name)
+            remedy = f"to leave them out, say --limits '{limit}', or limits= in Python"
         remarks.append(f"{failed}; {remedy}.")
     return remarks
-
-
-def _said(name: str, limit: Limit) -> str:
-    """Return how to set a limit: as an option, if it can be written so, or in Python."""
-    text = limit.written(name)
-    with suppress(ArgumentValueError):
-        if limits_of(text) == {name: limit}:
-            return f"--limits '{text}', or limits= in Python"
-    return f"limits={{{name!r}: {limit.plain}}} in Python"
 
 
 def _incomplete(
