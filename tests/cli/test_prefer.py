@@ -3,12 +3,11 @@
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from pymoo_psi import Decision, Formulation, Preferences, read_table
+from pymoo_psi import Decision, Preferences, read_table
 from tests.helpers.processes import LONG
 
 CARS = """\
@@ -41,63 +40,6 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
     first = decision.positions[0]
     assert [tuple(answer) for answer in first["answers"]] == person.answers
     assert (first["name"], first["chosen"]) == ("me", person.best)
-
-
-def test_answers_of_several_people_stay_apart(said):
-    for name, answer, read in (("Ada", "Town>Coast", ()), ("Bo", "A>B>Town", ["d.json"])):
-        person = ["--as", name, "--answers", answer, "--out", "d.json"]
-        source = [word for path in read for word in ("--decision", path)]
-        said("prefer", "cars.csv", *OPTIONS, *person, *source)
-    decision = Decision.read_json("d.json")
-    chosen = {position["name"]: position["chosen"] for position in decision.positions}
-    assert chosen["Ada"] == decision.chosen  # nobody has decided for both
-    assert chosen["Bo"] != chosen["Ada"]
-    again = ["--decision", "d.json", "--answers", "Town>Coast"]
-    assert "several positions, got Ada, Bo" in said("prefer", "cars.csv", *again, code=2)
-
-
-def test_answers_that_fit_no_longer_stay_in_the_file(said):
-    given = ["--answers", "Town>Coast, Country>Coast", "--out", "d.json"]
-    said("prefer", "cars.csv", *OPTIONS, *given)
-    more = ["--decision", "d.json", "--limits", "mass<=1400", "--answers", "Country>Town"]
-    printed = said("prefer", "cars.csv", *more, "--out", "e.json")
-    assert "designs: Town>Coast, Country>Coast." in printed
-    [*_, last] = Decision.read_json("e.json").positions
-    assert ["".join(answer) for answer in last["answers"]] == [
-        "Town>Coast",
-        "Country>Coast",
-        "Country>Town",
-    ]
-    assert last["limits"] == {"mass": [None, 1400]}
-
-
-def test_answers_change_nothing_else_of_a_position(said):
-    """What a person gave on the page stays; choice and reason change by an answer, not by a skip."""
-    asked = Formulation(["mass", "price", "range"], maximize=["range"])
-    reason = {"chosen": "Coast", "reason": "It is quiet."}
-    held = {"name": "Ann", "weights": {"mass": 5.0}, "aspiration": {"price": 20.0}, **reason}
-    Decision(asked, positions=[held], decided={"chosen": "Coast"}, **reason).to_json("d.json")
-    first = Decision.read_json("d.json")
-    words = ["prefer", "cars.csv", "--decision", "d.json", "--out", "d.json", "--answers"]
-    assert "Proposed" not in said(*words, "Town?Country")
-    skipped = Decision.read_json("d.json")
-    changed = {"date": skipped.positions[1]["date"], "answers": [("Town", "?", "Country")]}
-    assert skipped == replace(first, positions=[*first.positions, skipped.positions[1]])
-    assert skipped.positions[1] == first.positions[0] | changed
-    said(*words, "Town>Country")
-    answered = Decision.read_json("d.json")
-    last = answered.positions[-1]
-    assert (last["weights"], last["aspiration"]) == (held["weights"], held["aspiration"])
-    assert answered.chosen == last["chosen"] == "Town"
-    assert answered.reason == last["reason"] != held["reason"]
-    assert answered.decided is None  # of another design
-
-
-def test_a_skipped_question_chooses_nothing(said):
-    said("prefer", "cars.csv", *OPTIONS, "--answers", "Town?Country", "--out", "d.json")
-    decision = Decision.read_json("d.json")
-    assert decision.chosen is decision.positions[0]["chosen"] is None
-    assert decision.reason == decision.positions[0]["reason"] == ""
 
 
 @pytest.mark.parametrize(

@@ -133,21 +133,6 @@ def test_what_one_command_refuses_all_refuse(said, command, text, tmp_path):
     assert sorted(tmp_path.iterdir()) == [tmp_path / "models.py", tmp_path / "set.csv"]
 
 
-def test_how_a_file_is_written(said, tmp_path):
-    """Options of a file are read_table's arguments."""
-    text = "Messung\nEntwurf;Kosten;Masse\nA;1.250,5;3,75\nB;980,25;\nC;2.100;2,875\n"
-    (tmp_path / "set.csv").write_bytes(text.replace("Entwurf", "Größe").encode("cp1252"))
-    options = ["--skip-rows", "1", "--decimal", ",", "--encoding", "cp1252",
-               "--drop-incomplete", "--units", "Masse=kg"]  # fmt: skip
-    for command in ("page", "report", "rank"):
-        out = "o.csv" if command == "rank" else f"{command}.html"
-        printed = said(command, "set.csv", *options, "--out", out)
-    assert "1 incomplete design left out, the first in row 2 (line 4)." in printed
-    ranked = pd.read_csv("o.csv", sep=";", decimal=",").set_index("Größe")
-    assert ranked["Kosten"].to_dict() == {"A": 1250.5, "C": 2100.0}
-    assert "Masse [kg]" in said("rank", "o.csv", "--long")
-
-
 def test_a_prototype_is_read_by_the_marks_of_its_own_file(said, tmp_path):
     (tmp_path / "set.csv").write_bytes("name;Größe;b\nA;1.250;3\nB;980;4\n".encode("cp1252"))
     (tmp_path / "own.csv").write_text("name,Größe,b\nold,1100.5,5\n", "utf-8")
