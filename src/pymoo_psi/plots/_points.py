@@ -218,26 +218,28 @@ class Points:
 
     def mark_outside(self, axes: Axes, first: str, second: str) -> None:
         """Draw an arrow at the edge of axes for each design outside."""
-        is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
-        x, y = self.columns[first], self.columns[second]
-        sides: list[Any] = []
-        for column in (x, y):
-            low, high = column.ends
-            sides += [column.places < low, column.places > high]
-        for marker, rows in zip("<>v^", sides, strict=True):
-            rows = rows & is_drawn
+        x = self.columns[first]
+        y = self.columns[second]
+        sides = {
+            "<": x.places < x.ends[0],
+            ">": x.places > x.ends[1],
+            "v": y.places < y.ends[0],
+            "^": y.places > y.ends[1],
+        }
+        for marker, rows in sides.items():
+            rows = rows & self.outside
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
                 up = np.clip(y.places[rows], *y.ends)
-                label = f"{counted(self.n_outside, 'design')} outside the axes"
+                label = f"{counted(self.outside.sum(), 'design')} outside the axes"
                 axes.plot(across, up, marker, label=label, **_OUTSIDE)
 
     @property
-    def n_outside(self) -> int:
-        """How many designs are outside the ends of a column."""
+    def outside(self) -> Mask:
+        """``(n,)`` which designs of the groups are outside the ends of a column."""
         is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
         is_visible = np.all([column.visible for column in self.columns.values()], axis=0)
-        return int(np.sum(is_drawn & ~is_visible))
+        return np.asarray(is_drawn & ~is_visible)
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write names beside designs, or places for want of room; the first one in the accent."""
@@ -257,8 +259,8 @@ class Points:
             text += ", none of them dominated"
         elif groups:
             text += f": {groups}"
-        if self.n_outside:
-            text += f". {counted(self.n_outside, 'design')} outside the axes"
+        if self.outside.any():
+            text += f". {counted(self.outside.sum(), 'design')} outside the axes"
         for row in list(self.named)[:1]:
             text += f". The blue dot is {table.names[row]}"
         limits = written_limits(table.limits, table.schema.units)
