@@ -191,15 +191,15 @@ def plot_table(
                 label = with_unit(bars.variable, schema[bars.variable].unit)
                 if ax.get_xscale() == "log":
                     label += ", log"
-            name_axis(ax, "x", label, bars.values)
+            figure.fit(name_axis, ax, "x", label, bars.values)
             if rows and not bars.values:  # options have an interval each, and are aligned
                 ax.set_xlim(points.columns[bars.variable].ends)
         for ax in axes[:n:n_columns]:
-            name_axis(ax, "y", "share [%]")
+            figure.fit(name_axis, ax, "y", "share [%]")
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
-            figure.fitted += ((ax.label_outer,),)
-        add_key(figure, axes)
+            figure.fit(ax.label_outer)
+        figure.fit(add_key, figure, axes)
         figure.is_divisible = not rows
         sentences = ["Histograms: the share of each group in each interval."]
         if rows:
@@ -315,9 +315,11 @@ def plot_objectives(
         if len(pairs) < n_pairs:
             heading = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most"
             sentence = f"{heading}."
-        add_key(figure, axes, heading)
-        add_list(figure, [texts[0] for texts in points.named.values() if len(texts) > 1])
-        stack_pairs(figure, [first for first, _ in pairs])
+        figure.fit(add_key, figure, axes, heading)
+        figure.fit(
+            add_list, figure, [texts[0] for texts in points.named.values() if len(texts) > 1]
+        )
+        figure.fit(stack_pairs, figure, [first for first, _ in pairs])
         figure.describe(title, sentence, points.counts(table))
     figure.resize(width)
     return figure
@@ -425,7 +427,7 @@ def plot_ranking(
         if is_log:
             ax.plot([], [], "|", label="log: drawn by logarithm, ranked by value", **_TICK)
         if is_log or not is_near.all():
-            add_key(figure, [ax])
+            figure.fit(add_key, figure, [ax])
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
         ax.set(xlim=(min(0.0, places[front].min()), 1))
         ax.axis("off")
@@ -748,8 +750,8 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
             # The same axis for all variables, so that slopes can be compared.
             ax.sharey(firsts.setdefault(column, ax))
             options = _draw_section(ax, line)
-            name_axis(ax, "x", with_unit(variable, units.get(variable, "")), options)
-            name_axis(ax, "y", with_unit(column, units.get(column, "")))
+            figure.fit(name_axis, ax, "x", with_unit(variable, units.get(variable, "")), options)
+            figure.fit(name_axis, ax, "y", with_unit(column, units.get(column, "")))
         figure.describe(
             title,
             "Sections through a design (dashed): what surrogates of the tests expect where one "

@@ -232,7 +232,7 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
                 Points(columns, groups).draw(ax, first, second)
                 ax.xaxis.set_label_text(_LABELS[first])
                 ax.yaxis.set_label_text(_LABELS[second])
-        add_key(figure, axes[:1])
+        figure.fit(add_key, figure, axes[:1])
         points = counted(len(ranked), "point")
         add_letters(figure)
         figure.describe(

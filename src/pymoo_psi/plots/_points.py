@@ -131,7 +131,8 @@ class Column:
                 draw_line(limit, color="0.4", ls="--", lw=0.8, zorder=1.5)
                 if self.ends[0] < limit < self.ends[1]:
                     self._name_limit(axes, letter, limit)
-        name_axis(axes, letter, self.label, self.options, self.sign)
+        figure: Any = axes.figure
+        figure.fit(name_axis, axes, letter, self.label, self.options, self.sign)
 
     def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
         """Write the value of a limit at its line: above the axes, or on the line.

@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO, StringIO
 from itertools import cycle, product
@@ -163,7 +163,7 @@ class Drawing(Figure):
     Attributes:
         caption: Description of the figure in plain text.
         placed: Functions that place names when the figure is drawn, each with its arguments.
-        fitted: Functions of what follows from the width, each with its arguments.
+        fitted: Functions of what follows from the width, each with its arguments; see :meth:`fit`.
         is_divisible: Whether its panels can be arranged in fewer columns.
     """
 
@@ -188,6 +188,11 @@ class Drawing(Figure):
             parts.insert(0, f"{title}.")
         self.caption = " ".join(filter(None, parts))
 
+    def fit(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function of what follows from the width, now and in any other width."""
+        self.fitted += ((function, *arguments),)
+        function(*arguments)
+
     def resize(self, width: float) -> None:
         """Set the width in mm; texts keep their size.
 
@@ -206,12 +211,9 @@ class Drawing(Figure):
                     ax.tick_params(labelleft=True)
             size[1] *= _LOWER * grid.nrows / before.nrows
         self.set_size_inches(width / 25.4, size[1])
-        fitted = self.fitted
-        self.fitted = ()
         with rc_context(_SETTINGS):
-            for fit, *arguments in fitted:
-                fit(*arguments)
-        self.fitted = fitted
+            for function, *arguments in self.fitted:
+                function(*arguments)
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         picture = BytesIO()
@@ -282,7 +284,6 @@ def stack_pairs(figure: Drawing, names: Sequence[str]) -> None:
         figure: The figure.
         names: The axis across of each panel.
     """
-    figure.fitted += ((stack_pairs, figure, names),)  # again in another width
     grid: Any = figure.axes[0].get_gridspec()
     is_shared = list(names) == list(names[: grid.ncols]) * grid.nrows
     n_axes = grid.nrows
@@ -320,7 +321,6 @@ def name_axis(
     """
     axis: Any = getattr(axes, f"{letter}axis")
     figure: Any = axes.figure
-    figure.fitted += ((name_axis, axes, letter, label, options, sign),)  # again in another width
     grid: Any = axes.get_gridspec()
     width = figure.get_figwidth() * 72 / grid.ncols
     room = width - _TICKS_WIDTH
@@ -415,7 +415,6 @@ def add_key(figure: Drawing, axes: Sequence[Axes], heading: str = "") -> None:
 
     Of the same label there is one mark of each kind, one over the other.
     """
-    figure.fitted += ((add_key, figure, axes, heading),)  # again in another width
     marks: dict[str, dict[type, Any]] = {}
     for ax in axes:
         for mark, label in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -428,7 +427,6 @@ def add_key(figure: Drawing, axes: Sequence[Axes], heading: str = "") -> None:
 
 def add_list(figure: Drawing, names: Sequence[str]) -> None:
     """Write names in columns below all axes, after the key above them."""
-    figure.fitted += ((add_list, figure, names),)  # again in another width
     handles = [Line2D([], [], linestyle="none") for _ in names]
     _add_legend(figure, handles, names, loc="outside lower left", handlelength=0, handletextpad=0)
 
