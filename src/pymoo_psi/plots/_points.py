@@ -315,20 +315,21 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         names: Names of the columns.
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
-    rows = list(marked)
-    places: dict[int, str] = {}
     word = "marked"
+    named = {row: [literal(table.names[row], _LETTERS)] for row in marked}
     if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
-        best = ranking.rows[ranking.by_place[: ranking.pareto.sum()]].tolist()
-        rows = rows or best[:1]
-        if rows[0] in ranking.rows[ranking.salukvadze]:
+        front = ranking.by_place[: ranking.pareto.sum()]
+        is_few = len(front) <= NAMED
+        for ranked, row in zip(front, ranking.rows[front].tolist(), strict=True):
+            if is_few or not named:
+                named[row] = [literal(table.names[row], _LETTERS)]
+            if is_few:
+                place = str(ranking.place[ranked])
+                named[row] = [f"{place}. {named[row][0]}", place]
+        if next(iter(named)) in ranking.rows[ranking.salukvadze]:
             word = "proposed"
-        if len(best) <= NAMED:
-            rows += best
-            front = ranking.by_place[: len(best)]
-            places = dict(zip(best, ranking.place[front].astype(str), strict=True))
-    columns = {name: _column(table, name, rows[:1]) for name in names}
+    columns = {name: _column(table, name, list(named)[:1]) for name in names}
     feasible = table.feasible()
     pareto = table.pareto()
     beyond = within_limits(table).replace(" within", "beyond")
@@ -337,11 +338,6 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         DOMINATED: (_DOMINATED, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    named = {}
-    for row in rows:
-        named[row] = [literal(table.names[row], _LETTERS)]
-        if row in places:
-            named[row] = [f"{places[row]}. {named[row][0]}", places[row]]
     return Points(columns, groups, named, word)
 
 
