@@ -10,7 +10,7 @@ let room = new Int32Array(0) // to pick into, as fresh memory costs more than th
 function picked(rows, accepts) {
   if (room.length < rows.length) room = new Int32Array(rows.length)
   let count = 0
-  for (let k = 0; k < rows.length; k++) if (accepts(rows[k])) room[count++] = rows[k]
+  for (const row of rows) if (accepts(row)) room[count++] = row
   return room.slice(0, count)
 }
 
@@ -20,6 +20,7 @@ function gathered(values, rows, result = new Float64Array(rows.length)) {
   return result
 }
 
+const unique = (items) => [...new Set(items)]
 function joined(...lists) {
   const result = new Int32Array(sum(lists.map((list) => list.length)))
   lists.reduce((at, list) => { result.set(list, at); return at + list.length }, 0)
@@ -28,7 +29,7 @@ function joined(...lists) {
 
 function sum(array) {
   let total = 0
-  for (let k = 0; k < array.length; k++) total += array[k]
+  for (const value of array) total += value
   return total
 }
 // The least of numbers (sign 1) or the greatest (-1), of all or of some rows; a loop, as reduce takes

@@ -138,7 +138,7 @@ function picture(section) {
     if (width) drawShape(g, one.look, left + width / 2, top + width / 2)
   }
   const draw = (element, text, {left, top, bottom}) => {
-    if (!element.checkVisibility({visibilityProperty: true}) || element.closest("option, .unseen, .other:not(.on)")) return
+    if (!element.checkVisibility({visibilityProperty: true})) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
     Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle"})
     g.fillText(text, left, (top + bottom) / 2)

@@ -11,7 +11,7 @@ function markDesigns() {
   if (ranking.count) marks.push({row: proposedRow(), look: "proposed"})
   if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
   if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
-  marked = marks.map(({row}) => row)
+  marked = rowsOf(marks)
   shownRows = state.dominated ? ranking.rows : ranking.front
   scales = new Map()
 }

@@ -71,7 +71,7 @@ function showShares() {
   const ends = (sign) => rows.map((row) => endOf(all.map(({shares}) => shares.get(row)), sign))
   const [least, most] = [ends(1), ends(-1)]
   const [common] = bySize(least)
-  const shown = [...new Set([common, ...bySize(most).slice(0, 5)])].map((k) => rows[k])
+  const shown = unique([common, ...bySize(most).slice(0, 5)]).map((k) => rows[k])
   renew("shares-table",
     make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
     make("tbody", shown.map((row) => make("tr", head("row", inspectButton(row)),

@@ -23,6 +23,8 @@ function decode(payload) {
     ...payload,
     columns,
     objectives: columns.filter(isObjective),
+    numeric: columns.filter(({texts}) => !texts),
+    textual: columns.filter(({texts}) => texts),
     by: new Map(), // a Map, as any name is one of its keys, also __proto__
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
     points: payload.points.map((text) => new Uint16Array(bytesOf(text))), // of the LPτ sequence, times 1024, by dimension
@@ -80,6 +82,10 @@ function addDesigns(more) {
   return data
 }
 
+const namesOf = (list) => list.map(({name}) => name)
+const rowsOf = (list) => list.map(({row}) => row)
+const columnOf = (name) => data.by.get(name)
+const called = (row) => data.names[row]
 const rowOf = (name) => data.rowOf.get(name) ?? -1
 const isObjective = ({role}) => role === "objective"
 // Ranges in which distances are measured whatever the limits, by name, in increasing order: those

@@ -28,7 +28,7 @@ const only = (fits) => (value) => (fits(value) ? value : undefined)
 // Different items.
 const listOf = (read) => (list, lose) => {
   if (!Array.isArray(list)) return undefined
-  const items = [...new Set(list)].map((item) => read(item, lose))
+  const items = unique(list).map((item) => read(item, lose))
   if (items.includes(undefined)) lose()
   return items.filter((item) => item !== undefined)
 }
@@ -37,7 +37,7 @@ const byColumn = (read) => (object, lose) => {
   if (!isObject(object)) return undefined
   const values = byName()
   for (const [name, entry] of entriesOf(object)) {
-    const value = isColumn(name) ? read(entry, lose, data.by.get(name)) : undefined
+    const value = isColumn(name) ? read(entry, lose, columnOf(name)) : undefined
     if (value === undefined) lose()
     else values[name] = value
   }
@@ -80,7 +80,7 @@ const STATE = {
   rows: [columnsIn, []],
   hidden: [columnsIn, []],
   turned: [columnsIn, []],
-  plot: [listOf(only((name) => data.by.get(name)?.texts === null)), []], // across and up
+  plot: [listOf(only((name) => columnOf(name)?.texts === null)), []], // across and up
   pins: [listOf(only(isDesign)), []],
   chosen: [only(isDesign), null],
   sorted: [only((name) => name === data.label || isColumn(name)), null], // by a column or the label; null: by place
@@ -179,7 +179,7 @@ function stateOf({limits, chosen, reason, ranges, positions, decided, page: {val
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])
   if (changes.length) {
-    remarks.unshift(`${capital(state.chosen)} has changed since then in ${listed(changes.map(({name}) => name))}.`)
+    remarks.unshift(`${capital(state.chosen)} has changed since then in ${listed(namesOf(changes))}.`)
   }
   return {state, remarks}
 }
@@ -199,7 +199,7 @@ function separation(ranking, positions) {
 // The design whose greatest cost to somebody is least, and by ties the one whose costs add up to least.
 function regretText({front, frame}, held) {
   // In an objective in which all designs left are equal, the range is that of these and the choices.
-  const {lengths: ofAll} = frameOf(data.F, joined(front, held.map(({row}) => row)), true)
+  const {lengths: ofAll} = frameOf(data.F, joined(front, rowsOf(held)), true)
   const lengths = frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
   const lossesOf = (i, {weights, row}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
@@ -213,7 +213,7 @@ function regretText({front, frame}, held) {
     return {row, losses, greatest, keys: [round(greatest / TIE), round(sum(regrets) / TIE)]}
   })
   const [{row, losses, greatest}, next] = costs.sort((a, b) => a.keys[0] - b.keys[0] || a.keys[1] - b.keys[1])
-  const design = data.names[row]
+  const design = called(row)
   if (greatest < TIE) return sentence("no regret", {design})
   const isGreatest = (loss) => loss >= greatest - TIE // also of a greatest so large that this is itself
   const who = losses.findIndex((list) => list.some(isGreatest))

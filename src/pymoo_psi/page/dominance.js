@@ -10,8 +10,7 @@ function frontOf(mask, rows) {
   let more = 0
   if (last) for (let i = 0; i < data.n; i++) more += added[i] = mask[i] & ~last.mask[i]
   const front = new Uint8Array(data.n)
-  for (let k = 0; k < rows.length; k++) {
-    const i = rows[k]
+  for (const i of rows) {
     if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
       const stays = last?.front[i]
       dominator[i] = stays && !more ? -1 : dominatorAmong(i, stays ? added : mask)

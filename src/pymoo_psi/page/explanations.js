@@ -60,7 +60,7 @@ const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
 function against(ranking, key, row, other, parts = {}) {
-  const [design, name] = [data.names[row], data.names[other]]
+  const [design, name] = [called(row), called(other)]
   return sentence(key, {design, other: name, difference: differenceText(ranking, row, other), ...parts})
 }
 
@@ -94,8 +94,8 @@ function behindOf({frame: {low, lengths}}, row) {
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(ranking, row) {
-  const {front, frame: {low, lengths}} = ranking
-  const {objectives, F} = data
+  const {front, frame: {lengths}} = ranking
+  const {F} = data
   const own = F.map((column) => column[row])
   const {shares} = behindOf(ranking, row)
   const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
@@ -132,7 +132,7 @@ function explain(ranking, row) {
   const steps = new Set(bySize(shares).map((j) => neighbours[j]).filter((i) => i >= 0))
   return {
     row,
-    objectives: objectives.map(({maximize}, j) => ({best: maximize ? -low[j] : low[j], share: shares[j]})),
+    shares,
     steps: [...steps].map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
     costs: costsOf(ranking, behindOf(ranking, row)),
   }
@@ -161,7 +161,7 @@ function costsOf(ranking, {behind, places}) {
 function meritOf({front, frame: {low, high}}, row) {
   if (front.length === 1) return sentence("only")
   const best = data.objectives.filter((_, j) => low[j] < high[j] && data.F[j][row] === low[j])
-  return best.length ? sentence("best", {objectives: listed(best.map(({name}) => name))}) : sentence("nearest")
+  return best.length ? sentence("best", {objectives: listed(namesOf(best))}) : sentence("nearest")
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;

@@ -7,7 +7,7 @@ function limited(state) {
   const {n, total} = data
   const rejected = new Map()
   for (const [name, limit] of entriesOf(state.limits)) {
-    const {values, texts} = data.by.get(name)
+    const {values, texts} = columnOf(name)
     const out = new Uint8Array(n)
     rejected.set(name, out)
     if (texts) {
@@ -42,7 +42,7 @@ const limitText = ({name, unit}, end, value) =>
 const MOST_STEPS = 200
 function* switches(state, now) {
   const changes = []
-  for (const column of data.columns.filter(({texts}) => !texts)) {
+  for (const column of data.numeric) {
     const pair = entryOf(state.limits, column.name) ?? [null, null]
     for (const end of [0, 1]) {
       const isSet = pair[end] !== null
@@ -87,7 +87,7 @@ function stepsOf(now, {column: {values}, end, looser, isWorse, mask, present}) {
   let rows = picked(data.designs, (i) => mask[i])
   if (isWorse) rows = looser ? ranked(mask).front : now.front // it rejects no other design without those that it dominates
   const isBeyond = (value, limit) => (end ? value > limit : value < limit)
-  const steps = [...new Set(gathered(values, rows).sort())].filter((value) => value === value && (!looser || isBeyond(value, present)))
+  const steps = unique(gathered(values, rows).sort()).filter((value) => value === value && (!looser || isBeyond(value, present)))
   if (looser !== (end === 1)) steps.reverse()
   return {rows, steps, lets: (row, step) => (looser ? !isBeyond(values[row], steps[step]) : isBeyond(steps[step], values[row]))}
 }
@@ -111,7 +111,7 @@ function changesOf(found) {
   const best = changes.filter(({isBest}) => isBest)
   const others = changes.filter(({isBest}) => !isBest)
   if (!best.length) return others
-  const objectives = withArticle(listed(best.map(({name}) => name), "or"))
+  const objectives = withArticle(listed(namesOf(best), "or"))
   return [...others, {...best[0], condition: sentence("better", {objectives}), next: null, isExact: true}]
 }
-const outcomeOf = ({row}) => row < 0 ? sentence("none") : sentence("other", {design: data.names[row]})
+const outcomeOf = ({row}) => row < 0 ? sentence("none") : sentence("other", {design: called(row)})

@@ -1,6 +1,6 @@
 // The connection of a page to the server of a growing study: new designs, progress, steering.
 {
-  const proposed = () => data.names[ranking.best[0]]
+  const proposed = () => called(ranking.best[0])
   // Other tests, or other columns: load the page anew, in the state that it has when the next one arrives.
   const reload = () => {
     isSaved()

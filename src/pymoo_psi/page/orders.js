@@ -7,7 +7,7 @@ function ordered(ranking, state) {
   const {front, rows, pareto} = ranking
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (name !== null) {
-    const values = data.by.get(name)?.values ?? (data.alphabetic ??= alphabetic())
+    const values = columnOf(name)?.values ?? (data.alphabetic ??= alphabetic())
     const sorted = argsort(values, state.dominated ? rows : front)
     const isMissing = (i) => Number.isNaN(values[i]) // these are last
     return joined(data.prototypes, turned(picked(sorted, (i) => !isMissing(i))), picked(sorted, isMissing))
@@ -20,10 +20,9 @@ function ordered(ranking, state) {
 function searched(text, shown) {
   if (!text) return shown
   const fits = (cell) => cell.toLowerCase().includes(text.toLowerCase())
-  const columns = data.columns.filter(({texts}) => texts)
   const exact = [rowOf(text)].filter((row) => row >= 0)
-  return Int32Array.from([...new Set([...exact, ...shown, ...data.names.keys()])].filter((row) =>
-    fits(data.names[row]) || columns.some(({texts, values}) => fits(texts[values[row]]))))
+  return Int32Array.from(unique([...exact, ...shown, ...data.names.keys()]).filter((row) =>
+    fits(called(row)) || data.textual.some(({texts, values}) => fits(texts[values[row]]))))
 }
 
 // The places of the names in the order of a dictionary, in which 9 comes before 10.

@@ -38,7 +38,7 @@ function showPosition(one) {
 // Which limits a choice breaks, why somebody wants it, and what the verdict gives up against it.
 function factsOf(one) {
   const row = rowOf(one.chosen)
-  const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(data.by.get(name), limit))
+  const limits = entriesOf(one.limits).flatMap(([name, limit]) => limitTexts(columnOf(name), limit))
   const broken = broke(row).flatMap((column) => limitTexts(column, limitOf(column)))
   const facts = [one.reason && `“${one.reason}”`, row >= 0 && verdict && given(row), limits.length && `with ${limits.join(", ")}`]
   return [broken.length && make("span.beyond", `beyond the limit: ${listed(broken)}`), make("span.hint", tied(facts.filter(Boolean).join(" · ")))]
@@ -72,7 +72,7 @@ function record() {
 }
 
 function decide() {
-  const names = latest(state.positions).map(({name}) => name)
+  const names = namesOf(latest(state.positions))
   const agrees = boxesOfPositions().map((box) => box.checked)
   change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
 }

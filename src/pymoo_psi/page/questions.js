@@ -38,7 +38,7 @@ class Preferences {
       const distances = this.distances(w, all)
       return distances.indexOf(endOf(distances, 1))
     })
-    this.candidates = [...new Set(nearest)].sort((a, b) => a - b)
+    this.candidates = unique(nearest).sort((a, b) => a - b)
     const step = ceil(front.length / AVERAGED)
     const some = all.filter((i) => i % step === 0)
     this.scales = this.weights.map((_, w) => {

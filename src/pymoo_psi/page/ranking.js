@@ -40,8 +40,7 @@ function frameOf(F, front, normalize, fixed) {
 // The distances of some rows to U, μ1, by row; NaN elsewhere. A value better than a fixed U counts as U.
 function distances(F, {ideal, scale}, rows) {
   const away = new Float64Array(F[0].length).fill(NaN)
-  for (let k = 0; k < rows.length; k++) {
-    const row = rows[k]
+  for (const row of rows) {
     let square = 0
     for (let j = 0; j < F.length; j++) square += max((F[j][row] - ideal[j]) / scale[j], 0) ** 2
     away[row] = sqrt(square)
@@ -55,7 +54,7 @@ function distances(F, {ideal, scale}, rows) {
 //   front, byPlace        the Pareto-optimal rows, and these by place
 //   pareto, place         by row; only Pareto-optimal rows have a place, others have 0
 //   mu1                   the distance to the ideal point by row, of prototypes too
-//   ideal, nadir          in the original direction
+//   ideal, nadir, bestValues  in the original direction; the last are of these rows, whatever the frame
 //   best                  the rows of the Salukvadze optimum, which have place 1
 //   frame                 the points U and N
 function ranked(mask, fixed = null) {
@@ -65,7 +64,7 @@ function ranked(mask, fixed = null) {
   const front = rows.length ? frontOf(mask, rows) : rows
   const frame = frameOf(F, front, data.normalize, fixed)
   const mu1 = distances(F, frame, rows.length ? joined(rows, data.prototypes) : rows)
-  for (let k = 0; k < front.length; k++) pareto[front[k]] = 1
+  for (const row of front) pareto[row] = 1
   const noise = LAST_PLACES * hypot(...frame.sizes)
   const reach = endOf(mu1, 1, front) + noise
   const best = [...picked(front, (row) => mu1[row] <= reach)]
@@ -73,7 +72,7 @@ function ranked(mask, fixed = null) {
   let places // found when they are asked for: sorting takes long, and what decides needs the best only
   const found = () => places ??= placesOf(front, mu1, noise)
   return {mask, rows, count: rows.length, front, pareto, mu1,
-    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, fixed,
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), bestValues: turned(frame.low), best, frame, fixed,
     get byPlace() { return found().byPlace }, get place() { return found().place }}
 }
 

@@ -15,8 +15,8 @@ const betterText = ({maximize}) => (maximize ? "more is better" : "less is bette
 // Objectives as the reader has put them in order, without those that are hidden.
 function objectivesInOrder() {
   const {rows, hidden} = state
-  const names = [...new Set([...rows, ...data.objectives.map(({name}) => name)])]
-  return names.map((name) => data.by.get(name)).filter((column) => isObjective(column) && !hidden.includes(column.name))
+  const names = unique([...rows, ...namesOf(data.objectives)])
+  return names.map((name) => columnOf(name)).filter((column) => isObjective(column) && !hidden.includes(column.name))
 }
 
 // The columns whose axes are shown, in the order of their rows.
@@ -32,7 +32,7 @@ function moveRow(column, to, done = true) {
   const before = objectivesInOrder()
   const after = before.filter((one) => one !== column).toSpliced(max(0, to), 0, column)
   const isMoved = after.some((one, k) => one !== before[k])
-  change(isMoved ? {rows: after.map(({name}) => name)} : {}, done)
+  change(isMoved ? {rows: namesOf(after)} : {}, done)
 }
 
 // A row is moved by its grip, dragged or by keys.
@@ -197,18 +197,18 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   thumbs[0].classList.toggle("above", thumbs[0].value > STEPS / 2)
   renew(log, scale.log ? "log" : "linear", make("span.unseen", ` axis of ${column.name}`))
   const j = data.objectives.indexOf(column)
-  const one = verdict?.objectives[j]
+  const behind = verdict?.shares[j]
+  const isRanked = behind !== undefined
   const error = errorOf(column)
   let value = verdict && cellText(column, verdict.row)
   if (verdict && error) value += ` ± ${valueText(column, error.values[verdict.row])}`
   renew(cells[0], value)
-  const ends = one ? [ranking.nadir[j], one.best] : [scale.low, scale.high] // from left to right
-  ends.forEach((end, k) => renew(cells[k + 1], (one || j < 0) && valueText(column, end)))
+  const ends = isRanked ? [ranking.nadir[j], ranking.bestValues[j]] : [scale.low, scale.high] // from left to right
+  ends.forEach((end, k) => renew(cells[k + 1], (isRanked || j < 0) && valueText(column, end)))
   // Below the axis, on a narrow screen, each stands at its place.
   const [from, to] = ends.map((end) => isTurned(column) ? 1 - share(end) : share(end))
   const half = `minmax(max-content, ${500 * (to - from)}fr)` // less than 1fr in all would leave room
   cells[1].parentElement.style.gridTemplateColumns = `${1000 * from}fr ${half} ${half} ${1000 * (1 - to)}fr`
-  const behind = one && (isWithin(one.share) ? percent(one.share) : "beyond")
-  renew(cells[3], one?.share < 0 ? "–" : behind)
-  fill.style.width = `${one ? min(100, max(0, 100 * one.share)) || 0 : 0}%`
+  renew(cells[3], isRanked && (behind < 0 ? "–" : isWithin(behind) ? percent(behind) : "beyond"))
+  fill.style.width = `${min(100, max(0, 100 * behind)) || 0}%`
 }

@@ -11,9 +11,8 @@ const GAP = 6 // pixels between names
 const AWAY = [5, 17, 29, 43, 59] // from the shape of a point, the first without a line
 const UNPLACED = 9 // more than all faults of a place
 const WIDEST = [0.6, 0.35] // share of the plot that a name may take; with the smaller one it has more lines
-const plottable = data.columns.filter(({texts}) => !texts)
 // The columns across and up.
-const plotColumns = () => data.plot.map((name, k) => data.by.get(state.plot[k] ?? name))
+const plotColumns = () => data.plot.map((name, k) => columnOf(state.plot[k] ?? name))
 
 const scatter = (() => {
   const section = $("scatter-plot")
@@ -32,10 +31,10 @@ const scatter = (() => {
   const area = section.querySelector(".plot")
   const selects = [...section.querySelectorAll("select")] // across, up
   selects.forEach((select, k) => {
-    select.append(...plottable.map((column) => make("option", {value: column.field}, column.label)))
+    select.append(...data.numeric.map((column) => make("option", {value: column.field}, column.label)))
     select.onchange = () => {
       zoom = 1
-      change({plot: plotColumns().map(({name}, j) => j === k ? plottable[select.selectedIndex].name : name)})
+      change({plot: plotColumns().map(({name}, j) => j === k ? data.numeric[select.selectedIndex].name : name)})
     }
   })
   const {size, clean, fit} = layers(area, 2)
@@ -190,12 +189,12 @@ const scatter = (() => {
   function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
-    const wanted = [...marked.toReversed(), ...picked([...holders.keys()], (row) => left.mask[row]), ...verdict?.steps.map(({row}) => row) ?? []]
+    const wanted = [...marked.toReversed(), ...picked([...holders.keys()], (row) => left.mask[row]), ...rowsOf(verdict?.steps ?? [])]
     const further = shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : []
-    let rows = [...new Set([...wanted, ...further])].filter(isInside)
+    let rows = unique([...wanted, ...further]).filter(isInside)
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
-    const points = [...new Set([...rows, ...others])].map((row) => ({row, x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]}))
+    const points = unique([...rows, ...others]).map((row) => ({row, x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]}))
     const isFew = ranking.front.length <= FEW_NAMES
     let taken // by names and their lines
     const faultOf = (place) => {
@@ -209,7 +208,7 @@ const scatter = (() => {
     // The best place of a name with those who want the design, or without them where there is none.
     const nameOf = (row) => {
       g.font = row === verdict?.row ? `650 ${FONT}` : FONT
-      const people = (holders.get(row) ?? []).map(({name}) => name)
+      const people = namesOf(holders.get(row) ?? [])
       let name = {row, fault: UNPLACED}
       const most = wanted.includes(row) ? UNPLACED : isFew ? 2 : 1
       for (const text of new Set([[called(row), ...people].join(" · "), called(row)])) {
@@ -232,7 +231,7 @@ const scatter = (() => {
       }).sort((a, b) => b.fault - a.fault)
       const faults = sum(names.map(({fault}) => fault))
       if (faults < least) [boxes, least] = [names.filter(({tie}) => tie), faults]
-      rows = names.map(({row}) => row)
+      rows = rowsOf(names)
     }
     for (const {row, font, words, x, y, tie} of boxes) {
       g.font = font

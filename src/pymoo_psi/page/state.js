@@ -145,7 +145,6 @@ function focusKept() {
 
 // Designs.
 
-const called = (row) => data.names[row]
 const chosenRow = () => rowOf(state.chosen)
 const proposedRow = () => ranking.best[0] ?? -1
 const isPinned = (row) => state.pins.includes(called(row))
@@ -212,9 +211,9 @@ function within() {
   return set ? ` within the limit${set > 1 ? "s" : ""}` : ""
 }
 // The limits that a design breaks.
-const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [data.by.get(name)] : []))
+const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [columnOf(name)] : []))
 
-const errorOf = ({name}) => data.by.get(`${name} standard error`)
+const errorOf = ({name}) => columnOf(`${name} standard error`)
 const isLog = (column) => Boolean(column.log) !== state.turned.includes(column.name)
 
 // The ends of the axis of a column: of all designs but outliers, and of what is marked.

@@ -18,7 +18,7 @@ function showVerdict() {
   const clear = isChosen && button("Clear choice", () => choose(chosen))
   if (verdict) {
     const {row, remarks} = verdict
-    const beyond = broke(row).map(({name}) => name)
+    const beyond = namesOf(broke(row))
     renew("verdict-title", `${upper(roleOf(row))}: `, make("em", called(row)))
     renew("verdict-words",
       make("p.lead", tied(leadText(verdict))),
@@ -57,24 +57,24 @@ function showCounts() {
 // The limits at which another design is proposed, where they are known.
 let changes = []
 const changeTo = (row) => changes.find((change) => change.row === row && !change.looser)
-// The limit in words, which sets it.
-function conditionButton({name, end, next, condition}, text) {
-  const column = data.by.get(name)
+// A sentence on a limit, which sets it.
+function limitButton({name, end, next, isExact}, sentence) {
+  const column = columnOf(name)
+  const text = `${tied(sentence)}${isExact ? "" : " (of values tried)"}. `
   return next === null ? text : make("button.link", {title: "Set this limit", onclick: () => setLimit(column, numericLimit(column).with(end, next))}, text)
 }
-const tried = ({isExact}) => isExact ? "" : " (of values tried)"
 
 function showSteps() {
   const {steps} = verdict ?? {steps: []}
   renew("steps-list", steps.map(({row, better, worse}) => {
     const change = changeTo(row)
     return make("div", make("h3", inspectButton(row), `: ${tied(better)}`),
-      make("p", worse && `But ${tied(worse)}. `, ...change ? ["Proposed ", conditionButton(change, tied(change.condition)), `${tried(change)}.`] : []),
+      make("p", worse && `But ${tied(worse)}. `, change && limitButton(change, `Proposed ${change.condition}`)),
       make("div.buttons", pinButton(row)))
   }))
   const others = changes.filter((change) => change !== changeTo(change.row) || !steps.some(({row}) => row === change.row))
-  const items = others.map((change) => make("li", conditionButton(change, upper(tied(change.condition))),
-    `, ${tied(outcomeOf(change))}${tried(change)}. `, change.row >= 0 && pinButton(change.row)))
+  const items = others.map((change) => make("li", limitButton(change, upper(`${change.condition}, ${outcomeOf(change)}`)),
+    change.row >= 0 && pinButton(change.row)))
   renew("relax-list", verdict && items)
   renew("ways-back", !verdict && items)
 }
@@ -100,7 +100,7 @@ function showSwitches(found) {
 // Comparison: what it holds and against what is comparison()'s.
 function showCompare() {
   const parts = comparison(ranking, state, verdict)
-  const rows = parts.map(({row}) => row)
+  const rows = rowsOf(parts)
   show("compare", rows.length > 1)
   renew("compare-hint", `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
   if (rows.length < 2) return renew("compare-table")
