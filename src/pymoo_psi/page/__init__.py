@@ -16,7 +16,7 @@ Example:
 The file needs no network and no library. Its scripts are files of one subject each, joined by
 Python: first those that rank and explain the designs within the limits and need no document
 (``data.js`` … ``exports.js``), then those that draw and listen (``state.js``, ``rows.js``,
-``scatter.js``, …). The page of a growing study also has ``live.js``, see :mod:`pymoo_psi.server`.
+``scatter.js``, …). ``live.js`` connects the page of a growing study, see :mod:`pymoo_psi.server`.
 """
 
 from pymoo_psi.page._page import DecisionPage, decision_page

@@ -34,6 +34,7 @@ _SCRIPTS = {
     "exports",
     "view": "dom marks scales canvas state charts rows axes scatter verdict choosing positions "
     "preferences table files page",
+    "live": "live",
 }
 # What distances are measured in, by whether they are normalised.
 _SCALES = {
@@ -96,11 +97,9 @@ class DecisionPage(Document):
             (True, True)
         """
         scripts = {name: _joined(parts) for name, parts in _SCRIPTS.items()}
-        source = "'none'"
-        scripts["live"] = ""
-        if live is not None:
-            scripts["live"] = _asset("live.js")
-            source = "'self'"
+        source = "'self'"
+        if live is None:
+            source = "'none'"
         style = fonts() + _asset("page.css")
         content = payload(
             self.title,

@@ -96,7 +96,6 @@ def payload(
         "names": names,
         "n": len(table),
         "columns": columns,
-        "plot": _plotted(columns),
         "optimal": _base64(optimal.view(np.uint8)),
         "export": _export(table, columns),
     }
@@ -229,12 +228,6 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
             column |= _packed_numbers(values, optimal, formats[name], log=is_log)
         columns.append(column)
     return columns
-
-
-def _plotted(columns: Sequence[Values]) -> list[str]:
-    """Return the names of the columns of the scatter plot: the first two with numbers."""
-    names = [column["name"] for column in columns if column["texts"] is None]
-    return [names[0], names[min(1, len(names) - 1)]]
 
 
 def number_formats(table: TestTable, *others: TestTable) -> dict[str, NumberFormat]:

@@ -6,11 +6,11 @@ const MOST_PINS = 5
 // UTC; NaN of what is no date. DATE is the text of _DATE there.
 const DATE = /^(?!0000)\d{4}-\d\d-\d\d([T ](?:[01]\d|2[0-3]):[0-5]\d(?::[0-5]\d(?:\.\d+)?)?(Z|[+-](?:[01]\d|2[0-3]):[0-5]\d)?)?$/
 function timeOf(date) {
-  const [, time, offset] = DATE.exec(date) ?? []
+  const match = DATE.exec(date)
   const day = date.slice(0, 10)
-  if (!new Date(day).toJSON()?.startsWith(day)) return NaN // a 30 February is 2 March, or none
-  if (!time) return DATE.test(date) ? Date.parse(date) : NaN
-  return Date.parse(date.replace(" ", "T") + (offset ? "" : "Z"))
+  if (!match || !new Date(day).toJSON()?.startsWith(day)) return NaN // a 30 February is 2 March, or none
+  const [, time, offset] = match
+  return Date.parse(date.replace(" ", "T") + (time && !offset ? "Z" : ""))
 }
 
 // How untrusted input, a file, is read: a reader returns a value as the page has it, or undefined where it does
@@ -202,9 +202,8 @@ function regretText({front, frame}, held) {
   const {lengths: ofAll} = frameOf(data.F, joined(front, rowsOf(held)), true)
   const lengths = frame.lengths.map((length, j) => length === Infinity ? ofAll[j] : length)
   const lossesOf = (i, {weights, row}) => {
-    const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
-    const most = max(...given) || 1
-    return data.F.map((column, j) => given[j] / most * (column[i] - column[row]) / lengths[j])
+    const ratios = ratiosOf(weights)
+    return data.F.map((column, j) => ratios[j] * (column[i] - column[row]) / lengths[j])
   }
   const costs = [...front].map((row) => {
     const losses = held.map((one) => lossesOf(row, one))

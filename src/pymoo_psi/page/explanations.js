@@ -168,20 +168,16 @@ function meritOf({front, frame: {low, high}}, row) {
 // null if nothing is left and none is chosen.
 //   merit      why it is proposed, and, in a sentence, that others are as near
 //   instead    it against what is proposed; "" where they are one
-//   remarks    what a reader must know of it
+//   remark     what limits have changed, if they have
 function verdictOn(ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
   const first = (ranking.fixed ? data.wholeFixed : data.whole).best[0]
-  const remarks = []
-  if (!ranking.best.includes(first)) {
-    remarks.push(against(ranking, ranking.mask[first] ? "moved" : "without limits", first, proposed))
-  }
-  const {best} = ranking
+  const {best, mask} = ranking
   return {
     ...explain(ranking, row),
-    remarks,
+    remark: best.includes(first) ? "" : against(ranking, mask[first] ? "moved" : "without limits", first, proposed),
     merit: meritOf(ranking, row),
     ties: best.length > 1 ? sentence("ties", {count: best.length}) : "",
     instead: best.includes(row) ? "" : against(ranking, key, row, proposed),

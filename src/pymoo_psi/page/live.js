@@ -1,5 +1,5 @@
 // The connection of a page to the server of a growing study: new designs, progress, steering.
-{
+if (data.live) {
   const proposed = () => called(ranking.best[0])
   // Other tests, or other columns: load the page anew, in the state that it has when the next one arrives.
   const reload = () => {

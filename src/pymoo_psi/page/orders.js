@@ -34,6 +34,12 @@ function alphabetic() {
   return places
 }
 
+// Weights against the greatest one, 1 unless they are given.
+function ratiosOf(weights) {
+  const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
+  return given.map((weight) => weight / (max(...given) || 1))
+}
+
 // The designs with the least achievement function, max w (f - r) / range, and of these those with the least
 // sum of its terms (selection's ReferencePoint). Without an aspiration an objective is measured from its
 // best value; weights are 1 unless given.
@@ -41,10 +47,8 @@ function preference(ranking, {weights, aspiration}) {
   const {objectives, F} = data
   if (ranking.count === 0) return []
   const {frame, front} = ranking
-  const given = objectives.map(({name}) => entryOf(weights, name) ?? 1)
-  const most = max(...given)
-  const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
-  const w = ratios.map((ratio) => ratio / sum(ratios))
+  const ratios = ratiosOf(weights)
+  const w = ratios.map((ratio) => max(...ratios) > 0 ? ratio / sum(ratios) : 1 / ratios.length)
   const point = objectives.map(({name, maximize}, j) => {
     const wish = entryOf(aspiration, name) ?? NaN
     return isNumber(wish) ? (maximize ? -wish : wish) : frame.ideal[j]

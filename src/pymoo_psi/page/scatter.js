@@ -12,7 +12,7 @@ const AWAY = [5, 17, 29, 43, 59] // from the shape of a point, the first without
 const UNPLACED = 9 // more than all faults of a place
 const WIDEST = [0.6, 0.35] // share of the plot that a name may take; with the smaller one it has more lines
 // The columns across and up.
-const plotColumns = () => data.plot.map((name, k) => columnOf(state.plot[k] ?? name))
+const plotColumns = () => [0, 1].map((k) => columnOf(state.plot[k]) ?? data.numeric[k] ?? data.numeric[0])
 
 const scatter = (() => {
   const section = $("scatter-plot")

@@ -17,13 +17,13 @@ function showVerdict() {
   show("cautions", verdict && $("cautions").querySelector(".caution"))
   const clear = isChosen && button("Clear choice", () => choose(chosen))
   if (verdict) {
-    const {row, remarks} = verdict
+    const {row, remark} = verdict
     const beyond = namesOf(broke(row))
     renew("verdict-title", `${upper(roleOf(row))}: `, make("em", called(row)))
     renew("verdict-words",
       make("p.lead", tied(leadText(verdict))),
       beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
-      makeAll("p.caution", remarks))
+      remark && make("p.caution", remark))
     renew("verdict-actions", clear || chooseButton(row), pinButton(row),
       ranking.front.length > 1 && data.points.length && button("Help me choose", openQuestions),
       inspected >= 0 && !isChosen && button("Back", () => inspect(-1), {title: "Esc"}))
