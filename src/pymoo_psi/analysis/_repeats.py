@@ -25,6 +25,7 @@ from pymoo_psi.table import (
     NUMBERS_ROLES,
     OUTPUT,
     PROPOSAL_ROUND,
+    ROW,
     Column,
     Decision,
     Expression,
@@ -86,7 +87,7 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     differing = []
     for name in schema.notes:
         cells = tests.data[name]
-        if unequal(cells, cells[first[design]]).any():
+        if name != ROW and unequal(cells, cells[first[design]]).any():
             differing.append(name)
     schema = schema.without(differing)
     designs = tests.take(first)
@@ -223,7 +224,9 @@ def undeclared_repeats(table: TestTable) -> list[str]:
     if label is not None:
         labelled = table.take(~blank(table.column(label)))
         first_of_label = first_of(labelled.column(label).tolist())
-        if len({*first_of_label.tolist()}) < len(labelled):
+        keys = np.array(labelled.evaluated.keys(labelled.data))
+        are_designs = not len(keys) or (keys == keys[first_of_label]).all()
+        if are_designs and len({*first_of_label.tolist()}) < len(labelled):
             table = labelled
             first = first_of_label
             word = label

@@ -422,8 +422,8 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
-    "Model". So it does before numbers under "test" or "design" that are no numbers of designs.
-    Otherwise a column that numbers the rows does.
+    "Model". So it does before numbers under "test" or "design" that do not increase. Otherwise a
+    column that numbers the rows does.
     """
     best = next(iter(labels), None)
     first = next((name for name in columns if name not in labels), None)
@@ -432,14 +432,15 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     if best is None or _word(best) not in _NAMING:
         return first
     numbers = columns[best].numbers
-    if numbers is not None and not _are_counts(numbers) and first == next(iter(columns)):
+    if numbers is not None and first == next(iter(columns)) and not _are_counts(numbers):
         return first
     return best
 
 
-def _are_counts(numbers: Array) -> bool:
-    """Whether numbers may be those of designs: different whole ones."""
-    return len({*numbers.tolist()}) == len(numbers) and bool((numbers % 1 == 0).all())
+def _are_counts(numbers: Array, *, in_order: bool = True) -> bool:
+    """Whether numbers may be those of designs: different whole ones, which increase or not."""
+    ordered = numbers if in_order else np.sort(numbers)
+    return bool((ordered[1:] > ordered[:-1]).all() and (numbers % 1 == 0).all())
 
 
 def _are_names(column: TextColumn) -> bool:
@@ -544,8 +545,8 @@ def _role(
     if name in needed:
         return OUTPUT, remark
     if name in labels:
-        is_sure = _word(name) in _NAMING or name == next(iter(cells.columns))
-        if numbers is None or (_are_counts(numbers) and (is_sure or _are_consecutive(numbers))):
+        is_first = name == next(iter(cells.columns))
+        if numbers is None or _are_counts(numbers, in_order=not is_first):
             return NOTE, ""
         remedy = "name it in objectives"
         if name == TEST:  # tables have such a column of their own
