@@ -248,12 +248,6 @@ def test_limits_are_read_as_the_numbers_of_a_file(said, tmp_path, text, limits, 
         assert sentence in joined(said(*command, "set.csv", "--limits", limits, code=code))
 
 
-def test_no_design_that_lacks_an_objective_would_be_left(said, tmp_path):
-    (tmp_path / "set.csv").write_text("car,price,power\nA,10,\nB,20,3\nC,30,5\n")
-    words = ["set.csv", "--limits", "price<=5", "--drop-incomplete"]
-    assert "Without the limit on price, 2 are left (price " in joined(said("rank", *words, code=2))
-
-
 def test_lines_to_skip_add_up(said):
     Path("a.csv").write_text("site,cost,area\nA,1,1\nB,2,2\nC,3,3\nD,4,4\n")
     printed = said("rank", "a.csv", "--skip-rows", "3", "--skip-rows", "4,2", "--maximize", "area")
