@@ -5,9 +5,6 @@ import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.text import Text
-from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, explain, rank_of_efficiency
 from pymoo_psi._numbers import number
@@ -133,16 +130,8 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     np.testing.assert_allclose(axes.patches[0].get_data().edges, np.geomspace(1e2, 1e6, 11))
 
 
-def test_figures_take_what_is_ranked_or_read():
-    result = minimize(get_problem("bnh"), NSGA2(pop_size=20), ("n_gen", 4), seed=1)
-    frame = pd.DataFrame(result.F, columns=["f1", "f2"])
-    table = TestTable.of(range(1, len(frame) + 1), result.X, result.F)
-    for plot in (plot_ranking, plot_objectives):
-        expected = [ax.dataLim.bounds for ax in plot(table).axes]
-        for source in (result, result.F, frame):
-            assert [ax.dataLim.bounds for ax in plot(source).axes] == expected
-    assert len(plot_table(result).axes) == len(plot_table(table).axes)
-    assert [ax.get_xlabel() for ax in plot_table(frame).axes] == ["f1", "f2"]  # no variables
+def test_the_figure_of_what_has_no_variables_has_a_column_for_each_objective():
+    assert [ax.get_xlabel() for ax in plot_table(np.eye(2)).axes] == ["f1", "f2"]
 
 
 def test_one_far_value_flattens_no_axis():

@@ -1,20 +1,15 @@
 """Selectors in one pipeline, those of pymoo included, and several at once."""
 
-import warnings
-
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.decomposition.asf import ASF
 from pymoo.decomposition.pbi import PBI
 from pymoo.decomposition.tchebicheff import Tchebicheff
 from pymoo.decomposition.weighted_sum import WeightedSum
-from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
 from pymoo_psi import (
     CompromiseProgramming,
@@ -25,10 +20,6 @@ from pymoo_psi import (
 )
 from pymoo_psi.selection import compare_selectors
 from tests.helpers.refusals import refused
-
-with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
-    warnings.simplefilter("ignore", DeprecationWarning)
-    from pymoo.mcdm.pseudo_weights import PseudoWeights
 
 sets = st.one_of(
     st.tuples(st.integers(1, 20), st.integers(1, 5)).flatmap(
@@ -106,19 +97,6 @@ def test_decompositions_of_pymoo_choose_in_the_scale_said(decomposition, normali
     chosen = compare_selectors(pd.DataFrame(F), selectors, normalize=normalize)
     for name, weights in (("equal", np.ones(3)), ("given", np.array([0.6, 0.3, 0.1]))):
         assert chosen[name].tolist() == [front[decomposition.do(distances, weights).argmin()]]
-
-
-def test_selectors_take_what_is_ranked():
-    result = minimize(get_problem("bnh"), NSGA2(pop_size=40), ("n_gen", 8), seed=1)
-    asked = {
-        "ASF": ASF(),
-        "weights": PseudoWeights(np.array([0.3, 0.7])),
-        "best": SalukvadzeOptimum(),
-    }
-    table = TestTable.of(range(1, len(result.F) + 1), result.X, result.F)
-    expected = compare_selectors(result.F, asked)
-    for source in (result, pd.DataFrame(result.F), table, rank_of_efficiency(result.F)):
-        np.testing.assert_equal(compare_selectors(source, asked), expected)
 
 
 class Fixed:
