@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +46,7 @@ from pymoo_psi.table import (
 if TYPE_CHECKING:
     import pandas as pd
 
+_Result = tuple[int, str, Values]  # see _results_in
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # how many points of the sequence come before proposals of surrogates
 ROUNDED = 1e-3  # relative difference up to which a given value is a rounded one
@@ -114,6 +114,12 @@ class _Laboratory:
         test, proposal = database.assign(run, proposal)
         self.proposals[test] = run, proposal
         return test
+
+    def assign_again(self, database: Database, test: int) -> int:
+        """Ask people for a repeat of a test; return its number."""
+        run, proposal = self.proposals[test]
+        content = proposal.content | {"of": test}
+        return self.assign(database, run, proposal._replace(content=content))
 
     def frame(self, tests: Sequence[int]) -> pd.DataFrame:
         """Return assigned tests as a table to be filled in."""
@@ -300,26 +306,6 @@ def tell_tests(
         return [*sentences, f"{laboratory.left.capitalize()}."]
 
 
-@dataclass
-class _Result:
-    """The result of a test, from a row of a file.
-
-    Attributes:
-        test: The number of the test; of a repeat, as long as it has none, that of its original.
-        place: The place in the file, for messages.
-        values: The variables and the results by name; the results of a failed test are NaN.
-            Outputs that are expressions may be among them. ``reason`` is that of a failure, or "".
-    """
-
-    test: int
-    place: str
-    values: Values
-
-    def texts(self, names: Names) -> list[str]:
-        """Return values by their names as texts, which are compared."""
-        return [_text(self.values[name]) for name in names]
-
-
 def _text(value: Any) -> str:
     """Return a value as a text, a number in the 15 digits that spreadsheets keep."""
     if isinstance(value, str):
@@ -330,7 +316,12 @@ def _text(value: Any) -> str:
 def _results_in(
     cells: Any, columns: Entries, laboratory: _Laboratory, remarks: list[str]
 ) -> Iterator[_Result]:
-    """Yield the rows with all results or the reason of a failure."""
+    """Yield the rows with all results or the reason of a failure.
+
+    Of each: the number of the test; the place in the file, for messages; and the variables and the
+    results by name. Outputs that are expressions may be among these. Results of a failed test are
+    NaN. ``reason`` is that of a failure, or "".
+    """
     kinds = _kinds_of_columns(columns, laboratory, remarks)
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
@@ -354,7 +345,7 @@ def _results_in(
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
         unknown = dict.fromkeys(laboratory.results, np.nan)
-        yield _Result(test, place, unknown | values | {"reason": reason})
+        yield test, place, unknown | values | {"reason": reason}
 
 
 def _values_of_row(
@@ -440,39 +431,41 @@ def _new_results(
     stored: dict[int, dict[int, list[str]]] = defaultdict(dict)  # by the original and own number
     for test in laboratory.proposals:
         if test in laboratory.tests.index:
-            texts = list(map(_text, laboratory.tests.loc[test, names]))
+            texts = [*map(_text, laboratory.tests.loc[test, names])]
             stored[laboratory.original(test)][test] = texts
-    new = []
-    new_of: dict[int, list[_Result]] = defaultdict(list)  # the same, by the original
+    unknown: dict[int, list[_Result]] = defaultdict(list)  # by the original
     for result in results:
-        others = stored[result.test]
-        texts = result.texts(names)
-        known = [other for other in others if others[other] == texts]
-        if known:
-            del others[known[0]]
+        test, _, values = result
+        texts = [_text(values[name]) for name in names]
+        for other, known in stored[test].items():
+            if known == texts:
+                del stored[test][other]
+                break
         else:
-            new_of[result.test].append(result)
-            new.append(result)
-    for test, rows in new_of.items():
+            unknown[test].append(result)
+    new = []
+    for test, rows in unknown.items():
         others = stored[test]
         if len(others) > len(rows):
             rule = f"given with all other results of test {test}"
             received = Received(f"a file without those of tests {', '.join(map(str, others))}")
             remedy = "add a row for each of them; nothing was taken"
-            raise invalid(rows[0].place, rule, received, remedy)
-        for result, other in zip(rows, others, strict=False):
-            changes = _changes(names, result.texts(names), others[other])
+            raise invalid(rows[0][1], rule, received, remedy)
+        for other, (_, place, values) in zip(others, rows, strict=False):
+            changes = _changes(names, values, others[other])
             remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
             database.correct(other, "corrected")
             laboratory.pending.append(other)
-            result.test = other
+            new.append((other, place, values))
+        new += rows[len(others) :]
     return new
 
 
-def _changes(names: Names, texts: Names, former_texts: Names) -> list[str]:
-    """Return the texts of a result that differ from former ones, by their names."""
+def _changes(names: Names, values: Values, former_texts: Names) -> list[str]:
+    """Return the values that differ from former ones, by their names."""
     changes = []
-    for name, text, former in zip(names, texts, former_texts, strict=True):
+    for name, former in zip(names, former_texts, strict=True):
+        text = _text(values[name])
         if text != former and "nan" not in (text, former):  # those of a failed test
             changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
     return changes
@@ -485,25 +478,23 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
     sentences = []
     rows: dict[int, list[Values]] = defaultdict(list)  # by run
     places: dict[int, list[str]] = defaultdict(list)
-    for result in results:
-        test = result.test
-        run, proposal = laboratory.proposals[test]
+    for test, place, values in results:
         title = f"Test {test}"
         if test in laboratory.pending:
             laboratory.pending.remove(test)
+            own = test
         else:  # it has a result already
-            content = proposal.content | {"of": test}
-            again = laboratory.assign(database, run, proposal._replace(content=content))
-            _, proposal = laboratory.proposals[again]
-            title = f"Test {again}, a repeat of {test}"
+            own = laboratory.assign_again(database, test)
+            title = f"Test {own}, a repeat of {test}"
         for name, value in laboratory.design(test).items():
-            if result.values[name] != value:
-                change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
+            if values[name] != value:
+                change = f"{name} = {_text(values[name])} instead of {_text(value)}"
                 sentences.append(f"{title}: {change}; what was tested counts.")
+        run, proposal = laboratory.proposals[own]
         facts = {"origin": proposal.origin, "seconds": np.nan}
         facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
-        rows[run].append(result.values | facts)
-        places[run].append(result.place)
+        rows[run].append(values | facts)
+        places[run].append(place)
     for run in sorted(rows):
         frame = pd.DataFrame(rows[run])
         if not frame[PROPOSAL_ROUND].any():
