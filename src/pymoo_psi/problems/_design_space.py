@@ -10,8 +10,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
+from decimal import Decimal
+from fractions import Fraction
 from itertools import compress
-from numbers import Number
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -543,43 +544,56 @@ def _constants_of(owner: Any, owners: tuple[Any, ...]) -> Values:
         kept = getattr(owner, name, getattr(owner, f"_{name}", default))
         constant = _constant(kept, owners)
         # A default array is no constant: the problem may have changed its values.
-        if constant is not _UNKNOWN and not (_is_of_python(default) and constant == default):
+        is_default = _is_of_python(default) and constant == _constant(default, ())
+        if constant is not _UNKNOWN and not is_default:
             constants[name] = constant
     return constants
 
 
 def _constant(value: Any, owners: tuple[Any, ...]) -> Any:
     """Return a constant of objects as numbers, texts, lists and mappings; or ``_UNKNOWN``."""
-    if isinstance(value, (np.ndarray, np.generic)):
-        value = value.tolist()
-    elif hasattr(value, "to_numpy"):  # of pandas and polars
-        value = value.to_numpy().tolist()
-    if isinstance(value, (Number, date, timedelta, range)) or value is None:
-        return value if _is_of_python(value) else repr(value)
-    if isinstance(value, str):
-        return _UNKNOWN if _PATH.fullmatch(value) else value
-    is_code = isinstance(value, (type, ModuleType)) or inspect.isroutine(value)
-    if is_code or isinstance(value, os.PathLike) or any(value is owner for owner in owners):
+    plain = _plain(value)
+    if plain is _UNKNOWN or plain is None or isinstance(plain, (str, bool, int, float)):
+        return plain
+    if any(value is owner for owner in owners):
         return _UNKNOWN
     owners = (*owners, value)
-    if isinstance(value, (set, frozenset)):
-        value = sorted(value, key=repr)
-    if isinstance(value, (list, tuple)):
-        items = [_constant(item, owners) for item in value]
-        known = [item for item in items if item is not _UNKNOWN]
-        if items and not known:
-            return _UNKNOWN
-        return tuple(known) if isinstance(value, tuple) else known
-    if isinstance(value, SimpleNamespace):
-        value = vars(value)
-    if not isinstance(value, Mapping):
+    if not isinstance(plain, (list, Mapping)):
         return {"class": type(value).__name__} | _constants_of(value, owners)
+    if isinstance(plain, list):
+        items = [_constant(item, owners) for item in plain]
+        known = [item for item in items if item is not _UNKNOWN]
+        return known if known or not plain else _UNKNOWN
     constants = {}
-    for name in sorted(value, key=str):
-        constant = _constant(value[name], owners)
+    for name in sorted(plain, key=str):
+        constant = _constant(plain[name], owners)
         if constant is not _UNKNOWN:
             constants[str(name)] = constant
     return constants
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as one of Python's own types, if it stands for one.
+
+    Code and paths are ``_UNKNOWN``.
+    """
+    if isinstance(value, (type, ModuleType, os.PathLike)) or inspect.isroutine(value):
+        return _UNKNOWN
+    if isinstance(value, str) and _PATH.fullmatch(value):
+        return _UNKNOWN
+    if hasattr(value, "to_numpy"):  # of pandas and polars
+        value = value.to_numpy()
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, (complex, Decimal, Fraction, date, timedelta, range, bytes)):
+        return repr(value)
+    if isinstance(value, (set, frozenset)):
+        return sorted(value, key=repr)
+    if isinstance(value, tuple):
+        return [*value]
+    if isinstance(value, SimpleNamespace):
+        return vars(value)
+    return value
 
 
 def _is_of_python(value: Any) -> bool:
