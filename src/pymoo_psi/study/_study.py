@@ -49,7 +49,6 @@ from pymoo_psi._validation import (
     FilePath,
     Head,
     Integers,
-    Received,
     Values,
     identity_text,
     invalid,
@@ -390,9 +389,6 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
     identities = problem.pop("runs", None) or {"1": identity_of_run(stored_head, sampling)}
     points = np.asarray(columns["test_point"], dtype=np.int64)
     columns = {"test": points, "run": np.ones_like(points)} | columns
-    if len({*zip(columns["run"].tolist(), points.tolist(), strict=True)}) < len(points):
-        rule = "different ones"
-        raise invalid("the runs and test points of a study", rule, Received("some that recur"))
     with created(file, stored_head) as database:
         for number, identity in identities.items():
             run = int(number)
