@@ -141,7 +141,7 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said,
 NAMES = {
     "an objective": ("row,cost,mass\n5,1,4\n3,2,2\n9,3,1\n", "row,cost", {"row": [3, 5, 9]}),
     "a text": ("name,row,cost,mass\nA,upper,1,4\nB,lower,2,2\nC,upper,3,1\n", "cost,mass",
-               {"row": [1, 2, 3], "row (source)": ["upper", "lower", "upper"]}),
+               {"row": ["lower", "upper", "upper"]}),
     "two columns": ("name,mu1,mu1 (source),a,b\nA,1,5,1,2\nB,2,6,2,1\n", "a,b",
                     {"mu1 (source) (source)": [1, 2], "mu1 (source)": [5, 6]}),
     "a town": ("place,cost,mass\nBonn,1,4\nUlm,1.5,2\nBern,3,1\n", "cost,mass",

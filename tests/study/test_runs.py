@@ -1,6 +1,5 @@
 """Several runs in one study: a design is tested once, whichever run asks for it first."""
 
-
 import numpy as np
 import pandas as pd
 import pytest

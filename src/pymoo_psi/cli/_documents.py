@@ -90,7 +90,7 @@ _HTML = (".html", ".htm")
 def write_ranking(table: TestTable, out: Path, only_pareto: bool = False) -> int:
     """Write the feasible designs by place, and return how many there are.
 
-    The columns: ``place``; ``test`` or, of a file, ``row`` unless values have this name; texts
+    The columns: ``place``; ``test`` or, of a file, ``row`` unless a column has this name; texts
     carried along; variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``,
     ``pareto`` unless dominated designs are left out.
 
@@ -105,16 +105,10 @@ def write_ranking(table: TestTable, out: Path, only_pareto: bool = False) -> int
     columns: Values = {}
     if schema.label is None:
         columns[TEST] = designs.numbers
-    elif ROW not in schema.values:
+    elif ROW not in schema.names:
         columns[ROW] = designs.numbers
     for name in (*schema.notes, *schema.variables, *schema.objectives, *schema.outputs):
-        column = _beside_ranking(name, schema)
-        cells = designs.column(name)
-        is_text = name in schema.notes and name != schema.label
-        # Numbers called row are those of an earlier ranking, and are kept.
-        if name == ROW and is_text and not all(str(cell).isdecimal() for cell in cells):
-            column = free_name(name, schema.names, "source")
-        columns[column] = cells
+        columns[_beside_ranking(name, schema)] = designs.column(name)
     frame = ranking_frame(ranking, columns)
     if only_pareto:
         frame = frame[frame["pareto"]].drop(columns="pareto")
