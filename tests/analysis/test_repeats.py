@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, TestTable, read_table
-from pymoo_psi.analysis import average_repeats
+from pymoo_psi.analysis import average_repeats, confidence_sentences
 from pymoo_psi.errors import ArgumentValueError
 from tests.helpers.refusals import refused
 
@@ -167,6 +167,11 @@ def test_two_designs_have_the_probability_of_a_normal_difference():
     )
     assert (frame["best"] == frame["pareto"]).all()  # each is the best in an objective: a tie
     assert (frame["near_best"] == frame["best"]).all()  # a dominated one is not near
+
+
+def test_nothing_is_said_of_the_best_of_designs_that_usually_tie():
+    assert confidence_sentences(known([[0.0, 9.0], [9.0, 0.0]], 1.0), 0) == []
+    assert confidence_sentences(known([[0.0, 9.0], [1.0, 1.0], [9.0, 0.0]], 1.0), 1) != []
 
 
 @pytest.mark.parametrize("n_tests", [2, 5])

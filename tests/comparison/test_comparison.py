@@ -227,6 +227,7 @@ class Noisy(BNH):
         ({"problem": get_problem("sphere")}, "objectives of problem must be at least 2, got 1"),
         ({"problem": Noisy()}, "the problem of a comparison must be one whose tests of a design"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
+        ({"algorithms": {"a": PSI(16, study="a.db")}}, "without a study; compare has folder="),
         ({"algorithms": {"a": NSGA2}}, "a name, an algorithm or a function.*give lambda n: NSGA2"),
         ({"reference_front": [[1, 2, 3]]}, r"reference_front must be of shape \(1, 2\)"),
     ],

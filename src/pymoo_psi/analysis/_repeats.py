@@ -39,6 +39,7 @@ from pymoo_psi.table import (
 )
 
 _VARIABLES = "variables"
+_TIES = 1.5  # the sum of probabilities of being the best from which on several are so together
 _ROUNDED = 1e-13  # the relative rounding error of a mean of equal values
 
 
@@ -242,10 +243,16 @@ def undeclared_repeats(table: TestTable) -> list[str]:
 
 
 def confidence_sentences(table: TestTable, row: int) -> list[str]:
-    """Say how sure it is that a design is the best; nothing if no errors are known."""
+    """Say how sure it is that a design is the best; nothing if no errors are known.
+
+    Nor if several designs usually tie, as two do of which none dominates the other.
+    """
     if not has_errors(table):
         return []
-    chances = table.confidence().iloc[row]
+    frame = table.confidence()
+    if frame["best"].sum() > _TIES:
+        return []
+    chances = frame.iloc[row]
     text = sentence(
         "confidence",
         design=str(chances.name),

@@ -162,6 +162,9 @@ def _run_algorithm(make: Callable[[int], Any], problem: Any, n: int, seed: int) 
     # A copy even if it was made for this run: all instances of SPEA2 share one survival, which
     # would carry the ideal point of one run into the next.
     algorithm = copy.deepcopy(make(n))
+    options = getattr(algorithm, "options", None)
+    if getattr(options, "study", None) is not None:  # it would answer for another run
+        raise invalid("an algorithm", "without a study; compare has folder=", algorithm)
     algorithm.seed = seed
     # The budget ends the run, not the default criteria of NSGA-II and others, which ended long
     # runs before half of their evaluations.

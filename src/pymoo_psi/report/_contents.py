@@ -329,7 +329,7 @@ class Choice:
         if self.ranking.pareto[ranked]:
             return ""
         other = explain(self.ranking, row=ranked).dominated_by
-        return f"dominated by place\N{NO-BREAK SPACE}{self.ranking.place[other]}"
+        return f"dominated by {self.ranking.name_of(other)}"
 
     def properties(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
