@@ -88,6 +88,7 @@ FOR_ONE = {
     "gives minus infinity": (giving(F=[1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
     "forgets F": (giving(F=None), "F is missing"),
     "gives text": (giving(F=["low", "high"]), "F is not an array of numbers.*"),
+    "gives cells": (giving(F=np.array(["1_0", "2"], object)), "F is not an array of numbers.*"),
     "gives masked values": (giving(F=np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
     "gives NaN for a constraint": (giving(G=np.nan), r"G is \[nan\]"),
     "gives an equality too many": (giving(H=[0.0]), r"H has shape \(1,\) instead of \(0,\)"),

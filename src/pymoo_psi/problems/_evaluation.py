@@ -273,6 +273,8 @@ def _floats(name: str, value: Any, shape: tuple[int, ...]) -> Array:
             raise EvaluationError(None, f"{name} is missing")
         return np.zeros(shape)
     raw = np.asarray(value)
+    if raw.dtype.kind == "O":
+        raw = np.array(raw.tolist())
     if raw.dtype.kind not in "fiubO":  # NumPy would drop an imaginary part, count days, read texts
         raise EvaluationError(None, f"{name} is not an array of numbers: it holds {raw.dtype}")
     array = raw.astype(np.float64)

@@ -132,9 +132,11 @@ WAYS = "given as file with one of pattern, key and column, or as expression"
 # Fortran writes 1.5D+03.
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent has three digits
-# What a number has before and after a part of it.
-_BEGINNING = re.compile(r"(?:\d\.?|\d[eEdD][+-]?|(?<![\w)])-)\Z")
-_REST = re.compile(r"\d|[.,]\d|[eEdD][+-]?\d")
+# A number that begins before this place, and one that goes on after it.
+_AFTER_A_BEGINNING = re.compile(
+    r"(?:(?<=\d)|(?<=\d\.)|(?<=[^\w)]-)|(?<=\d[eEdD])|(?<=\d[eEdD][+-]))[\d.]"
+)
+_REST = re.compile(r"(?<=[\d.])\d|(?<=\d)(?:[.,]\d|[eEdD][+-]?\d)")
 _WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eEdD][+-]?\d+)?\s*")
 _SWAPPED = str.maketrans(",.", ".,")
 
@@ -335,9 +337,10 @@ def _require_whole(match: re.Match[str]) -> None:
     """
     start, end = match.span(1)
     text = match.string
-    begins_within = _NUMBER.match(text, start) and _BEGINNING.search(text[:start])
-    ends_within = text[end - 1].isdigit() and end == match.end() and _REST.match(text, end)
-    if begins_within or ends_within:
+    is_part = _AFTER_A_BEGINNING.match(text, start)
+    if end == match.end():
+        is_part = is_part or _REST.match(text, end)
+    if is_part:
         problem = f"{match[1]!r} in {text[max(start - 10, 0) : end + 10]!r} is a part of a number"
         raise ValueError(f"{problem}; the group of the pattern must match all of it")
 
