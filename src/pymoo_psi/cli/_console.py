@@ -130,7 +130,7 @@ def _cell(value: Any) -> str:
 
 def say_ranking(
     table: TestTable,
-    found: Sequence[Caution],
+    cautions: Sequence[Caution],
     head: Names,
     notes: Names,
     following: Names,
@@ -142,54 +142,48 @@ def say_ranking(
 
     Args:
         table: The tests.
-        found: The cautions, of which the most serious one is printed.
+        cautions: The cautions, of which the most serious one is printed.
         head: Lines before the designs.
         notes: Lines after the proposal and the caution, before the next command.
-        following: The next command: its first words, and its options; empty if it comes later.
+        following: The next command: its first words, and its options.
         all_by: The option or command that shows all cautions.
         out: The file that has the designs which are not shown, if any.
     """
-    ranking = table.feasible_ranking()
     columns = text_width()
     above = wrapped(head, columns).splitlines()
-    sentences = proposal(table, found)
-    if found:
-        text = f"Caution: {found[0].sentence}"
-        if len(found) > 1:
-            text += f" ({all_by} shows {len(found) - 1} more.)"
+    sentences = proposal(table, cautions)
+    if cautions:
+        text = f"Caution: {cautions[0].sentence}"
+        if len(cautions) > 1:
+            text += f" ({all_by} shows {len(cautions) - 1} more.)"
         sentences.append(text)
-    below = wrapped([*sentences, *notes], columns).splitlines()
-    if following:
-        below += _next(following, columns)
+    below = wrapped([*sentences, *notes], columns).splitlines() + _next(following, columns)
     lines = _LINES
     if len(table) <= _FEW:
         lines = _LINES_OF_FEW
     # Beside them: two blank lines, the head of the table, its ends, and the count of further rows;
     # units have a line more.
     n_rows = lines - len(above) - len(below) - 6
-    n_rows = min(max(n_rows, _LEAST_ROWS), _MOST_ROWS)
-    if ranking.pareto.sum() == n_rows + 1:  # the row itself takes no more than its count
-        n_rows += 1
-    designs = _table(table, ranking, n_rows, columns, out)
+    designs = _table(table, min(max(n_rows, _LEAST_ROWS), _MOST_ROWS), columns, out)
     print_text("\n".join([*above, "", *designs, "", *below]))
 
 
 # The table
 
 
-def _table(
-    table: TestTable, ranking: EfficiencyRanking, n_rows: int, columns: int, out: Path | None
-) -> list[str]:
+def _table(table: TestTable, n_rows: int, columns: int, out: Path | None) -> list[str]:
     """Return the lines of the table, which fit into a width.
 
     Args:
         table: The tests.
-        ranking: Their ranking.
         n_rows: How many designs are shown.
         columns: The width of the terminal.
         out: The file that has the other designs, if any.
     """
+    ranking = table.feasible_ranking()
     optimal = ranking.by_place[: ranking.pareto.sum()]
+    if len(optimal) == n_rows + 1:  # the row itself takes no more than its count
+        n_rows += 1
     shown = optimal[:n_rows]
     numbers = _numbers_of_objectives(ranking, optimal, n_rows)
     word = (table.schema.label or TEST).replace("_", " ")
@@ -200,15 +194,18 @@ def _table(
     names = [shortened(name, max(room, least)) for name in names]
     places = ["place", "", *map(str, ranking.place[shown]), "", ""]
     rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
-    lines = [_GAP.join(row).rstrip() for row in rows]
-    if not lines[1]:  # no objective has a unit
-        del lines[1]
+    headings, units, *designs, best, worst = [_GAP.join(row).rstrip() for row in rows]
+    lines = [headings]
+    if units:
+        lines.append(units)
+    lines += designs
     n_hidden = len(optimal) - len(shown)
     if n_hidden:
         more = f"{_BESIDE_PLACES}… {n_hidden} more"
         if out is None:
             more += ": --out FILE.csv"
-        lines.insert(-2, more)
+        lines.append(more)
+    lines += [best, worst]
     n_folded = len(numbers) - len(cells)
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
@@ -306,12 +303,12 @@ def shortened(text: str, most: int) -> str:
 # The sentences
 
 
-def proposal(table: TestTable, found: Sequence[Caution]) -> list[str]:
+def proposal(table: TestTable, cautions: Sequence[Caution]) -> list[str]:
     """Return what is proposed, what it costs and, of repeated tests, how sure it is."""
     ranking = table.feasible_ranking()
     why = explain(ranking)
     sentences = [_with_values(why, table)]
-    if why.ties and "tie" not in [caution.kind for caution in found[:1]]:  # which says so
+    if why.ties and "tie" not in [caution.kind for caution in cautions[:1]]:  # which says so
         sentences[0] += f" {why.ties}"
     if ranking.pareto.sum() > 1:
         sentences.append(why.costs)

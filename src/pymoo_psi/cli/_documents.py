@@ -133,21 +133,21 @@ def run_rank(options: Options) -> int:
     if options.out is not None:
         n_written = write_ranking(table, options.out)
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
-    found = cautions_of_distances(table.feasible_ranking())
+    cautions = cautions_of_distances(table.feasible_ranking())
     head = [*table.remarks, counts_sentence(table), *decision_remarks(path, table)]
     head += decision_sentences(table)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
-    if found and found[0].remedy:
-        following = _ranking_by(found[0].remedy, path, table.schema)
+    if cautions and cautions[0].remedy:
+        following = _ranking_by(cautions[0].remedy, path, table.schema)
     if table.decision.positions:
         notes += position_sentences(table)
     if options.long:
-        _say_all(table, found, head, [*notes, *separation])
+        _say_all(table, cautions, head, [*notes, *separation])
         say_next(following)
     else:
         notes += separation[:1]
-        say_ranking(table, found, head, notes, following, all_by="--long", out=options.out)
+        say_ranking(table, cautions, head, notes, following, all_by="--long", out=options.out)
     return 0
 
 
@@ -165,7 +165,7 @@ def _ranking_by(computed: str, path: Path, schema: Schema) -> list[str]:
     return command(*words, "--compute", computed)
 
 
-def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Names) -> None:
+def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: Names) -> None:
     """Print the best designs with all columns, and on what the proposal depends."""
     columns = text_width()
     print_text(wrapped(head, columns))
@@ -178,8 +178,8 @@ def _say_all(table: TestTable, found: Sequence[Caution], head: Names, notes: Nam
     if steps:
         steps.insert(0, "One step away:")
     sentences = [
-        *proposal(table, found),
-        *(f"Caution: {caution}" for caution in found),
+        *proposal(table, cautions),
+        *(f"Caution: {caution}" for caution in cautions),
         *steps,
         weights_sentence(ranking, why.row),
         *switching_sentences(table),

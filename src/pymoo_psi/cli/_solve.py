@@ -350,32 +350,24 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     notes = _reasons(result.tests)
     if options.out is not None:
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
-    source = str(options.study or options.out or "FILE.db")
+    study = str(options.study or "FILE.db")
+    source = [study, *typed_options(OF_FORMULATION)]
+    following = command("pymoo-psi", "page", *source)
+    if options.out is not None and options.study is None:
+        source = [str(options.out)]  # which has the formulation
+        following = command("pymoo-psi", "page", *source)
+    elif options.study is None:
+        first, *others = command("pymoo-psi", *click.get_current_context().obj, "--study", study)
+        following = [f"keep every test by {first}", *others]
     say_ranking(
         table,
         cautions_of_distances(ranking),
         head,
         notes,
-        _next_command(options, source),
-        all_by=" ".join(command("pymoo-psi", "rank", source, "--long")),
+        following,
+        all_by=" ".join(command("pymoo-psi", "rank", *source, "--long")),
         out=options.out,
     )
-
-
-def _next_command(options: Options, source: str) -> list[str]:
-    """Return the command that shows what was written, or that keeps the tests.
-
-    Args:
-        options: The options.
-        source: The file that has the tests, or a name for one.
-    """
-    if options.study is not None:
-        return command("pymoo-psi", "page", source, *typed_options(OF_FORMULATION))
-    if options.out is not None:
-        return command("pymoo-psi", "page", source)
-    typed = click.get_current_context().obj
-    first, *others = command("pymoo-psi", *typed, "--study", source)
-    return [f"keep every test by {first}", *others]
 
 
 def _added(result: Result, former: Result) -> str:
