@@ -10,7 +10,8 @@ const INSET = 9 // of an axis, as large as a mark
 const axes = (() => {
   const plot = make("div.plot")
   $("rows-area").append(plot)
-  let heights = [] // of the axes, top down
+  let shown = [] // the axes, top down
+  let heights = []
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
   const {size, clean, fit} = layers(plot, 3)
@@ -18,19 +19,19 @@ const axes = (() => {
 
   // Where the axes are; asking for it makes the browser lay out the page.
   function measure() {
-    columnsShown = shownColumns()
-    if (!columnsShown.length) return
+    shown = [...document.querySelectorAll(".axis")].filter((axis) => axis.checkVisibility())
+    if (!shown.length) return
     // The axes below are as wide as those of objectives.
     $("further").style.setProperty("--columns", getComputedStyle($("objectives")).gridTemplateColumns)
     const area = $("rows-area").getBoundingClientRect()
-    const boxes = columnsShown.map((column) => controls.get(column).axis.getBoundingClientRect())
+    const boxes = shown.map((axis) => axis.getBoundingClientRect())
     heights = boxes.map((box) => round((box.top + box.bottom) / 2 - area.top)) // so that lines are equally sharp
     Object.assign(plot.style, {left: `${boxes[0].left - area.left}px`, width: `${boxes[0].width}px`, height: `${area.height}px`})
     fit()
   }
 
   function lay() {
-    lanes = columnsShown.map((column, j) => (
+    lanes = shown.map(({column}, j) => (
       {column, y: heights[j], values: column.values, x: placing(scaleOf(column), ...endsOf(column))}))
     // Rows that stand one above the other at a distance, on a narrow screen, have no lines.
     gaps = lanes.slice(1).map((lane, j) => [lanes[j], lane]).filter(([upper, lower]) => lower.y - upper.y < 80)
@@ -151,7 +152,7 @@ const axes = (() => {
 
   function draw(all) {
     if (all) measure()
-    if (!size.width || !columnsShown.length) return void (clean(0), clean(1))
+    if (!size.width || !shown.length) return void (clean(0), clean(1))
     lay()
     if (all) drawAxes()
     drawLeft()
@@ -175,8 +176,8 @@ const axes = (() => {
     })
   }
 
-  for (const {column, axis} of controls.values()) if (axis) {
-    listenTo(axis, (x, y) => rowAt(x, y + heights[columnsShown.indexOf(column)] - axis.clientHeight / 2))
+  for (const axis of document.querySelectorAll(".axis")) {
+    listenTo(axis, (x, y) => rowAt(x, y + heights[shown.indexOf(axis)] - axis.clientHeight / 2))
   }
   whenResized($("rows-area"), () => draw(true))
   return {draw, mark}

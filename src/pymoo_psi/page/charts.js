@@ -1,6 +1,5 @@
 // What all charts show: which designs, in which colours, and what is marked.
 
-let columnsShown = [] // the columns of the axes, top down
 let shownRows = [] // the designs that charts show
 let marks = [] // {row, look} of those that are drawn large above all
 let hoveredRow = -1

@@ -29,13 +29,14 @@ function answer(relation, first = 0) {
   update()
 }
 
+// By keys and by the values of buttons.
 const ANSWERS = {a: () => answer(">"), b: () => answer(">", 1), e: () => answer("="), s: () => answer("?"),
   u: () => change({answers: state.answers.slice(0, -1)}), escape: closeQuestions}
 
 // One of two designs: only where it differs from the other, its objectives first and large.
 function card(row, other, letter) {
   const differing = data.columns.filter((column) => cellText(column, row) !== cellText(column, other))
-  return make("article", make("h3", button(letter, ANSWERS[letter.toLowerCase()], {ariaLabel: `${letter}: ${called(row)}`, className: "main"}), ` ${called(row)}`),
+  return make("article", make("h3", make("button.main.small", {value: letter, ariaLabel: `${letter}: ${called(row)}`}, letter), ` ${called(row)}`),
     make("dl", differing.slice(0, 12).map((column) => make(isObjective(column) ? "div.large" : "div", make("dt", column.label), make("dd", cellText(column, row))))))
 }
 
@@ -54,8 +55,8 @@ function showQuestions() {
       leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`))
   } else renew("answer-words", make("p", "No design is left."))
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
-  renew("pair", question && [card(...question, "A"), card(...question.toReversed(), "B")])
-  for (const id of ["equally-good", "skip-question"]) $(id).disabled = !question
+  renew("pair", question && [card(...question, "a"), card(...question.toReversed(), "b")])
+  $("other-answers").disabled = !question
   $("back").disabled = !state.answers.length
 }
 
@@ -81,5 +82,5 @@ function showShares() {
   renew("shares-words", sentence(key, {design: called(shown[0]), share: last.texts.get(shown[0])}))
 }
 
-onClicks({"equally-good": ANSWERS.e, "skip-question": ANSWERS.s, back: ANSWERS.u, "close-questions": ANSWERS.escape})
+$("questions").onclick = ({target}) => ANSWERS[target.value]?.()
 onKeys($("questions"), ANSWERS)

@@ -6,21 +6,20 @@
 function limited(state) {
   const {n, total} = data
   const rejected = new Map()
+  const mask = new Uint8Array(total).fill(1)
   for (const [name, limit] of entriesOf(state.limits)) {
     const {values, texts} = columnOf(name)
+    const allowed = texts?.map((text) => limit.includes(text))
+    const [least, most] = [limit[0] ?? -Number.MAX_VALUE, limit[1] ?? Number.MAX_VALUE]
     const out = new Uint8Array(n)
-    rejected.set(name, out)
-    if (texts) {
-      const rejects = texts.map((text) => !limit.includes(text))
-      for (let i = 0; i < n; i++) out[i] = rejects[values[i]]
-      continue
+    for (let i = 0; i < n; i++) {
+      const isAllowed = texts ? allowed[values[i]] : values[i] >= least && values[i] <= most
+      if (isAllowed) continue
+      out[i] = 1
+      mask[i] = 0
     }
-    const least = limit[0] ?? -Number.MAX_VALUE
-    const most = limit[1] ?? Number.MAX_VALUE
-    for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
+    rejected.set(name, out)
   }
-  const mask = new Uint8Array(total).fill(1)
-  for (const out of rejected.values()) for (let i = 0; i < n; i++) mask[i] &= 1 - out[i]
   return {mask, count: sum(mask) - (total - n), rejected}
 }
 

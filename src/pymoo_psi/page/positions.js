@@ -73,8 +73,9 @@ function record() {
 
 function decide() {
   const names = namesOf(latest(state.positions))
-  const agrees = boxesOfPositions().map((box) => box.checked)
-  change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
+  const boxes = boxesOfPositions()
+  const {true: agree = [], false: dissent = []} = Object.groupBy(names, (_, k) => boxes[k].checked)
+  change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree, dissent}})
 }
 
 onClicks({keep: record, decide})

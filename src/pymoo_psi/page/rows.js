@@ -19,12 +19,6 @@ function objectivesInOrder() {
   return names.map((name) => columnOf(name)).filter((column) => isObjective(column) && !hidden.includes(column.name))
 }
 
-// The columns whose axes are shown, in the order of their rows.
-function shownColumns() {
-  return [...controls.values()].filter(({row, axis}) => axis && row.checkVisibility())
-    .sort((a, b) => a.row.offsetTop - b.row.offsetTop).map(({column}) => column)
-}
-
 function toggleRow(key, name) {
   change({[key]: toggled(state[key], name)})
 }
@@ -111,8 +105,8 @@ function rowOfColumn(column) {
     listenToGrip(grip, column)
     hide.ariaLabel = `Hide ${name}`
     hide.onclick = () => toggleRow("hidden", name)
-  }
-  if (!isObjective(column) || data.objectives.length === 1) for (const button of [grip, hide]) button.remove()
+  } else for (const button of [grip, hide]) button.remove()
+  axis.column = column
   log.onclick = () => toggleRow("turned", name)
   if (!(low > 0 && high >= 100 * low)) log.remove()
   controls.set(column, {column, row, inputs, thumbs, cells, log, axis, note, fill})

@@ -31,10 +31,10 @@ const scatter = (() => {
   const area = section.querySelector(".plot")
   const selects = [...section.querySelectorAll("select")] // across, up
   selects.forEach((select, k) => {
-    select.append(...data.numeric.map((column) => make("option", {value: column.field}, column.label)))
+    select.append(...data.numeric.map(({label}) => make("option", label)))
     select.onchange = () => {
       zoom = 1
-      change({plot: plotColumns().map(({name}, j) => j === k ? data.numeric[select.selectedIndex].name : name)})
+      change({plot: namesOf(plotColumns()).with(k, data.numeric[select.selectedIndex].name)})
     }
   })
   const {size, clean, fit} = layers(area, 2)
@@ -275,7 +275,7 @@ const scatter = (() => {
 
   function draw() {
     columns = plotColumns()
-    selects.forEach((select, k) => { select.value = columns[k].field })
+    selects.forEach((select, k) => { select.selectedIndex = data.numeric.indexOf(columns[k]) })
     renew("relation", columns.every(isObjective) ? "trade off" : "are related")
     area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
     if (!size.width) return

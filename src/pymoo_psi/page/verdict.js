@@ -103,7 +103,7 @@ function showCompare() {
   const rows = rowsOf(parts)
   show("compare", rows.length > 1)
   renew("compare-hint", `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
-  if (rows.length < 2) return renew("compare-table")
+  if (rows.length < 2) return
   const heads = parts.map(({row, roles}) => head("col",
     make("div.named", left.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
     make("div.roles", [...roles, placed(row)].join(", ")),
