@@ -22,7 +22,6 @@ function layers(parent, count) {
     const g = canvases[k].getContext("2d")
     g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
     g.clearRect(0, 0, size.width, size.height)
-    g.globalAlpha = 1
     return g
   }
   return {size, clean, fit}
@@ -41,8 +40,8 @@ function drawLine(g, colour, x0, y0, x1, y1, lineWidth = 1) {
   g.stroke()
 }
 
-function drawText(g, text, x, y, textAlign, colour = INK.muted, textBaseline = "middle") {
-  Object.assign(g, {textAlign, textBaseline, lineWidth: 5, strokeStyle: INK.panel, fillStyle: colour})
+function drawText(g, text, x, y, textAlign, colour = INK.muted) {
+  Object.assign(g, {textAlign, textBaseline: "middle", lineWidth: 5, strokeStyle: INK.panel, fillStyle: colour})
   g.strokeText(text, x, y) // a halo, legible above lines
   g.fillText(text, x, y)
 }

@@ -52,8 +52,8 @@ function showQuestions() {
       make("p", sentence(n ? "preferred" : "unanswered", {answers: counted(n, "answer"), design: called(row), share: texts.get(row), regret: percent(regret)})),
       n > 0 && make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
       !question && make("p", sentence(regret < ENOUGH ? "enough" : "none left")),
-      leftOut && make("p.warning", `${counted(leftOut, "answer")} left out: not about two designs that no other dominates within the limits.`))
-  } else renew("answer-words", make("p", "No design is left."))
+      leftOut && make("p.warning", sentence("answers left out", {answers: counted(leftOut, "answer")})))
+  } else renew("answer-words")
   renew("questions-title", question ? "Which one would you rather have?" : "No more questions")
   renew("pair", question && [card(...question, "a"), card(...question.toReversed(), "b")])
   $("other-answers").disabled = !question

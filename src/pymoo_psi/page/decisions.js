@@ -169,7 +169,7 @@ function opened(text) {
     isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
   ]
   if (!isOther.some(Boolean)) return stateOf(content)
-  return {state: null, remarks: ["The file is no decision, or one on other objectives, directions, units or ranges. Open it on a page that was made with these."]}
+  return {state: null, remarks: [sentence("foreign file")]}
 }
 
 // The state of a formulation, and what a reader must know of it.
@@ -179,7 +179,7 @@ function stateOf({limits, chosen, reason, ranges, positions, decided, page: {val
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])
   if (changes.length) {
-    remarks.unshift(`${capital(state.chosen)} has changed since then in ${listed(namesOf(changes))}.`)
+    remarks.unshift(sentence("changed", {design: state.chosen, objectives: listed(namesOf(changes))}))
   }
   return {state, remarks}
 }

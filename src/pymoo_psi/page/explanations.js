@@ -109,7 +109,7 @@ function explain(ranking, row) {
   const distance = (i) => sqrt(sum(F.map((column, j) => ((column[i] - own[j]) / lengths[j]) ** 2)))
   // The nearest of some rows; among those that tie, the least by a key.
   const nearest = (rows, key) => {
-    const away = rows.map(distance).map((value) => (Number.isNaN(value) ? Infinity : value))
+    const away = rows.map((i) => distance(i) || 0) // of an existing design without some value NaN
     const reach = endOf(away, 1) * (1 + TIE)
     return rows.filter((_, k) => away[k] <= reach).reduce((a, b) => (key[b] < key[a] ? b : a))
   }

@@ -37,7 +37,7 @@ async function openFiles(files) {
   const whole = () => take({state: merged(single), remarks})
   if (!positions.length) return single ? whole() : say([...remarks, "No positions are added."])
   change(merged(state))
-  say([...remarks, ["Positions are added. Limits, choice and decision are as before. ", single && button("Take those of the file", whole)]])
+  say([...remarks, [sentence("added"), single && button("Take those of the file", whole)]])
 }
 
 onClicks({save: saveDecision, "save-page": savePage, print: () => print(), export: exportRows, open: () => $("file").click()})

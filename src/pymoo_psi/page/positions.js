@@ -27,7 +27,7 @@ function showPositions() {
 }
 
 // What a position keeps of a state.
-const heldOf = ({limits, chosen, reason, weights, aspiration, answers}) => ({limits, chosen, reason, weights, aspiration, answers})
+const heldOf = (one) => Object.fromEntries(["limits", "chosen", ...personal].map((key) => [key, one[key]]))
 
 // The page as somebody had it.
 function showPosition(one) {

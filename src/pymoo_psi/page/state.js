@@ -9,7 +9,8 @@ const past = [] // states as text, for undo and redo
 let at = -1 // the present one
 let saved = "" // the state that a file has
 let left, ranking, verdict, order
-let filtered = "" // the part of the state that left and ranking were made from
+const asked = ({limits, fixed}) => JSON.stringify([limits, fixed]) // what left and ranking are made from
+let filtered = ""
 let inspected = -1 // what is looked at, which chooses nothing
 
 // The state with changes: who makes them has said what they are.
@@ -92,7 +93,7 @@ function update() {
 function lead() {
   const keepFocus = focusKept()
   waiting = false
-  const filter = JSON.stringify([state.limits, state.fixed, state.positions])
+  const filter = asked(state)
   if (filter !== filtered) {
     filtered = filter
     left = limited(state)

@@ -1,7 +1,6 @@
 // What is proposed, chosen or looked at, what others would give up, and how sure it is.
 
 // What was computed when the page was made holds for the limits and ranges that it opened with.
-const asked = ({limits, fixed}) => JSON.stringify([limits, fixed])
 const isAsOpened = () => !data.more.length && asked(state) === asked(initial.state)
 
 // In what the proposal is the best, what it costs, and its probability.
@@ -31,11 +30,11 @@ function showVerdict() {
     renew("verdict-variables", variables.length && `${variables.join(", ")}.`)
   } else {
     renew("verdict-title", "No design is left")
-    renew("verdict-words", make("p.lead", "Single limits at which there is one:"), chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
+    renew("verdict-words", chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
     renew("verdict-actions", clear)
     renew("verdict-variables")
   }
-  renew("certain", !isAsOpened() && "For the limits and ranges that the page opened with:")
+  show("certain", !isAsOpened())
   renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`, state.owners.reason && `, by ${state.owners.reason}`)
   if ($("reason").value !== state.reason) showText($("reason"), state.reason)
   renew("reason-printed", state.reason || "–")
@@ -51,7 +50,8 @@ function showCounts() {
   $("redo").ariaDisabled = at >= past.length - 1
   $("fixed").checked = state.fixed
   const lines = data.columns.flatMap((column) => limitTexts(column, limitOf(column)))
-  renew("record-limits", makeAll("li", lines.length ? lines : ["None."]), state.fixed && make("li", "Ranked by fixed ranges, which limits do not change."))
+  renew("record-limits", makeAll("li", lines.length ? lines : ["None."]))
+  show("record-fixed", state.fixed)
 }
 
 // The limits at which another design is proposed, where they are known.
@@ -102,7 +102,6 @@ function showCompare() {
   const parts = comparison(ranking, state, verdict)
   const rows = rowsOf(parts)
   show("compare", rows.length > 1)
-  renew("compare-hint", `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
   if (rows.length < 2) return
   const heads = parts.map(({row, roles}) => head("col",
     make("div.named", left.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
