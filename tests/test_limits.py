@@ -36,7 +36,6 @@ from tests.helpers.documents import payload_of
 from tests.helpers.drawn import texts
 from tests.helpers.draws import examples
 from tests.helpers.models import Model
-from tests.helpers.refusals import refused
 from tests.page.test_page_logic import in_node
 from tests.report.test_report import Reader
 
@@ -293,6 +292,3 @@ def test_page_report_and_ranking_count_the_same_designs():
     assert (found["count"], len(found["front"])) == (8, ranking.pareto.sum())
     assert found["remarks"] == []
     assert "among the 8 designs within the limit" in Reader(decision_report(table)).text
-    frame = pd.DataFrame({"name": ["A", "B"], "cost": [1, 2], "mass": [2, 1]})
-    by_name = read_table(frame, Formulation(["cost", "mass"], limits={"name": ["A"]}))
-    refused("a limit of a page", decision_page, by_name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +20,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import sentence, standard_errors
 from pymoo_psi.table import (
     N_TESTS,
@@ -219,27 +221,21 @@ def has_repeats(table: TestTable) -> bool:
 def undeclared_repeats(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
     table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
-    label = table.schema.label
-    word = "variables"
-    first = first_tests(table)
-    if label is not None:
-        labelled = table.take(~blank(table.column(label)))
-        first_of_label = first_of(labelled.column(label).tolist())
-        keys = np.array(labelled.evaluated.keys(labelled.data))
-        are_designs = not len(keys) or (keys == keys[first_of_label]).all()
-        if are_designs and len({*first_of_label.tolist()}) < len(labelled):
-            table = labelled
-            first = first_of_label
-            word = label
-    differing = unequal(table.F, table.F[first]).any(axis=1)
-    if not differing.any():
-        return []
-    n_designs = len({*first[differing].tolist()})
-    return [
-        f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
-        f"row counts as a design; if they are repeated tests, say --average-by '{word}', or "
-        "average_by= in Python."
-    ]
+    firsts = {}
+    if table.schema.label is not None:
+        with suppress(ArgumentValueError):  # of a label that marks no tests of one design
+            label, rows, design = _tests_by_design(table, table.schema.label)
+            firsts[label] = rows[design]
+    for by, first in (firsts | {_VARIABLES: first_tests(table)}).items():
+        differing = unequal(table.F, table.F[first]).any(axis=1)
+        if differing.any():
+            n_designs = len({*first[differing].tolist()})
+            return [
+                f"{counted(n_designs, 'design')} with the same {by} as others differ in "
+                "objectives: each row counts as a design; if they are repeated tests, say "
+                f"--average-by '{by}', or average_by= in Python."
+            ]
+    return []
 
 
 def confidence_sentences(table: TestTable, row: int) -> list[str]:

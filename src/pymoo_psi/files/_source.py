@@ -204,16 +204,11 @@ def read_table(
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     # One more limit, as a command adds it, must not drop those that are part of a file.
     decision = asked.combine_first(table.decision)
-    try:
-        if average_by or (average_by is None and is_study and has_repeats(table)):
-            with named_as({"by": name_of("average_by")}):
-                table = average_repeats(replace(table, decision=decision), average_by)
-        elif formulation is not None:
-            table = table.under(decision)
-    except ArgumentValueError as error:
-        if path is None:
-            raise
-        raise ArgumentValueError(f"{path}: {error}") from None
+    if average_by or (average_by is None and is_study and has_repeats(table)):
+        with named_as({"by": name_of("average_by")}):
+            table = average_repeats(replace(table, decision=decision), average_by)
+    elif formulation is not None:
+        table = table.under(decision)
     designs = table.take(table.feasible())
     remarks = _failures(designs)
     if average_by is None and not isinstance(source, TestTable):

@@ -149,7 +149,7 @@ def cells_of_text(
         lines[number - 1] = "\n"
     above = [*takewhile(lambda line: _COMMENT.match(line) or _BLANK.match(line), lines)]
     lines[: len(above)] = ["\n"] * len(above)
-    stated = _STATED.fullmatch(lines[len(above)]) if len(above) < len(lines) else None
+    stated = _STATED.fullmatch("".join(lines[len(above) :][:1]))
     if stated is not None:
         lines[len(above)] = "\n"
         separator = stated[1]

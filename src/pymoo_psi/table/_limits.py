@@ -84,13 +84,10 @@ class Limit(NamedTuple):
         argument = f"{column!r} in limits"
         if isinstance(value, Limit):
             return value._checked(argument)
-        if isinstance(value, str):
-            if re.search("[<>=]", value):
-                sides = sides_of_text(argument, value)
-                ends = sides.get(">=", -math.inf), sides.get("<=", math.inf)
-                return cls(*ends)._checked(argument)
-            value = [value]
-        if isinstance(value, (bool, np.bool_)):
+        if isinstance(value, str) and re.search("[<>=]", value):
+            sides = sides_of_text(argument, value)
+            value = (sides.get(">="), sides.get("<="))
+        if isinstance(value, (str, bool, np.bool_)):
             value = [str(value)]
         if not isinstance(value, (tuple, list)):
             high = _end(argument, value)
