@@ -97,7 +97,10 @@ def test_directions_do_not_matter(F):
     cost = pd.DataFrame(F, columns=["cost", "yield"])
     gain = cost.assign(**{"yield": 7 - cost["yield"]})
     selectors = SELECTORS | {"aspiration": ReferencePoint([3.0, -1.0])}
-    turned = SELECTORS | {"aspiration": ReferencePoint([3.0, 8.0])}
+    turned = SELECTORS | {  # by name
+        "weights": CompromiseProgramming(1, weights={"yield": 1, "cost": 3}),
+        "aspiration": ReferencePoint(pd.Series({"yield": 8.0, "cost": 3.0})),
+    }
     for name, selector in selectors.items():
         found = turned[name].do(gain, maximize=["yield"])
         np.testing.assert_array_equal(found, selector.do(cost))
@@ -109,7 +112,7 @@ def test_directions_do_not_matter(F):
     ("call", "kind", "message"),
     [
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
-        (lambda: CompromiseProgramming(weights=[1, -1]), ValueError, "weights must be a list of numbers >= 0"),
+        (lambda: CompromiseProgramming(weights=[1, -1]).do(np.eye(2)), ValueError, "weights must be a list of numbers >= 0"),
         (lambda: ReferencePoint([1, 2, 3]).do(np.eye(2)), ValueError, r"point must be of shape \(2,\)"),
     ],
 )  # fmt: skip

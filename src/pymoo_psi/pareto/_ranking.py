@@ -289,9 +289,19 @@ class Objectives:
             raise invalid(argument, f"names that only one column has, or from 0 to {last}", entry)
         return int(entry)
 
+    def in_order(self, argument: str, values: Any) -> Any:
+        """Return values in the order of the objectives, where a mapping or a series names these."""
+        if not hasattr(values, "keys") or not {*self.names} & {*values.keys()}:
+            return values
+        if not {*self.names} <= {*values.keys()}:
+            raise invalid(
+                argument, f"values of {', '.join(map(str, self.names))}", [*values.keys()]
+            )
+        return [values[name] for name in self.names]
+
     def turned(self, name: str, value: ArrayLike) -> Array:
         """Return a point in the original directions with all objectives minimised."""
-        point = finite_array(name, value)
+        point = finite_array(name, self.in_order(name, value))
         require_shape(name, point, self.sign.shape)
         return point * self.sign
 
@@ -541,9 +551,9 @@ def rank_of_efficiency(
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does. By default ``True``, or as the ranking or table has it.
-        ideal: ``(m,)`` the point U, in the directions of ``F``; by default the fixed one of a
-            ranking or table, or the best values over the Pareto-optimal rows. Rows that are better
-            than it in an objective count as equal to it there.
+        ideal: ``(m,)`` the point U, in the directions of ``F``, or by name; by default the fixed
+            one of a ranking or table, or the best values over the Pareto-optimal rows. Rows that
+            are better than it in an objective count as equal to it there.
         nadir: ``(m,)`` the point N, as for ``ideal``; by default the worst values over the
             Pareto-optimal rows.
         maximize: The objectives to be maximised: column indices from 0, or names of columns of a

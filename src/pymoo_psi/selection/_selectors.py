@@ -148,14 +148,14 @@ class CompromiseProgramming(RankingSelector):
         p: Order of the norm, from 1 to ``numpy.inf``. The larger it is, the more the worst
             objective counts. With inf (Chebyshev) it counts alone; ties are broken by the least sum
             of the weighted terms (the augmented Chebyshev distance).
-        weights: ``(m,)`` weights of the objectives inside the norm, >= 0 and not all 0; by default
-            all 1. Only their ratios matter. They are raised to the power p with the differences:
-            with p = 2, twice the weight counts four times.
+        weights: ``(m,)`` weights of the objectives inside the norm, or by name, >= 0 and not all 0;
+            by default all 1. Only their ratios matter. They are raised to the power p with the
+            differences: with p = 2, twice the weight counts four times.
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: ``p`` is not a number >= 1, a weight is negative, or all are 0. Also by
-            ``.do``, if the number of weights is not that of the objectives.
+        ArgumentValueError: ``p`` is not a number >= 1. Also by ``.do``, if a weight is negative,
+            all are 0, or their number is not that of the objectives.
 
     Example:
         >>> import numpy as np
@@ -177,7 +177,7 @@ class CompromiseProgramming(RankingSelector):
         if not p >= 1:
             raise invalid("p", "a number from 1 to inf", p)
         self.p: float = float(p)
-        self.weights: Array | None = _of_sum_one(weights)
+        self.weights = weights
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         front, F = front_of(ranking)
@@ -186,7 +186,8 @@ class CompromiseProgramming(RankingSelector):
         measures: _Measures = (partial(_norm, p=self.p),)
         if np.isinf(self.p):
             measures = _LARGEST_THEN_SUM
-        return _least_weighted(front, terms, sizes, self.weights, measures)
+        weights = ranking.objectives.in_order("weights", self.weights)
+        return _least_weighted(front, terms, sizes, _of_sum_one(weights), measures)
 
 
 class ReferencePoint(RankingSelector):
@@ -198,15 +199,16 @@ class ReferencePoint(RankingSelector):
     may be out of reach, or worse than some designs in every objective.
 
     Args:
-        point: ``(m,)`` the aspired value of each objective, in the original directions: the sign of
-            an objective to be maximised is not changed.
-        weights: ``(m,)`` weights >= 0, not all 0; by default all 1. Only their ratios matter.
+        point: ``(m,)`` the aspired value of each objective, or by name, in the original directions:
+            the sign of an objective to be maximised is not changed.
+        weights: ``(m,)`` weights, or by name, >= 0, not all 0; by default all 1. Only their ratios
+            matter.
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: ``point`` is not finite, a weight is negative, or all are 0. Also by
-            ``.do``, if their number is not that of the objectives.
-        ArgumentTypeError: ``point`` does not contain numbers.
+        ArgumentValueError: By ``.do``, if ``point`` is not finite, a weight is negative, all are 0,
+            or their number is not that of the objectives.
+        ArgumentTypeError: By ``.do``, if ``point`` does not contain numbers.
 
     Example:
         >>> import numpy as np
@@ -219,15 +221,16 @@ class ReferencePoint(RankingSelector):
         self, point: ArrayLike, *, weights: ArrayLike | None = None, normalize: bool | None = None
     ) -> None:
         super().__init__(normalize=normalize)
-        self.point: Array = finite_array("point", point)
-        self.weights: Array | None = _of_sum_one(weights)
+        self.point = point
+        self.weights = weights
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         point = ranking.objectives.turned("point", self.point)
         front, F = front_of(ranking)
         scale = ranking.frame.scale
         sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
-        return _least_weighted(front, (F - point) / scale, sizes, self.weights, _LARGEST_THEN_SUM)
+        weights = _of_sum_one(ranking.objectives.in_order("weights", self.weights))
+        return _least_weighted(front, (F - point) / scale, sizes, weights, _LARGEST_THEN_SUM)
 
 
 class Preferred(RankingSelector):
