@@ -651,8 +651,7 @@ def investigate(
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
     if keep != "all":  # whether all tests that are left out have failed is unknown
-        for name in model.formulation.allowed:
-            known_name("a name in limits", name, table.schema.names)
+        model.require_outputs(table.schema.names)
     return table
 
 
