@@ -357,20 +357,19 @@ def try_program(name: str, problem: Any, points: int) -> int:
     say(f"Folder: {run.folder}")
     for line in run.filled:
         say(f"Filled: {line}")
-    rows = []
-    for column, value in {**design, **run.outputs}.items():
-        rows.append((with_unit(column, problem.units.get(column, "")), value))
     from pandas import DataFrame
 
-    print_frame(DataFrame(rows, columns=["column", "value"]), "Variables and outputs:")
+    values = {**design, **run.outputs}
+    names = [with_unit(name, problem.units.get(name, "")) for name in values]
+    print_frame(DataFrame({"column": names, "value": values.values()}), "Variables and outputs:")
     say(f"Took {run.seconds:.1f} s.")
     for flaw in run.flaws:
         say(f"Wrong: {flaw}")
     if run.flaws:
         return 1
     say("Nothing is wrong.")
-    study = f"{Path(name).stem}.db"
-    say_next(command("pymoo-psi", "solve", name, "--points", str(points), "--study", study))
+    words = ["--points", str(points), "--study", f"{Path(name).stem}.db"]
+    say_next(command("pymoo-psi", "solve", name, *typed_options(_OF_RUN), *words))
     return 0
 
 

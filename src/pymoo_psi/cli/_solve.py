@@ -16,7 +16,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Integers, Received, counted, invalid
+from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import (
     Model,
     Recorded,
@@ -211,12 +211,12 @@ def _search(options: Options, problem: Problem, n_points: int, settings: RunOpti
     return result
 
 
-def _known_tests(study: Path | None) -> Integers:
+def _known_tests(study: Path | None) -> list[int]:
     """Return the numbers of the tests that a study has, if there is one."""
     if study is None or not study.is_file():
-        return np.empty(0, dtype=np.int64)
+        return []
     with Study(study).reading() as database:
-        return database.test_numbers()
+        return [*database.test_numbers()]
 
 
 def _watched(options: Options) -> AbstractContextManager[Any]:

@@ -98,12 +98,9 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
         ArgumentValueError: The source is not a table, or an option does not fit it.
         OSError: The source cannot be opened.
     """
-    asked = None
-    if decision != Decision():
-        asked = decision
     table = read_table(
         path,
-        asked,
+        decision,
         variables=entries_of(options.variables) or None,
         average_by=options.average_by,
         drop_incomplete=options.drop_incomplete,
