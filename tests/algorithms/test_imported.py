@@ -127,11 +127,6 @@ def test_expressions_are_those_of_the_columns_of_a_model_alone(wrap, options):
     assert import_tests(wrap(model), results, options).F.tolist() == [[5, 20]]
 
 
-def test_names_may_have_the_units_of_the_problem(lab, options, in_folder):
-    WHOLE.rename(columns={"f": "f [kg]"}).to_csv("old.csv", index=False)
-    assert len(import_tests(lab, "old.csv", options)) == 3
-
-
 @pytest.mark.parametrize("form", ["csv", *rarely("table", "frame")])
 def test_means_of_tests_are_no_tests(form, options, tmp_path):
     means = investigate(queue(), 8, repeat=3)
@@ -157,16 +152,6 @@ def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_pa
     assert tests.status.tolist() == table.status.tolist()
     new = minimize(BNH, SurrogatePSI(4, study=options.study), seed=1).algorithm.table
     assert (new["proposal_round"] > 0).all()  # the 96 tests stand for the first points
-
-
-def test_known_tests_with_other_results_are_named(options):
-    investigate(BNH, 3, study=options.study)
-    table = investigate(BNH, 4)
-    tests = import_tests(BNH, table.to_frame().assign(f1=table["f1"] + [0, 1e-6, 7, 7]), options)
-    assert tests.remarks == (
-        "1 of 4 tests taken, 3 known already.",
-        "1 known test with other results in the study, which stay, the first test 3.",
-    )
 
 
 HOT = pd.DataFrame(
@@ -206,13 +191,6 @@ def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, opt
     assert [remark.split()[0] for remark in tests.remarks] == [f"{ran.sum()}", f"{(~ran).sum()}"]
 
 
-def test_known_tests_are_completed_and_not_called_new(options):
-    import_tests(BNH, HOT.drop(columns="heat"), options)
-    tests = import_tests(BNH, pd.concat([HOT, HOT.tail(1).assign(x1=3.0)]), options)
-    assert tests.remarks == ("1 of 3 tests taken, 2 known already, 2 of these completed.",)
-    assert read_table(options.study)["heat"].tolist() == [5.0] * 3
-
-
 def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
     frame = HOT[["x1", "x2", "f1", "f2", "heat"]]
     import_tests(queue(xu=5), frame.drop(columns="heat"), options)
@@ -224,16 +202,6 @@ def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
         )
     np.testing.assert_array_equal(
         read_table(options.study, average_by=False)["heat"], [np.nan, np.nan, 5.0, 5.0]
-    )
-
-
-def test_values_outside_the_bounds_and_columns_left_out_are_named(options):
-    """Columns of rankings and studies are no outputs, unless the model has them."""
-    tests = import_tests(BNH, HOT.assign(x1=[6.0, -2.0], place=1, mu1=0.1, repeat=1), options)
-    assert tests.schema.outputs == ("heat",)
-    assert tests.remarks[1:] == (
-        "mu1, place, repeat left out: rankings and studies have columns of this name.",
-        "x1 is outside 0 to 5 in 2 tests, the first 6.",
     )
 
 
