@@ -422,7 +422,12 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     """
     best = next(iter(labels), None)
     first = next((name for name in columns if name not in labels), None)
-    if first is None or not _are_names(columns[first]):
+    if first is None or columns[first].numbers is not None or columns[first].problem:
+        return best
+    cells = columns[first].cells
+    if any(is_blank(cell) or not isinstance(cell, str) for cell in cells) or len({*cells}) < len(
+        cells
+    ):
         return best
     if best is None or _word(best) not in _NAMING:
         return first
@@ -436,13 +441,6 @@ def _are_counts(numbers: Array, *, in_order: bool = True) -> bool:
     """Whether numbers may be those of designs: different whole ones, which increase or not."""
     ordered = numbers if in_order else np.sort(numbers)
     return bool((ordered[1:] > ordered[:-1]).all() and (numbers % 1 == 0).all())
-
-
-def _are_names(column: TextColumn) -> bool:
-    """Whether a column holds texts that all differ."""
-    is_text = [isinstance(cell, str) and not is_blank(cell) for cell in column.cells]
-    is_unique = len({*column.cells}) == len(column.cells)
-    return column.numbers is None and not column.problem and all(is_text) and is_unique
 
 
 def _are_consecutive(numbers: ArrayLike) -> bool:

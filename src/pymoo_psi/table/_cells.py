@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -69,8 +69,7 @@ def real_column(name: str, column: AnyArray) -> Array:
 
 def in_decimals(values: Array) -> Array:
     """Return ``(n,)`` computed values with 15 digits, as 0.1 + 0.2 is to keep the limit 0.3."""
-    digits = np.array([float(f"{value:.15g}") for value in values.tolist()], dtype=np.float64)
-    return np.where(np.isinf(digits), values, digits)  # the largest number is a penalty
+    return np.array([float(f"{value:.15g}") for value in values.tolist()], dtype=np.float64)
 
 
 def blank(column: AnyArray) -> Mask:
@@ -113,12 +112,10 @@ def designs_of(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    if source_type(value) == "frame":
-        value = value.to_dict("records")
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
     rows: Any = value
-    if not isinstance(value, np.ndarray) or value.ndim == 1:
+    if source_type(value) == "frame":
+        rows = value.to_dict("records")
+    elif not isinstance(value, np.ndarray) or value.ndim == 1:
         rows = list(value)
     names: Names = ()
     if variables is not None:

@@ -174,8 +174,7 @@ class TestTable(View, Shown):
             label: The note that names the designs.
 
         Raises:
-            ArgumentValueError: The arrays do not fit one another or the schema, or a reason is that
-                of no test.
+            ArgumentValueError: The arrays do not fit one another or the schema.
             ArgumentTypeError: An array holds what it cannot.
 
         Example:
@@ -185,26 +184,20 @@ class TestTable(View, Shown):
         """
         numbers = checked_numbers(numbers)
         n = len(numbers)
-        variables = None
-        if schema is not None:
-            variables = schema.with_role(VARIABLE)
-        data, designs = designs_of(X, variables)
-        arrays = {OBJECTIVE: _matrix("F", F, n), INEQUALITY: _matrix("G", G, n)}
-        arrays[EQUALITY] = _matrix("H", H, n)
+        data, designs = designs_of(X, None if schema is None else schema.with_role(VARIABLE))
+        arrays = [_matrix(name, values, n) for name, values in zip("FGH", (F, G, H), strict=True)]
         if schema is None:
-            schema = Schema.of([*data], *(array.shape[-1] for array in arrays.values()))
+            schema = Schema.of([*data], *(array.shape[-1] for array in arrays))
         schema = schema.with_columns(*designs)
         for cells in data.values():
             require_shape("a column of X", cells, (n,))
-        for (role, array), name in zip(arrays.items(), "FGH", strict=True):
+        for name, role, array in zip("FGH", (OBJECTIVE, INEQUALITY, EQUALITY), arrays, strict=True):
             columns = schema.with_role(role)
             require_shape(name, array, (n, len(columns)))
             for column, cells in zip(columns, array.T, strict=True):
                 data[column.name] = -cells if column.maximize else cells
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
         failures = _writable_reasons(reasons or {})
-        for number in failures.keys() - numbers.tolist():
-            raise invalid("reasons", "by the numbers of tests", number)
         table = cls(schema, data | unknown, numbers, failures)
         return table.with_outputs(outputs or {}).with_notes(notes or {}, label)
 
