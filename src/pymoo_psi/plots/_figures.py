@@ -479,7 +479,7 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
             value = ""
         _write_row(ax, j, _BELOW, (heading, worst, best, value))
     ax.annotate("better →", (0.5, 0), (0, _LIFT), **_BESIDE_ROW | {"ha": "center"})
-    return places
+    return np.minimum(places, 1.0)  # what is better than a fixed range counts as its best end
 
 
 def _draw_decades(ax: Axes, row: int, ends: tuple[float, float]) -> None:

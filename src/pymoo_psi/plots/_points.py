@@ -39,7 +39,6 @@ Groups = Mapping[str, tuple[Style, Mask]]
 """Groups of designs by name: how their markers are drawn, and ``(n,)`` which designs these are."""
 
 PARETO = "not dominated"
-DOMINATED = "dominated"
 _SPREAD = 0.6  # share of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 NAMED = 8  # designs that all have names; of more only the marked one has
@@ -70,9 +69,10 @@ _PARETO: Style = _HOLLOW | {
     "markersize": 4.2,
     "zorder": 3.5,
 }
-_DOT: Style = {"markeredgewidth": 0.0, "markerfacecolor": "0.75"}  # among many, no ring is seen
+_DOT = _DOMINATED | {"markeredgewidth": 0.0, "markerfacecolor": "0.75"}  # no ring is seen
 _FAINTEST = 0.6
 _BELOW_POINTS = 3.4
+_BELOW_MARK = 3.3
 _FRONT: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}  # of two objectives
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
@@ -180,40 +180,26 @@ class Points:
         y = self.columns[second]
         visible = x.visible & y.visible
         marked = list(self.named)[:1]
-        looks: Style = {**_MARKED}
-        is_below = is_marked_apart and len(visible) <= _MANY  # it hides none of its neighbours
-        if is_below:
-            looks["zorder"] = _BELOW_POINTS
+        mark: Style = {}
+        front: Style = {}
+        if is_marked_apart and len(visible) <= _MANY:  # the mark hides none of its neighbours
+            mark = {"zorder": _BELOW_POINTS}
+            front = {"zorder": _BELOW_MARK}
         for row in marked:
             label = f"{self.word}: {self.named[row][0]}"
-            axes.plot(x.places[row], y.places[row], label=label, **looks)
+            axes.plot(x.places[row], y.places[row], label=label, **_MARKED | mark)
         if PARETO in self.groups and x.sign * y.sign != 0:
-            front: Style = {**_FRONT}
-            if is_below:
-                front["zorder"] = 3.3
-            _draw_front(axes, x, y, visible & self.groups[PARETO][1], front)
+            _draw_front(axes, x, y, visible & self.groups[PARETO][1], _FRONT | front)
         for name, (style, mask) in self.groups.items():
-            n = mask.sum()
+            n = int(mask.sum())
+            rows = mask & visible
+            label = f"{n} {name}"
+            if is_marked_apart and mask[marked].any():
+                rows[marked] = False
+                n -= 1
+                label = f"{counted(n, 'other')} {name}"
             if n:
-                rows = mask & visible
-                shrink = np.clip((_MANY / n) ** 0.3, 0.4, 1.0)
-                looks = {
-                    **style,
-                    "markersize": style["markersize"] * shrink,
-                    "markeredgewidth": 0.6 * shrink**0.5,
-                    "alpha": max(shrink, _FAINTEST),
-                    "linestyle": "none",
-                    "rasterized": n > _RASTERIZED,
-                }
-                if n > _MANY and name == DOMINATED:
-                    looks |= _DOT
-                label = f"{n} {name}"
-                if is_marked_apart and mask[marked].any():
-                    rows[marked] = False
-                    label = f"{counted(int(n) - 1, 'other')} {name}"
-                    if n == 1:
-                        label = "_"  # not in the key
-                axes.plot(x.places[rows], y.places[rows], label=label, **looks)
+                axes.plot(x.places[rows], y.places[rows], label=label, **_markers(style, n))
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
@@ -268,6 +254,19 @@ class Points:
         if limits:
             text += f". Limits are dashed: {', '.join(limits)}"
         return f"{text}."
+
+
+def _markers(style: Style, n: int) -> Style:
+    """Return how the markers of n designs are drawn: many are smaller and fainter."""
+    shrink = float(np.clip((_MANY / n) ** 0.3, 0.4, 1.0))
+    return {
+        "markeredgewidth": 0.6 * shrink**0.5,
+        "alpha": max(shrink, _FAINTEST),
+        "linestyle": "none",
+        "rasterized": n > _RASTERIZED,
+        **style,
+        "markersize": style["markersize"] * shrink,
+    }
 
 
 def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask, style: Style) -> None:
@@ -335,7 +334,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
     beyond = within_limits(table).replace(" within", "beyond")
     groups = {
         PARETO: (_PARETO, pareto),
-        DOMINATED: (_DOMINATED, feasible & ~pareto),
+        "dominated": (_DOMINATED if feasible.sum() <= _MANY else _DOT, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
     return Points(columns, groups, named, word)

@@ -171,7 +171,7 @@ class Choice:
             values = objectives.values[:, j]
             ends = (self.ranking.nadir[j], self.ranking.ideal[j])
             front, is_log = plots.places_between(values[self.ranking.pareto], *ends)
-            ticks = np.unique(np.round(_TICKS * front).astype(int))
+            ticks = np.unique(np.round(_TICKS * np.clip(front, 0.0, 1.0)).astype(int))
             marked = [values[[self.row]]]
             for _, designs in self._beside:
                 marked.append(designs.column(name).astype(float))
