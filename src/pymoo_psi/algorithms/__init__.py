@@ -42,12 +42,13 @@ Example:
 
 A study rejects a different problem: another name, variables, number of objectives or constraints,
 or other numbers, arrays and texts that the problem was made with: arguments of its class that it
-keeps as attributes of the same name, and likewise those of objects among them (or what its method
-``fingerprint()`` returns). Paths are not compared: a ``pathlib.Path``, and a text with a slash that
-begins or ends as paths do, such as ``"/data/mesh"``, ``"./mesh"``, ``"meshes/"`` or
-``"meshes/b.msh"``; a unit such as ``"N/mm2"`` is. It does not know other attributes or the code of
-the model. Change ``study_key`` when a constant or the program changes; otherwise one table mixes
-old and new results. Failed designs stay failed until ``PSI(..., retry="failed")`` tests them again.
+keeps as attributes of the same name, also in lists, mappings and data classes (or what its method
+``fingerprint()`` returns). A warning names arguments that are other objects. Paths are not
+compared: a ``pathlib.Path``, and a text with a slash that begins or ends as paths do, such as
+``"/data/mesh"``, ``"./mesh"``, ``"meshes/"`` or ``"meshes/b.msh"``; a unit such as ``"N/mm2"`` is.
+It does not know other attributes or the code of the model. Change ``study_key`` when a constant or
+the program changes; otherwise one table mixes old and new results. Failed designs stay failed until
+``PSI(..., retry="failed")`` tests them again.
 
 Many machines can share an investigation without communication. Each tests its share of the points
 and writes its own file in one folder, which is read like a study. This Slurm script starts an array

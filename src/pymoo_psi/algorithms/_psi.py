@@ -484,9 +484,9 @@ class PSI(PointAlgorithm):
             itself compares name, variables, choices and number of objectives, and the numbers,
             texts and arrays that the problem was made with, or what its method ``fingerprint()``
             returns. These are arguments of its class that it keeps as attributes of the same name,
-            and those of objects among them, but no paths. It does not know other attributes or the
-            code of the model. Other bounds, samplings or requirements start another run in the same
-            study.
+            also in lists, mappings and data classes, but no paths; a warning names those that are
+            other objects. It does not know other attributes or the code of the model. Other bounds,
+            samplings or requirements start another run in the same study.
         more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
             points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study, 10 by default.

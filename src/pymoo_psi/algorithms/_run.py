@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -517,7 +518,14 @@ def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str])
     """
     table = TestTable.empty(model.schema)
     try:
-        identity = problem_identity(model.problem)
+        others: list[str] = []
+        identity = problem_identity(model.problem, others)
+        if others and options.study is not None:
+            warnings.warn(
+                f"the study does not compare what the problem's {', '.join(others)} is made of; "
+                "give a study_key, or the problem a method fingerprint()",
+                stacklevel=2,
+            )
         if model.program is not None:  # it completes stored tests by other expressions
             identity.pop("expressions", None)
         text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})

@@ -7,8 +7,7 @@ import inspect
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from datetime import date, timedelta
 from decimal import Decimal
 from fractions import Fraction
@@ -33,6 +32,7 @@ from pymoo_psi._validation import (
     mapping,
     wrong_type,
 )
+from pymoo_psi.parallel import Runner
 from pymoo_psi.problems._equalities import Polytope, polytope
 from pymoo_psi.problems._pymoo import problem_name
 from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
@@ -465,7 +465,7 @@ def problem_schema(
     )
 
 
-def problem_identity(problem: Any) -> Values:
+def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
     """Return what identifies the model of a problem for a study, as plain values.
 
     The names and kinds of the variables belong to it as well; bounds, requirements, names of
@@ -475,6 +475,10 @@ def problem_identity(problem: Any) -> Values:
     with are included, or else what its method ``fingerprint()`` returns, such as the chute's; for a
     wrapper with such a method, that of the wrapped problem, too. Wrappers that have other columns,
     or other values in them, are named by their classes.
+
+    Args:
+        problem: The problem.
+        others: As for :func:`own_parameters`.
     """
     model = within_same_columns(problem)
     choices = {}
@@ -484,7 +488,7 @@ def problem_identity(problem: Any) -> Values:
     identity: Values = {
         "problem": problem_name(problem),
         "choices": choices,
-        "parameters": own_parameters(problem),
+        "parameters": own_parameters(problem, [] if others is None else others),
     }
     if not getattr(model, "has_named_outputs", False):
         # int, as JSON has no NumPy integers, which OpenMDAO's problems have
@@ -501,72 +505,75 @@ def problem_identity(problem: Any) -> Values:
     return identity
 
 
-def own_parameters(problem: Any) -> Values:
+def own_parameters(problem: Any, others: list[str]) -> Values:
     """Return what a problem's ``fingerprint()`` returns, or the constants that it was made with.
 
-    These are numbers, texts and arrays, also in lists, mappings and objects. They are the arguments
-    of its classes that it keeps as attributes of the same name, or with an underscore before it,
-    except default values and what pymoo's ``Problem`` takes; likewise of an object among them. A
-    text that looks like a path is left out: it says where something is, not what.
+    These are numbers, texts and arrays, also in lists, mappings and data classes. They are the
+    arguments of its classes that it keeps as attributes of the same name, or with an underscore
+    before it, except default values and what pymoo's ``Problem`` takes. A text that looks like a
+    path is left out: it says where something is, not what.
+
+    Args:
+        problem: The problem.
+        others: The names of arguments, to which those are added that hold other objects.
     """
     fingerprint = getattr(problem, "fingerprint", None)
     if callable(fingerprint):
         parameters = dict(fingerprint())
         if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
-            parameters["wrapped"] = own_parameters(problem.wrapped)
+            parameters["wrapped"] = own_parameters(problem.wrapped, others)
         return parameters
-    model = layers(problem)[-1]
-    parameters = _constants_of(model, (model,))
-    for name, value in parameters.items():
-        text = repr(value)
+    problem = layers(problem)[-1]
+    arguments: dict[str, inspect.Parameter] = {}
+    for kind in reversed(type(problem).__mro__):
+        if issubclass(kind, Problem):
+            arguments.update(inspect.signature(kind).parameters)
+    of_pymoo = inspect.signature(Problem).parameters
+    parameters = {}
+    for name, argument in arguments.items():
+        if name in of_pymoo:
+            continue
+        default = argument.default
+        kept = getattr(problem, name, getattr(problem, f"_{name}", default))
+        objects: list[Any] = []
+        constant = _constant(kept, (problem,), objects)
+        if objects:
+            others.append(name)
+        # A default array is no constant: the problem may have changed its values.
+        is_default = _is_of_python(default) and constant == _constant(default, (), [])
+        if constant is _UNKNOWN or is_default:
+            continue
+        text = repr(constant)
         if len(text) > _LONGEST:
-            parameters[name] = hashlib.sha256(text.encode()).hexdigest()[:16]
+            constant = hashlib.sha256(text.encode()).hexdigest()[:16]
+        parameters[name] = constant
     return parameters
 
 
-def _constants_of(owner: Any, owners: tuple[Any, ...]) -> Values:
-    """Return the constants that an object was made with, by argument, except default values.
+def _constant(value: Any, owners: tuple[Any, ...], objects: list[Any]) -> Any:
+    """Return a constant as numbers, texts, lists and mappings; or ``_UNKNOWN``.
 
     Args:
-        owner: The object.
-        owners: It, and the objects whose constant it is.
+        value: The constant.
+        owners: What it is in, which is not looked into again.
+        objects: Objects of other kinds, to which those in it are added; they may change.
     """
-    arguments: dict[str, inspect.Parameter] = {}
-    for kind in reversed(type(owner).__mro__):
-        with suppress(ValueError, TypeError):  # those in C may have no signature
-            arguments.update(inspect.signature(kind).parameters)
-    if isinstance(owner, Problem):
-        for name in inspect.signature(Problem).parameters:
-            arguments.pop(name, None)
-    constants = {}
-    for name, argument in arguments.items():
-        default = argument.default
-        kept = getattr(owner, name, getattr(owner, f"_{name}", default))
-        constant = _constant(kept, owners)
-        # A default array is no constant: the problem may have changed its values.
-        is_default = _is_of_python(default) and constant == _constant(default, ())
-        if constant is not _UNKNOWN and not is_default:
-            constants[name] = constant
-    return constants
-
-
-def _constant(value: Any, owners: tuple[Any, ...]) -> Any:
-    """Return a constant of objects as numbers, texts, lists and mappings; or ``_UNKNOWN``."""
     plain = _plain(value)
-    if plain is _UNKNOWN or plain is None or isinstance(plain, (str, bool, int, float)):
+    if plain is None or isinstance(plain, (str, bool, int, float)):
         return plain
-    if any(value is owner for owner in owners):
+    if plain is _UNKNOWN or any(value is owner for owner in owners):
         return _UNKNOWN
     owners = (*owners, value)
-    if not isinstance(plain, (list, Mapping)):
-        return {"class": type(value).__name__} | _constants_of(value, owners)
     if isinstance(plain, list):
-        items = [_constant(item, owners) for item in plain]
+        items = [_constant(item, owners, objects) for item in plain]
         known = [item for item in items if item is not _UNKNOWN]
         return known if known or not plain else _UNKNOWN
+    if not isinstance(plain, Mapping):
+        objects.append(plain)
+        return _UNKNOWN
     constants = {}
     for name in sorted(plain, key=str):
-        constant = _constant(plain[name], owners)
+        constant = _constant(plain[name], owners, objects)
         if constant is not _UNKNOWN:
             constants[str(name)] = constant
     return constants
@@ -575,9 +582,9 @@ def _constant(value: Any, owners: tuple[Any, ...]) -> Any:
 def _plain(value: Any) -> Any:
     """Return a value as one of Python's own types, if it stands for one.
 
-    Code and paths are ``_UNKNOWN``.
+    Code, paths and runners are ``_UNKNOWN``.
     """
-    if isinstance(value, (type, ModuleType, os.PathLike)) or inspect.isroutine(value):
+    if isinstance(value, (type, ModuleType, os.PathLike, Runner)) or inspect.isroutine(value):
         return _UNKNOWN
     if isinstance(value, str) and _PATH.fullmatch(value):
         return _UNKNOWN
@@ -593,6 +600,8 @@ def _plain(value: Any) -> Any:
         return [*value]
     if isinstance(value, SimpleNamespace):
         return vars(value)
+    if is_dataclass(value):
+        return {field.name: getattr(value, field.name) for field in fields(value)}
     return value
 
 
