@@ -13,6 +13,7 @@ import pytest
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Decision
+from tests.helpers.processes import posix
 from tests.helpers.ranked import Ranked
 
 COST = re.compile(r"(\S+) in (\w+) \((\S+) %")
@@ -79,7 +80,6 @@ def test_all_numbers_are_those_of_the_definition(seed, said, tmp_path):
     named = re.split(", | and ", leading[1]) if leading else []
     if len(order) > 1:
         assert named == [n for n in objectives if not shares[n] and oracle.range(n)]
-    assert len(rows) > 12 or len(printed.splitlines()) <= 18
     assert max(map(len, printed.splitlines())) <= 80
 
 
@@ -163,7 +163,13 @@ def test_no_column_takes_the_name_of_another_and_the_ranking_comes_back(said, na
     assert re.findall("Proposed: .*", again) == re.findall("Proposed: .*", printed)
 
 
-@pytest.mark.parametrize("name", ["-x.csv", "a b.csv", "it's.csv", '"a" $HOME.csv', "a\\b.csv"])
+ODD_NAMES = ['"a" $HOME.csv', "a\\b.csv"]  # Windows has no such names
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["-x.csv", "a b.csv", "it's.csv", *(pytest.param(name, marks=posix) for name in ODD_NAMES)],
+)
 def test_the_next_command_runs_as_it_is_printed(in_folder, said, name):
     Path(name).write_text("car,range, price\nA,1,2\nB,2,4\n")
     asked = ["--limits", "range<=9, price<=9", "--compute", "cost=price*2", "--maximize", "range"]

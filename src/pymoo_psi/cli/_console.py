@@ -45,15 +45,13 @@ _WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
 _LEAST_ROWS = 3
 _LINES = 24
-_FEW = 12  # designs, whose ranking has fewer lines
-_LINES_OF_FEW = 18
 _HEADING_WIDTHS = (80, 24, 16, 12)  # the first of these at which a table fits
 _LEAST_LABEL = 16
 _GAP = "  "
 _BESIDE_PLACES = " " * len("place") + _GAP
 _MOST_NAMED = 6  # values of the proposed test
 _NUMBER = re.compile(r"[-−+]?\.?\d")
-_PLAIN_WORD = re.compile(r"[\w@%+:,./-]+")
+_PLAIN_WORD = re.compile(rf"[\w@%+:,./{re.escape(os.sep)}-]+")
 
 
 def width() -> int | None:
@@ -158,12 +156,9 @@ def say_ranking(
             text += f" ({all_by} shows {len(cautions) - 1} more.)"
         sentences.append(text)
     below = wrapped([*sentences, *notes], columns).splitlines() + _next(following, columns)
-    lines = _LINES
-    if len(table) <= _FEW:
-        lines = _LINES_OF_FEW
     # Beside them: two blank lines, the head of the table, its ends, and the count of further rows;
     # units have a line more.
-    n_rows = lines - len(above) - len(below) - 6
+    n_rows = _LINES - len(above) - len(below) - 6
     designs = _table(table, min(max(n_rows, _LEAST_ROWS), _MOST_ROWS), columns, out)
     print_text("\n".join([*above, "", *designs, "", *below]))
 
@@ -351,16 +346,23 @@ def command(*words: str) -> list[str]:
     for word in words:
         text = word
         if len(texts) == 1 and re.match("-[^-]", word):  # a file, no option
-            text = word = f"./{word}"
-        if re.search(r'["$`\\!]', word):
-            text = shlex.quote(word)
-        elif not _PLAIN_WORD.fullmatch(word):
-            text = f'"{word}"'
+            text = f"./{word}"
         if word.startswith("--") or not texts:
-            texts.append(text)
+            texts.append(_quoted(text))
         else:
-            texts[-1] += f" {text}"
+            texts[-1] += f" {_quoted(text)}"
     return texts
+
+
+def _quoted(word: str) -> str:
+    """Return a word as a shell reads it."""
+    if _PLAIN_WORD.fullmatch(word):
+        return word
+    if sys.platform == "win32":
+        word = word.replace('"', '\\"')
+    elif re.search(r'["$`\\!]', word):
+        return shlex.quote(word)
+    return f'"{word}"'
 
 
 def say_next(following: Names) -> None:
@@ -373,7 +375,7 @@ def _next(following: Names, columns: int) -> list[str]:
 
 
 def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:
-    """Return a command in lines that fit into a width and that a shell joins.
+    """Return a command in lines that fit into a width and that a shell joins, on Windows in one.
 
     Where it takes several lines, short options come first, as they share one.
 
@@ -382,7 +384,7 @@ def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:
         columns: The width.
     """
     whole = " ".join(parts)
-    if _columns(whole) <= columns:
+    if _columns(whole) <= columns or sys.platform == "win32":
         return [whole]
     lines = [parts[0]]
     for option in sorted(parts[1:], key=_columns):
