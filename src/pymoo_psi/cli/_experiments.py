@@ -60,9 +60,12 @@ def run_compare(options: Options) -> int:
     _write_comparison(result, folder)  # first, as printing may fail
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
     medians = result.summary()[columns].round(4)
-    medians["seconds"] = medians["seconds"].map("{:.4f}".format)
-    headings = {"evaluations": "tests", "n_nondominated": "designs", "igd_plus": "IGD+"}
-    headings["optimum_distance"] = "to optimum"
+    headings = {
+        "evaluations": "tests",
+        "n_nondominated": "designs",
+        "igd_plus": "IGD+",
+        "optimum_distance": "to optimum",
+    }
     print_frame(medians.rename(columns=headings), f"{name}: medians over the runs", n_keys=2)
     tests = result.tests().drop(columns="p").round({"effect": 3})
     tests["p_holm"] = tests["p_holm"].map("{:.2g}".format)

@@ -449,12 +449,6 @@ def run_tell(options: Options) -> int:
     Returns:
         0.
     """
-    sentences = tell_tests(
-        options.file,
-        options.study,
-        cancel=options.cancel or (),
-        decimal=options.decimal,
-        sheet=options.sheet,
-    )
-    say(*sentences)
+    reading = {"decimal": options.decimal, "sheet": options.sheet}
+    say(*tell_tests(options.file, options.study, cancel=options.cancel or (), **reading))
     return 0
