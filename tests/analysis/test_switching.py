@@ -8,7 +8,13 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, read_table
-from pymoo_psi.analysis import change_text, constraint_costs, switching_sentences, switching_values
+from pymoo_psi.analysis import (
+    change_text,
+    constraint_costs,
+    none_left_reason,
+    switching_sentences,
+    switching_values,
+)
 from tests.helpers.draws import rarely
 
 WIDE = {"price": (-1, 3), "days": (-1, 3), "gain": (-1, 3)}
@@ -113,6 +119,24 @@ def test_a_looser_limit_keeps_the_digits_that_leave_designs_out(sign):
     (row,) = switching_values(table).query("direction == 'looser'").to_dict("records")
     assert (row["value"], row["design"]) == (frame["f"][2], "row 2")
     assert f"{10_000_000 + sign / 2:,}".replace(",", "\u00a0") in change_text(table, row)
+
+
+@pytest.mark.parametrize("values", [[100.24, 110], [1.23456789], [1234567.891234] * 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_limit_at_the_nearest_value_that_is_named_leaves_a_design(values, sign):
+    frame = pd.DataFrame({"f": sign * np.array(values), "g": range(len(values))})
+    table = read_table(
+        frame, Formulation(["f", "g"], limits={"f": {1: (None, 1), -1: (-1, None)}[sign]})
+    )
+    ends = (
+        re.search(r"left \(f (.*)\)", none_left_reason(table))[1]
+        .replace("\u00a0", "")
+        .split(" to ")
+    )
+    assert len(ends) == len({*values})
+    near = ends[0 if sign > 0 else -1]
+    pair = {1: (None, float(near)), -1: (float(near), None)}[sign]
+    assert table.under(limits={"f": pair}).feasible().any()
 
 
 def test_ranges_whose_reciprocals_overflow_are_compared():

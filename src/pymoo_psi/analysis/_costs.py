@@ -198,8 +198,10 @@ def none_left_reason(table: TestTable) -> str:
         values = values[np.isfinite(values)]
         span = "no value"
         if len(values):
-            ends = {rounded_text(values.min(), values, True): None}
-            ends[rounded_text(values.max(), values, False)] = None
+            is_up = values.min() > limit.upper  # so that a limit at the nearer end lets it in
+            ends = dict.fromkeys(
+                rounded_text(end, values, is_up) for end in (values.min(), values.max())
+            )
             span = f"{' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
         return f"{text} ({name} {span})."
     rejects = mask.sum(axis=0)
