@@ -323,7 +323,7 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
     if not isinstance(design, str):
         integer("design", design, minimum=0)
         groups = (numbers,)
-        remedy = "if labels are integers, give the name, or row="
+        remedy = "of labelled designs give the name, or row="
     for group in groups:
         texts = list(map(str, group))
         if texts.count(str(design)) == 1:
@@ -331,7 +331,9 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
     example = ""
     for name in [*names[0]][:1]:  # a table without rows has none
         example = f", such as {str(name)!r}"
-    rule = f"the name of one design as a text{example}, or the number of a test or row"
+    rule = (
+        f"the name of one design as a text{example}, or without labels the number of a test or row"
+    )
     raise invalid("design", rule, design, remedy)
 
 
