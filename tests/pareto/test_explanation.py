@@ -185,7 +185,7 @@ def test_a_design_goes_by_label_or_number(source, design, row):
         (LETTERS, "C", "the name of one design as a text, .* got 'C'"),
         (LETTERS, "D", "the name of one design as a text, .* got 'D'"),
         (INTEGERS, 3, "as a text, such as '3', .* got 3"),
-        (PLAIN, 3, "the name of one design as a text, .* the number of a test or row, got 3"),
+        (PLAIN, 3, "the name of one design as a text, .* the number of a test, or row, got 3"),
         (PLAIN, 10, "be a feasible .* infeasible; violations"),
         (LABELLED, "A", "be a feasible .* infeasible; violations"),
         (LABELLED, "F", "design must be"),

@@ -331,9 +331,7 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
     example = ""
     for name in [*names[0]][:1]:  # a table without rows has none
         example = f", such as {str(name)!r}"
-    rule = (
-        f"the name of one design as a text{example}, or without labels the number of a test or row"
-    )
+    rule = f"the name of one design as a text{example}, or the number of a test, or row"
     raise invalid("design", rule, design, remedy)
 
 
