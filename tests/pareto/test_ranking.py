@@ -21,6 +21,12 @@ def test_designs_of_one_place_keep_their_order():
     assert rank_of_efficiency(F).by_place.tolist() == list(range(120))
 
 
+@pytest.mark.parametrize("normalize", [True, False])
+def test_distances_of_designs_that_one_dominates_need_a_range(normalize):
+    frame = rank_of_efficiency([[1, 1], [2, 1], [300, 4]], normalize=normalize).to_frame()
+    assert frame["mu1"].isna().tolist() == [False, normalize, normalize]
+
+
 CURVE = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
 
 

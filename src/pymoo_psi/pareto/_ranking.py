@@ -494,8 +494,8 @@ class EfficiencyRanking(Shown):
         Returns:
             One row per design, in the order of :attr:`by_place`, its index the label of the design
             in the data frame or table that was ranked, or its row in the array; columns: ``place``,
-            missing for dominated designs, the objectives, ``mu1``, ``mu2``, ``mu3``,
-            ``efficiency_rank``, ``pareto``.
+            missing for dominated designs, the objectives, ``mu1``, ``mu2``, ``mu3`` (missing for
+            them where no range has a length), ``efficiency_rank``, ``pareto``.
 
         Raises:
             ArgumentValueError: An objective has the name of another one or of one of the other
@@ -700,7 +700,10 @@ def ranking_frame(
     import pandas as pd
 
     place = pd.arrays.IntegerArray(ranking.place.copy(), ~ranking.pareto)
-    measures = (*ranking.criteria.T, ranking.rank, ranking.pareto)
+    criteria = ranking.criteria
+    if np.isinf(ranking.frame.scale).all():  # no range tells how far others are from the only one
+        criteria = np.where(ranking.pareto[:, None], criteria, np.nan)
+    measures = (*criteria.T, ranking.rank, ranking.pareto)
     behind = dict(zip(RANKING_COLUMNS[1:], measures, strict=True))
     frame = pd.DataFrame({"place": place, **columns, **behind}, index=index)
     return frame.iloc[ranking.by_place]
