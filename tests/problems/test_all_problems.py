@@ -4,7 +4,6 @@ import contextlib
 import pathlib
 import warnings
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -118,10 +117,8 @@ def nested(E):
     [
         lambda E: Model(weights={"E": E, "solve": print}),
         lambda E: Model(weights=Steel(E)),
-        lambda E: Model(weights=SimpleNamespace(E=E)),
-        lambda E: Model(weights={E, 2.0}),
         lambda E: Model(weights=range(int(E))),
-        lambda E: Model(weights=[None, E * 1j]),
+        lambda E: Model(weights=[None, E]),
         lambda E: Model(weights=pd.Series([E, 2.0])),
         nested,
     ],

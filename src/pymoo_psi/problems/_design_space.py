@@ -8,11 +8,8 @@ import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from datetime import date, timedelta
-from decimal import Decimal
-from fractions import Fraction
 from itertools import compress
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -592,14 +589,8 @@ def _plain(value: Any) -> Any:
         value = value.to_numpy()
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
-    if isinstance(value, (complex, Decimal, Fraction, date, timedelta, range, bytes)):
-        return repr(value)
-    if isinstance(value, (set, frozenset)):
-        return sorted(value, key=repr)
-    if isinstance(value, tuple):
+    if isinstance(value, (tuple, range)):
         return [*value]
-    if isinstance(value, SimpleNamespace):
-        return vars(value)
     if is_dataclass(value):
         return {field.name: getattr(value, field.name) for field in fields(value)}
     return value
