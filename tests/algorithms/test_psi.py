@@ -113,7 +113,7 @@ SOMETIMES = Model(
 @pytest.mark.parametrize("keep", ["feasible", "pareto"])
 def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
     """However the tests are cut into blocks, of which whole ones may lack the output."""
-    options = {"units": {"heat": "K"}}  # which promise the output
+    options = {"units": {"heat": "K"}}  # which promise the output, as the first test lacks it
     asked = investigate(SOMETIMES, 64, **options).under(Formulation(limits={"heat": 0.5}))
     expected = (asked.X[:, 0] >= 0.75) & (asked.X[:, 1] <= 0.5)
     np.testing.assert_array_equal(asked.feasible(), expected)

@@ -303,6 +303,7 @@ NUMBER, COLUMN = {"pattern": "f = (.*)"}, {"column": "m"}
         ("f = 0.12+103\n", {"pattern": "f = (.*)"}, 0.12e103),
         ("f = 12,5 mm\n", {"pattern": r"f = (\d+),"}, 12.0),
         ("f1-2=5mm\n", {"pattern": r"=(\d+)"}, 5.0),
+        ("12.5,13.7\n", {"pattern": r"^([\d.]+)"}, 12.5),
         ("f-5\n", {"pattern": r"f-(\d+)"}, 5.0),
         ("Länge = 3\n".encode("cp1252"), {"pattern": "Länge = (.*)", "encoding": "cp1252"}, 3.0),
         ("Höhe;m\n3;5\n".encode("cp1252"), {"column": "Höhe", "encoding": "cp1252"}, 3.0),

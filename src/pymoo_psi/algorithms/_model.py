@@ -60,6 +60,7 @@ class Model:
         formulation: The formulation of the run, with these limits where it says no others.
         repeat: Which of the tests of each design these are.
         noisy: Whether tests of the same design differ.
+        awaited: The outputs that the formulation uses, until a test has them.
     """
 
     def __init__(self, problem: Any, options: RunOptions, repeat: int = 1) -> None:
@@ -82,6 +83,8 @@ class Model:
         self.default_limits: Values = _pairs(self._limits)
         formulation = options.formulation or Formulation(limits=options.limits)
         self.formulation: Formulation = self.with_default_limits(formulation)
+        known = {*schema.names, *self.formulation.units}
+        self.awaited: set[str] = {*self.formulation.columns} - known
 
     def with_default_limits(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others.
@@ -119,21 +122,21 @@ class Model:
         return tests.under(formulation)
 
     def require_outputs(self, names: Collection[str]) -> None:
-        """Refuse a formulation that uses an output which a test that has not failed lacks.
+        """Refuse a formulation that uses an output which the first test without failure lacks.
 
         Outputs that only some designs have are promised by their units.
 
         Args:
-            names: The columns of the test.
+            names: The columns of a test.
         """
-        known = {*self.schema.names, *self.formulation.units, *names} - NO_OUTPUTS
-        for name in self.formulation.columns:
-            if name not in known:
-                title = "a name in the formulation"
-                if name in self.formulation.allowed:
-                    title = "a name in limits"
-                remedy = "an output that only some designs have must have a unit"
-                known_name(title, name, known - {*self.schema.constraints}, remedy)
+        for name in self.awaited.difference(names):
+            title = "a name in the formulation"
+            if name in self.formulation.allowed:
+                title = "a name in limits"
+            known = {*self.schema.names, *names} - {*self.schema.constraints, *NO_OUTPUTS}
+            remedy = "an output that only some designs have must have a unit"
+            known_name(title, name, known, remedy)
+        self.awaited.clear()
 
     def under(self, tests: TestTable) -> TestTable:
         """Return all tests of a run under its formulation.

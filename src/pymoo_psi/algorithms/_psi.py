@@ -243,15 +243,20 @@ class PointAlgorithm(WithTable, Algorithm):
             run.close()
             raise
 
+    @property
+    def _block_size(self) -> int | None:
+        """The size of a block; ``None`` for a round, which has the size that it has."""
+        return self.options.block_size
+
     def _size_of_block(self) -> int | None:
         """Return the size of the next block, at most the number of evaluations that are left.
 
-        After a block that needed none, it may be twice as large; a round has the size that it has.
+        After a block that needed none, it may be twice as large.
         """
-        if self.options.block_size is None:
+        if self._block_size is None:
             return None
         left = max(1, self._most_evaluations - self.evaluator.n_eval)
-        return int(min(self.options.block_size, max(left, 2 * self._n_passed)))
+        return int(min(self._block_size, max(left, 2 * self._n_passed)))
 
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
@@ -264,7 +269,7 @@ class PointAlgorithm(WithTable, Algorithm):
         Those of a study are evaluated, and those that violate a requirement count as evaluated.
         """
         self._run.close()  # from here on the user evaluates
-        points = self._run.next_points(self.options.block_size)
+        points = self._run.next_points(self._block_size)
         if len(points) == 0:
             return None
         space = self._run.model.space
@@ -304,7 +309,7 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _tests_of(self, infills: Population) -> TestTable:
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        points = self._run.next_points(self.options.block_size).at(slice(0, len(infills)))
+        points = self._run.next_points(self._block_size).at(slice(0, len(infills)))
         numbers = infills.get("test_point")
         if not np.array_equal(numbers, points.numbers):
             rule = f"the next test points in their order, {points.numbers.tolist()}"
@@ -456,8 +461,8 @@ class PSI(PointAlgorithm):
         share: ``(k, n)`` tests only the k-th of n parts of the points. The n parts together equal
             the run without ``share``; each part covers all bounds.
         block_size: Points per iteration; display, callback and termination are called after each
-            iteration. By default 64 with a termination, and without one as many as make 32
-            iterations, at least 64.
+            iteration. By default at least 64: without a termination as many as make 32 iterations,
+            with one up to a sixteenth of those evaluated so far.
         first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
             and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
         sampling: Where the points come from: ``"lptau"`` by default, and for more than 51 variables
@@ -535,18 +540,16 @@ class PSI(PointAlgorithm):
         **options: Unpack[AlgorithmSettings],
     ) -> None:
         integer("n_points", n_points, minimum=1)
-        self._is_size_given = block_size is not None
         super().__init__(n_points, RunOptions(share=share, block_size=block_size), **options)
 
-    def setup(self, problem: Any, **kwargs: Any) -> Any:
-        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
-        super().setup(problem, **kwargs)
-        if not self._is_size_given:
-            size = 64  # smaller blocks would take their time
-            if not self._may_end_early:  # 32 lines of a display
-                size = max(size, -(-self.n_points // (32 * self.options.part.of)))
-            self.options = replace(self.options, block_size=size)
-        return self
+    @property
+    def _block_size(self) -> int:
+        size = self.options.block_size
+        if size is not None:
+            return size
+        if self._may_end_early:  # a time limit is exceeded by little, and long runs have few blocks
+            return max(64, int(self.evaluator.n_eval) // 16)
+        return max(64, -(-self.n_points // (32 * self.options.part.of)))  # 32 lines of a display
 
     def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""

@@ -159,6 +159,7 @@ class StudyStore(Store):
         share = options.part if options.part.of > 1 else None
         identity = _identity_of_run(head, sampling, model)
         facts, run = self.study.begin(head, identity, share, model.completed)
+        model.awaited.difference_update(facts.head["outputs"])
         self.run = run.number
         self._planned = run.planned
         for _, last in run.planned:

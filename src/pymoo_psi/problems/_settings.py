@@ -136,7 +136,7 @@ _NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent 
 _AFTER_A_BEGINNING = re.compile(
     r"(?:(?<=\d)|(?<=\d\.)|(?<=[^\w)]-)|(?<=\d[eEdD])|(?<=\d[eEdD][+-]))[\d.]"
 )
-_REST = re.compile(r"(?<=[\d.])\d|(?<=\d)(?:[.,]\d|[eEdD][+-]?\d)")
+_REST = re.compile(r"[\d.]\d|\d(?:\.\d|[eEdD][+-]?\d)")
 _WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eEdD][+-]?\d+)?\s*")
 _SWAPPED = str.maketrans(",.", ".,")
 
@@ -337,12 +337,16 @@ def _require_whole(match: re.Match[str]) -> None:
     """
     start, end = match.span(1)
     text = match.string
+    rest = text[end : end + 3]
     is_part = _AFTER_A_BEGINNING.match(text, start)
     if end == match.end():
-        is_part = is_part or _REST.match(text, end)
+        is_part = is_part or _REST.match(match[1][-1:] + rest)
+        if match[1].isdigit():  # perhaps 1,5 or 1,500; what follows 1.5 is another number
+            is_part = is_part or re.match(r",\d", rest)
     if is_part:
         problem = f"{match[1]!r} in {text[max(start - 10, 0) : end + 10]!r} is a part of a number"
-        raise ValueError(f"{problem}; the group of the pattern must match all of it")
+        remedy = r"the group must match all of it, or the pattern what follows, as (\d+), does"
+        raise ValueError(f"{problem}; {remedy}")
 
 
 def _require_inside(argument: str, file: str) -> None:
