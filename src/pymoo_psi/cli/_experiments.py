@@ -58,6 +58,21 @@ def run_compare(options: Options) -> int:
         remedy = f"finished runs are kept in {out}; the same command continues"
         raise KeyboardInterrupt(remedy) from None
     _write_comparison(result, folder)  # first, as printing may fail
+    _print_comparison(result, name)
+    say(f"Tables, figures and the runs written to {out}")
+    return 0
+
+
+def _write_comparison(result: Comparison, folder: Path) -> None:
+    tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
+    write_frame(result.to_frame(), folder / "runs.csv")
+    write_frame(result.summary(), folder / "summary.csv")
+    write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
+    save_figures([("indicators", plot_indicators(result))], folder, dpi=200)
+
+
+def _print_comparison(result: Comparison, name: str) -> None:
+    """Print the medians of each algorithm, and the tests of their differences."""
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
     medians = result.summary()[columns].round(4)
     headings = {
@@ -74,17 +89,6 @@ def run_compare(options: Options) -> int:
         "Hypervolume by pairs; a difference is significant where p_holm < 0.05",
     )
     say(*_OF_COMPARISONS.splitlines())
-    say(f"Tables, figures and the runs written to {out}")
-    return 0
-
-
-def _write_comparison(result: Comparison, folder: Path) -> None:
-    tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
-    write_frame(result.to_frame(), folder / "runs.csv")
-    write_frame(result.summary(), folder / "summary.csv")
-    write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
-    figures = [("indicators", plot_indicators(result))]
-    save_figures(figures, folder, dpi=200)
 
 
 def run_reproduce(options: Options) -> int:

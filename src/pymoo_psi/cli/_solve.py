@@ -126,7 +126,10 @@ def run_solve(options: Options) -> int:
     subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
     result = _search(options, problem, n_points, settings)
     if not result.table.feasible().any():
-        _say_none_left(options, subject, result)
+        say(f"{subject}: No design is left: {none_left_reason(result.table)}")
+        say(*result.table.remarks, *_reasons(result.tests))
+        if out is not None:
+            say(f"{options.out} is not written.")
         return 1
     if out is not None:
         write_ranking(result.table, out, only_pareto=True)
@@ -323,15 +326,6 @@ def _by_nsga3(problem: Problem, n_points: int, settings: RunOptions, show: Show)
 
 
 # The result
-
-
-def _say_none_left(options: Options, subject: str, result: Result) -> None:
-    """Say that and why no design is left."""
-    reason = none_left_reason(result.table)
-    say(f"{subject}: No design is left: {reason}", *result.table.remarks)
-    say(*_reasons(result.tests))
-    if options.out is not None:
-        say(f"{options.out} is not written.")
 
 
 def _say_result(options: Options, subject: str, result: Result) -> None:
