@@ -16,7 +16,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
-from pymoo_psi.paper import PAPER_MU, Reproduction, reproduce
+from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
@@ -102,12 +102,12 @@ def run_reproduce(options: Options) -> int:
     n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
     steps = count(1)
     with progress_bar(True) as show:
+
+        def show_case(case: Case) -> None:
+            show(next(steps) / n_steps, f"mu = {case.mu}, {case.model} model")
+
         result = reproduce(
-            options.points,
-            mu=mu,
-            models=models,
-            n_jobs=options.jobs,
-            callback=lambda case: show(next(steps) / n_steps, f"mu = {case.mu}, {case.model}"),
+            options.points, mu=mu, models=models, n_jobs=options.jobs, callback=show_case
         )
         # Figures take most of the time, so that a second process is worth its start.
         draw = partial(_draw_paper, result, out)
