@@ -32,8 +32,8 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 _SCRIPTS = {
     "logic": "numbers arrays data dominance ranking limits orders explanations questions decisions "
     "exports",
-    "view": "dom marks scales canvas state charts rows axes scatter verdict choosing positions "
-    "preferences table files page",
+    "view": "dom marks scales canvas state charts rows axes names scatter verdict choosing "
+    "positions preferences table files page",
     "live": "live",
 }
 # What distances are measured in, by whether they are normalised.

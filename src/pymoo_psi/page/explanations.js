@@ -129,11 +129,11 @@ function explain(ranking, row) {
     return rows.length ? nearest(rows, column) : -1
   })
   // A neighbour towards several objectives is one step.
-  const steps = new Set(bySize(shares).map((j) => neighbours[j]).filter((i) => i >= 0))
+  const steps = unique(bySize(shares).map((j) => neighbours[j])).filter((i) => i >= 0)
   return {
     row,
     shares,
-    steps: [...steps].map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
+    steps: steps.map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
     costs: costsOf(ranking, behindOf(ranking, row)),
   }
 }

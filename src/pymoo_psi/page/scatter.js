@@ -5,12 +5,7 @@ const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
 const FEW_NAMES = 8 // of designs that no other dominates, which may cover lines
 const MOST_OBSTACLES = 300 // points from which names keep away
-const SIDES = [[1, 0], [-1, 0], ...[0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1, -1].flatMap((across) => [[across, -1], [across, 1]])] // of a point, where its name may be
-const CLEAR = [26, 10] // pixels beside and above a point that names of others keep: one sees whose a name is
-const GAP = 6 // pixels between names
-const AWAY = [5, 17, 29, 43, 59] // from the shape of a point, the first without a line
-const UNPLACED = 9 // more than all faults of a place
-const WIDEST = [0.6, 0.35] // share of the plot that a name may take; with the smaller one it has more lines
+const CLEAR = [26, 10] // pixels beside and above a point that names of others keep
 // The columns across and up.
 const plotColumns = () => [0, 1].map((k) => columnOf(state.plot[k]) ?? data.numeric[k] ?? data.numeric[0])
 
@@ -182,57 +177,28 @@ const scatter = (() => {
     ])
   }
 
-  // Names beside their points, or farther away with a line to them, each nearer to its own point than to others:
-  // none covers another, a point or a line. Where there is no such place a name is left out; but those that are
-  // wanted may cover lines and, with a line of their own, points, or be nearer to others; where designs are
-  // few, all may cover lines.
+  // Names of what is marked, of what people want and of steps from what is proposed, which may cover lines and, with
+  // a line of their own, points; and of all where they are few: then these may cover lines, else nothing.
   function drawNames(g, front, rejected) {
     const holders = Map.groupBy(latest(state.positions), ({chosen}) => rowOf(chosen))
     holders.delete(-1)
     const wanted = [...marked.toReversed(), ...picked([...holders.keys()], (row) => left.mask[row]), ...rowsOf(verdict?.steps ?? [])]
     const further = shownRows.length <= MOST_NAMES ? [...front, ...shownRows] : []
-    let rows = unique([...wanted, ...further]).filter(isInside)
+    const rows = unique([...wanted, ...further]).filter(isInside)
     const visible = joined(picked(shownRows, isKnown), rejected)
     const others = visible.length <= MOST_OBSTACLES ? visible : []
-    const points = unique([...rows, ...others]).map((row) => ({row, x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]}))
+    const pointOf = (row) => ({row, u: u(row), v: v(row), x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]})
     const isFew = ranking.front.length <= FEW_NAMES
-    let taken // by names and their lines
-    const faultOf = (place) => {
-      const covers = (obstacles, start = 0) => [place, ...place.tie.slice(start)].some((spot) => !isFree(spot, obstacles))
-      const away = (row) => hypot(...wayTo(place, row))
-      const isOnPoint = covers(points)
-      const isStray = points.some(({row}) => away(row) < away(place.row))
-      if (covers(taken) || (left.mask[place.row] && !isFree(place, hatched)) || ((isOnPoint || isStray) && !place.tie.length)) return UNPLACED
-      return 4 * isStray + 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
-    }
-    // The best place of a name with those who want the design, or without them where there is none.
-    const nameOf = (row) => {
-      g.font = row === verdict?.row ? `650 ${FONT}` : FONT
-      const people = namesOf(holders.get(row) ?? [])
-      let name = {row, fault: UNPLACED}
-      const most = wanted.includes(row) ? UNPLACED : isFew ? 2 : 1
-      for (const text of new Set([[called(row), ...people].join(" · "), called(row)])) {
-        for (const place of name.tie ? [] : placesOf(g, row, text)) {
-          const fault = faultOf(place)
-          if (fault < min(most, name.fault)) name = {...place, fault}
-          if (!fault) return name
-        }
-      }
-      return name
-    }
-    // What finds no place, or covers something, comes first in another try.
-    let least = Infinity
-    for (let tries = isFew ? 6 : 1; tries > 0 && least > 0; tries--) {
-      taken = []
-      const names = rows.map((row) => {
-        const name = nameOf(row)
-        if (name.tie) taken.push(name, ...name.tie)
-        return name
-      }).sort((a, b) => b.fault - a.fault)
-      const faults = sum(names.map(({fault}) => fault))
-      if (faults < least) [boxes, least] = [names.filter(({tie}) => tie), faults]
-      rows = rowsOf(names)
-    }
+    const names = rows.map((row) => ({
+      point: pointOf(row),
+      radius: LOOKS[marks.findLast((mark) => mark.row === row)?.look ?? look(row)].size,
+      font: row === verdict?.row ? `650 ${FONT}` : FONT,
+      texts: unique([[called(row), ...namesOf(holders.get(row) ?? [])].join(" · "), called(row)]),
+      most: wanted.includes(row) ? UNPLACED : isFew ? 2 : 1,
+      hatched: left.mask[row] ? hatched : [],
+    }))
+    const room = {points: unique([...rows, ...others]).map(pointOf), lines, left: LEFT, right: size.width, top: TOP - 8, bottom}
+    boxes = placedNames(g, names, room, isFew ? 6 : 1)
     for (const {row, font, words, x, y, tie} of boxes) {
       g.font = font
       if (tie.length) drawLine(g, INK.muted, tie[0].x, tie[0].y, tie.at(-1).x, tie.at(-1).y)
@@ -242,42 +208,11 @@ const scatter = (() => {
     g.font = FONT
   }
 
-  // Names side by side are not to be read as one.
-  function isFree(a, others) {
-    return !others.some((b) => a.row !== b.row && a.x < b.x + b.width + GAP && b.x < a.x + a.width + GAP && a.y < b.y + b.height && b.y < a.y + a.height)
-  }
-
-  // How far it is across and down from a point to the text of a name.
-  function wayTo({x, y, width, height}, row) {
-    return [min(max(0, x - u(row)), x + width - u(row)), min(max(0, y + 3 - v(row)), y + height - 3 - v(row))]
-  }
-
-  // Where a name may be, beside its point first, then at a distance, with the spots of a line to it.
-  function* placesOf(g, row, text) {
-    const {size: radius} = LOOKS[marks.findLast((mark) => mark.row === row)?.look ?? look(row)]
-    for (const share of WIDEST) {
-      const words = wrapped(g, text, (right - LEFT) * share)
-      const width = max(...words.map((line) => g.measureText(line).width))
-      const height = 14 * words.length
-      for (const gap of AWAY) for (const [across, down] of SIDES) {
-        const reach = gap + radius
-        const box = {row, words, font: g.font, width, height, x: u(row) + across * reach + (across - 1) / 2 * width, y: v(row) + down * (reach + 2) + (down - 1) / 2 * height}
-        if (box.x <= LEFT || box.x + width >= size.width || box.y < TOP - 8 || box.y + height >= bottom) continue
-        const tie = []
-        const [dx, dy] = wayTo(box, row)
-        for (let way = 6 / hypot(dx, dy); gap > AWAY[0] && way < 1; way += 0.1) {
-          tie.push({row, x: u(row) + way * dx, y: v(row) + way * dy, width: 0, height: 0})
-        }
-        yield {...box, tie}
-      }
-    }
-  }
-
   function draw() {
     columns = plotColumns()
     selects.forEach((select, k) => { select.selectedIndex = data.numeric.indexOf(columns[k]) })
     renew("relation", columns.every(isObjective) ? "trade off" : "are related")
-    area.ariaLabel = `${columns[1].label} against ${columns[0].label}; the table holds the same designs`
+    area.ariaLabel = `${columns[1].label} against ${columns[0].label}`
     if (!size.width) return
     const g = clean(0)
     lay(g)

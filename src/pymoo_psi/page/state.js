@@ -97,7 +97,7 @@ function lead() {
   if (filter !== filtered) {
     filtered = filter
     left = limited(state)
-    ranking = left.count < data.n || state.fixed ? ranked(left.mask, state.fixed ? data.fixed : null) : data.whole
+    ranking = ranked(left.mask, state.fixed ? data.fixed : null)
     switchLater()
   }
   verdict = verdictOn(ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
