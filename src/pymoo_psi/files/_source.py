@@ -452,40 +452,44 @@ def _are_consecutive(numbers: ArrayLike) -> bool:
 
 def _stated_roles(
     columns: Mapping[str, TextColumn],
+    formulation: Formulation,
     named: Names,
-    labels: Names,
     variables: Names,
-    *,
-    is_guess: bool,
+    labels: Names,
 ) -> dict[str, str]:
-    """Return the roles of columns as the user, the source or their names state them.
+    """Return the roles of columns as their names, the source or the user state them.
 
     Args:
         columns: The columns that follow from no others.
-        named: The objectives that the user or the source names.
+        formulation: What the user says.
+        named: The objectives that the user or the source names, if any.
+        variables: The variables that the user or the source names, if any.
         labels: The columns that name or number designs.
-        variables: The variables that the user or the source names.
-        is_guess: Whether nobody has said what the objectives are.
 
     Raises:
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
     free = [name for name in columns if name not in labels and name not in variables]
     numbered = _numbered_roles(free)
-    objectives = [*named] or [name for name in numbered if numbered[name] == OBJECTIVE]
+    objectives = [name for name in named if name not in formulation.computed]
+    if not objectives:
+        objectives = [name for name in numbered if numbered[name] == OBJECTIVE]
     if not objectives:
         objectives = [name for name in free if columns[name].has_numbers()]
-    if len(objectives) < (2 if is_guess else 1):
+    if len(objectives) < (1 if named else 2):
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
             f"two columns or more must be of numbers, without labels and variables, got {received}",
             f"to rank by one alone, name it by {argument('objectives')}",
         )
-    if variables:
-        numbered = {name: role for name, role in numbered.items() if role != VARIABLE}
-    roles = numbered | dict.fromkeys(variables, VARIABLE) | dict.fromkeys(objectives, OBJECTIVE)
-    for name, role in roles.items():
-        known_name(f"{role}s", name, columns)
+    variables = variables or [name for name in numbered if numbered[name] == VARIABLE]
+    roles = {name: role for name, role in numbered.items() if role in _MET}
+    # What is stated later counts.
+    roles |= dict.fromkeys(labels, LABEL)
+    roles |= dict.fromkeys(formulation.columns, OUTPUT)  # computed with, or limited
+    for role, names in ((VARIABLE, variables), (OBJECTIVE, objectives)):
+        for name in names:
+            roles[known_name(f"{role}s", name, columns)] = role
     return roles
 
 
@@ -505,47 +509,34 @@ def _numbered_roles(names: Names) -> dict[str, str]:
     return roles if has_first and n > 1 else {}
 
 
-def _role(
-    cells: Cells,
-    column: TextColumn,
-    stated: str,
-    labels: Names,
-    needed: Names,
-    *,
-    is_guess: bool,
-) -> tuple[str, str]:
+def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> tuple[str, str]:
     """Return the role of a column, and a remark if a reader may take it for something else.
 
     Args:
         cells: All cells.
         column: The column.
         stated: Its role by :func:`_stated_roles`, or empty; a variable must be without gaps.
-        labels: The columns that name or number designs.
-        needed: The columns that the formulation computes with or limits.
         is_guess: Whether nobody has said what the objectives are.
     """
     name = column.name
     numbers = column.numbers
-    if stated == OBJECTIVE:
-        return OBJECTIVE, ""
-    gaps = column.gaps()
-    if stated == VARIABLE and not column.problem and not gaps.any():
-        return VARIABLE, ""
     remark = ""
+    if stated in (OBJECTIVE, OUTPUT):
+        return stated, ""
     if stated == VARIABLE:
+        gaps = column.gaps()
+        if not column.problem and not gaps.any():
+            return VARIABLE, ""
         problem = column.problem or cells.place(name, int(gaps.argmax()))
         remark = f"{name} is no variable: {problem}."
-    if name in needed:
-        return OUTPUT, remark
-    if name in labels:
+    if stated == LABEL:
         is_first = name == next(iter(cells.columns))
-        if numbers is None or _are_counts(numbers, in_order=not is_first):
-            return NOTE, ""
-        remedy = "name it in objectives"
-        if name == TEST:  # tables have such a column of their own
-            remedy = "rename the column"
-        remark = f"{name} is taken to number the designs; to rank by it, {remedy}."
-        return NOTE, remark if is_guess else ""
+        if is_guess and numbers is not None and not _are_counts(numbers, in_order=not is_first):
+            remedy = "name it in objectives"
+            if name == TEST:  # tables have such a column of their own
+                remedy = "rename the column"
+            remark = f"{name} is taken to number the designs; to rank by it, {remedy}."
+        return NOTE, remark
     if numbers is not None:
         met = _MET.get(stated, Limit())
         n_beyond = int((met.excess(name, numbers) > 0).sum())
@@ -577,13 +568,8 @@ def _table(
     directed = {*formulation.objectives, *formulation.maximize}
     columns, label, labels = _labelled(cells, head, directed)
     named = formulation.objectives or stated.objectives
-    roles = _stated_roles(
-        columns,
-        [name for name in named if name not in formulation.computed],
-        labels,
-        variables or stated_variables,
-        is_guess=not named,
-    )
+    variables = variables or stated_variables
+    roles = _stated_roles(columns, formulation, named, variables, labels)
     objectives = [name for name, role in roles.items() if role == OBJECTIVE]
     remarks = [*cells.remarks]
     if not named and _are_consecutive(columns[objectives[0]].require_numbers()):
@@ -595,9 +581,7 @@ def _table(
     described = {}
     for name in dict.fromkeys([*objectives, *columns]):
         column = columns[name]
-        role, remark = _role(
-            cells, column, roles.get(name, ""), labels, formulation.columns, is_guess=not named
-        )
+        role, remark = _role(cells, column, roles.get(name, ""), is_guess=not named)
         remarks += filter(None, [remark])
         data[name] = _values(column, role)
         described[name] = _described(column, role, data[name], stated, formulation)
