@@ -91,7 +91,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ("rank set.csv --variables x9", "error: --variables must be one of"),
         ("rank set.csv --skip-rows 99", "error: --skip-rows must be"),
         ("rank set.csv --decimal ;", "error: --decimal must be"),
-        ("rank set.csv --average-by c9", "error: --average-by must be one of"),
+        ("rank set.csv --average-by c9", "error: set.csv: --average-by must be one of"),
         ("rank set.csv --maximize f9", "error: set.csv: --maximize must be one of"),
         ("page set.csv --average-by q", "--average-by must be one of"),
         ("solve bnh --log x9", "error: --log must be one of"),

@@ -204,11 +204,16 @@ def read_table(
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     # One more limit, as a command adds it, must not drop those that are part of a file.
     decision = asked.combine_first(table.decision)
-    if average_by or (average_by is None and is_study and has_repeats(table)):
-        with named_as({"by": name_of("average_by")}):
-            table = average_repeats(replace(table, decision=decision), average_by)
-    elif formulation is not None:
-        table = table.under(decision)
+    try:
+        if average_by or (average_by is None and is_study and has_repeats(table)):
+            with named_as({"by": name_of("average_by")}):
+                table = average_repeats(replace(table, decision=decision), average_by)
+        elif formulation is not None:
+            table = table.under(decision)
+    except ArgumentValueError as error:
+        if path is None:
+            raise
+        raise ArgumentValueError(f"{path}: {error}") from None
     designs = table.take(table.feasible())
     remarks = _failures(designs)
     if average_by is None and not isinstance(source, TestTable):
@@ -483,13 +488,22 @@ def _stated_roles(
             f"to rank by one alone, name it by {argument('objectives')}",
         )
     variables = variables or [name for name in numbered if numbered[name] == VARIABLE]
-    roles = {name: role for name, role in numbered.items() if role in _MET}
-    # What is stated later counts.
-    roles |= dict.fromkeys(labels, LABEL)
-    roles |= dict.fromkeys(formulation.columns, OUTPUT)  # computed with, or limited
-    for role, names in ((VARIABLE, variables), (OBJECTIVE, objectives)):
+    for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
-            roles[known_name(f"{role}s", name, columns)] = role
+            known_name(group, name, columns)
+    # A column has the first of these roles; an output is computed with, or limited.
+    roles: dict[str, str] = {}
+    for role, names in (
+        (OBJECTIVE, objectives),
+        (VARIABLE, variables),
+        (OUTPUT, formulation.columns),
+        (LABEL, labels),
+    ):
+        for name in names:
+            roles.setdefault(name, role)
+    for name, role in numbered.items():
+        if role in _MET:
+            roles.setdefault(name, role)
     return roles
 
 
