@@ -104,7 +104,8 @@ def test_named_designs_and_bounds_of_the_scenario():
     expected = [0, np.mean(Robust(mixed, **options).parameters[:, 0] < 0.75), 0]
     assert kept["infeasible_share"].tolist() == expected
     assert kept[["a", "m", "b"]].to_dict("records") == designs
-    frame = robustness(beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9)
+    named = pd.DataFrame(X, columns=["x1", "x2"])[["x2", "x1"]]
+    frame = robustness(beam, named, uncertainty=LOAD, n_scenarios=9)
     assert frame["optimum_share"].is_monotonic_decreasing
     np.testing.assert_array_equal(frame.sort_index()[["x1", "x2"]], X)
 

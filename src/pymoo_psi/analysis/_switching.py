@@ -83,12 +83,9 @@ def switching_values(table: TestTable) -> pd.DataFrame:
     """
     import pandas as pd
 
-    changes = [*_changes(table)]
     columns = ["column", "end", "direction", "present", "value", "design"]
-    frame = pd.DataFrame(changes, columns=columns)
-    designs = [change[columns.index("design")] for change in changes]
-    frame["design"] = pd.Series(designs, index=frame.index, dtype=object)  # None stays None
-    return frame
+    frame = pd.DataFrame([*_changes(table)], columns=columns, dtype=object)  # None stays None
+    return frame.astype({"present": np.float64, "value": np.float64})
 
 
 def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:

@@ -351,14 +351,11 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return Column(ranks + aside, (-0.5, len(options) - 0.5), column.heading, options)
     values = values.astype(np.float64)
-    sign = 0
-    errors = None
     further = values[list(marked)]
     if is_variable:
-        inner = values
-        # NaN if there are none
-        further = np.array([column.lower, column.upper, *further], dtype=float)
         is_log = column.kind is Kind.LOG
+        inner = values
+        further = np.append(further, [column.lower, column.upper]).astype(float)  # NaN if unknown
     else:
         inner = values[table.feasible()]
         is_log = spans_decades(inner)
@@ -371,11 +368,14 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
             low, high = np.floor(low) + 0.5, np.ceil(high) - 0.5
     else:
         low, high = _ends_of_dependent(values, inner, further)
+    sign = 0
+    errors = None
+    label = column.heading
     if name in table.schema.objectives:
         sign = -1 if column.maximize else 1
+        label = with_unit(name, column.unit)
         if has_errors(table):
             errors = table.column(error_column(name))
-    label = column.heading if sign == 0 else with_unit(name, column.unit)
     if is_log:
         label += ", log"
     limits = (limit.lower, limit.upper)

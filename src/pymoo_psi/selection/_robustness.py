@@ -108,7 +108,8 @@ def robustness(
     import pandas as pd
 
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
-    designs = _designs(X, robust.n_var)
+    names = list(robust.space.variable_names)
+    designs = _designs(X, names)
     F, feasible = _in_scenarios(robust, robust.space.to_matrix(designs))
     optimum, efficient, pareto = np.zeros((3, *feasible.shape), dtype=bool)  # (S, n) each
     regret = np.full(feasible.shape, np.nan)
@@ -126,7 +127,7 @@ def robustness(
         regret[k, rows] = mu1 - mu1[ranking.pareto].min()
     frame = pd.DataFrame(list(designs))
     if not isinstance(designs[0], Mapping):  # a matrix has no names of variables
-        frame.columns = [f"x{j + 1}" for j in range(frame.shape[1])]
+        frame.columns = names
     frame["optimum_share"] = optimum.mean(axis=0)
     frame["efficient_share"] = efficient.mean(axis=0)
     frame["pareto_share"] = pareto.mean(axis=0)
@@ -138,14 +139,19 @@ def robustness(
     return frame.sort_values(order, ascending=[False, False, True, True], kind="stable")
 
 
-def _designs(X: Any, n_var: int) -> Designs:
-    """Return designs as an ``(n, n_var)`` matrix, or as an ``(n,)`` array of mappings."""
+def _designs(X: Any, names: list[str]) -> Designs:
+    """Return designs as an ``(n, n_var)`` matrix, or as an ``(n,)`` array of mappings.
+
+    The columns of a frame are in any order, if they are called as the variables are.
+    """
     # next(iter(X)), as X[0] of a data frame is a column.
     if not isinstance(X, np.ndarray) and len(X) > 0 and isinstance(next(iter(X)), Mapping):
         return np.fromiter(X, object)
+    if {*getattr(X, "columns", ())} == {*names}:
+        X = X[names]
     designs = np.array(X)
-    if len(designs) == 0 or designs.shape[1:] != (n_var,):
-        rule = f"designs of {n_var} variables, in an array (n, n_var), n >= 1"
+    if len(designs) == 0 or designs.shape[1:] != (len(names),):
+        rule = f"designs of {len(names)} variables, in an array (n, n_var), n >= 1"
         raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
     return designs
 
