@@ -56,7 +56,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import Database, Proposal, created
 from pymoo_psi.study._facts import (
-    ALL,
     SUFFIX,
     Facts,
     Share,
@@ -415,13 +414,17 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
     if not files:
         raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
     first = Study(files[0]).facts()
+    n_shares = 1
     tests_of_files = []
     points = []
     for file in files:
         with Study(file).reading() as database:
-            _require_same_points(file, database.facts, files[0], first)
+            facts = database.facts
             tests_of_files.append(database.tests())
             points.append(database.test_points(1, 1))
+        _require_same_points(file, facts, files[0], first)
+        if facts.share is not None:
+            _, n_shares = facts.share
     is_noisy = first.runs[0].record.get("noisy", False)
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         joined = Database(db, os.fspath(path))
@@ -435,7 +438,6 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
             except ArgumentValueError as error:
                 raise _other_results(file, error) from error
         joined.number_by_points()
-        _, n_shares = first.share or ALL
         missing = _missing(n_shares, np.unique(np.concatenate(points)))
         return first._replace(head=joined.facts.head), joined.tests(), missing
 
