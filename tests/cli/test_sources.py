@@ -257,4 +257,4 @@ def test_lines_to_skip_add_up(said):
 def test_a_page_shows_the_designs_that_a_limit_names(said):
     Path("a.csv").write_text("site,cost,area\nA,1,1\nB,2,2\nC,3,3\nD,4,4\n")
     printed = said("page", "a.csv", "--maximize", "area", "--limits", "site in A, C")
-    assert "\n2 designs by cost, area." in printed
+    assert "\n2 designs. Open page.html" in printed

@@ -229,8 +229,7 @@ def run_page(options: Options) -> int:
     further = shlex.join(_command_for_more(path, table))
     replace(page, origin=path.name, further=further).save(out)
     say_source(path, table.under(limits={}))
-    objectives = ", ".join(table.schema.objectives)
-    say(f"{counted(len(page.table), 'design')} by {objectives}. Open {out} in a browser.")
+    say(f"{counted(len(page.table), 'design')}. Open {out} in a browser.")
     return 0
 
 
