@@ -156,6 +156,9 @@ class Executor:
 
     def _reset(self) -> None:
         """Forget all points."""
+        self._outputs: dict[
+            int, list[str]
+        ] = {}  # of points without failure, while some are awaited
         self._waiting: dict[str, list[int]] = {}  # points of the same design, by designs under way
         self._clear()
 
@@ -248,11 +251,14 @@ class Executor:
         if result is None:
             return 0.0
         self._results.append(result)
-        _, values, seconds = result
+        number, values, seconds = result
         if self.has_designs:
             self._n_called += 1
-            if not values["failure"]:
-                self._model.require_outputs(values)
+            if self._model.awaited and not values["failure"]:
+                self._outputs[number] = [*values]
+                first = min(self._outputs)
+                if first < self.queue.first_pending:  # the same one for any number of workers
+                    self._model.require_outputs(self._outputs[first])
         else:
             self._n_called += len(values[0])
         return seconds
