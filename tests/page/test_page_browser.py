@@ -600,6 +600,10 @@ def test_zooming_keeps_what_is_at_the_spot(reader):
             reader.click(reader.page.get_by_label(button))
         assert reader.ask(f"D.scatter.spot({row})") == pytest.approx(before, abs=1)
         assert ("at the edge" in reader.text("#key")) == (button == "Zoom in")
+        if button == "Zoom in":  # also where another design is looked at
+            reader.page.evaluate("inspect(decisionPage.ranking.front[0]); update()")
+            assert reader.ask(f"D.scatter.spot({row})") == pytest.approx(before, abs=1)
+            reader.page.evaluate("inspect(-1); update()")
 
 
 def test_hovering_tells_label_and_values(reader):

@@ -553,6 +553,10 @@ def test_what_a_page_opens_with_is_checked(cases):
     of_ann, of_ben = found["state"]["positions"]
     assert of_ann["limits"] == {name: [None, 5], "x": [0, None]}
     assert of_ben == held.positions[1]
+    # A command writes no owners: a reason is that of who has a position with it.
+    by_command = {"chosen": first, "reason": "Proposed after 1 answer."}
+    said = opened(case, **by_command, positions=[{"name": "Dan", **by_command}])
+    assert said["state"]["owners"] == {"reason": "Dan"}
     weighted = Decision(positions=[{"name": "Cy", "weights": {name: 2.0, "gone": 1.0}}])
     gone = {"pins": ["nobody", first], "weights": {"gone": 1}}
     found = opened(case, page={"state": gone}, positions=weighted.positions)

@@ -175,6 +175,9 @@ function opened(text) {
 // The state of a formulation, and what a reader must know of it.
 function stateOf({limits, chosen, reason, ranges, positions, decided, page: {values, state: view} = {}}) {
   const {state, remarks} = checked({...view, fixed: isFixed(ranges), limits, chosen, reason, positions, decided})
+  // Where no page has written who has given the reason, it is who has a position with it.
+  const owner = state.positions.findLast((one) => one.chosen === state.chosen && one.reason === state.reason)
+  if (owner && state.reason && !view?.owners) state.owners = {reason: owner.name}
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])

@@ -17,7 +17,7 @@ const scatter = (() => {
   let [lines, hatched] = [] // boxes along the front, and of what limits reject: no place for a name
   let columns = []
   let whole // for each column, the shares of its scale that are shown without a zoom
-  let zoom = 1 // about what is proposed or looked at, which stays where it is
+  let [zoom, centre] = [1, [0, 0]] // about what was proposed or looked at, as shares of the scales
   let scales = [] // of what is shown
   let numbers = [] // at the axes
   let [x, y] = [] // where a value is across and up
@@ -59,8 +59,7 @@ const scatter = (() => {
     if (!whole || !dragging) whole = columns.map(windowOf)
     scales = columns.map((column, k) => {
       const scale = scaleOf(column)
-      const centre = shareOn(scale)(column.values[verdict?.row]) || 0
-      const [low, high] = whole[k].map((end) => valueAt(scale, centre + (end - centre) / zoom))
+      const [low, high] = whole[k].map((end) => valueAt(scale, centre[k] + (end - centre[k]) / zoom))
       return {...scale, low, high}
     })
     right = size.width - RIGHT
@@ -78,6 +77,7 @@ const scatter = (() => {
 
   function zoomBy(factor) {
     zoom = max(1, zoom * factor)
+    centre = columns.map((column) => shareOn(scaleOf(column))(column.values[verdict?.row]) || 0)
     draw()
   }
 
@@ -163,16 +163,19 @@ const scatter = (() => {
     const known = picked(shownRows, isKnown)
     const beyond = known.length - picked(known, isInside).length
     const undrawn = data.n - known.length - rejected.length
+    const reasons = [left.count > shownRows.length && "dominated", left.count + rejected.length < data.n && "beyond a limit",
+      shownRows.length > known.length && "without a value"]
+    const hasDominated = shownRows.length > ranking.front.length
     const isHatched = columns.some(limitOf)
     const {colour} = LOOKS.other
     const isDensity = shownRows.length > MOST_SHAPES
     legend("key", [
       ...legendOfMarks(),
       isDensity ? [swatch("area", colour), `designs${DENSITY}`] : [icon(LOOKS.other), "dominated by no other", true],
-      state.dominated && !isDensity && [icon(LOOKS.dominated), "dominated"],
+      hasDominated && !isDensity && [icon(LOOKS.dominated), "dominated"],
       front.length > 1 && [swatch("step", colour), "best trade-offs of the two"],
       (isHatched || rejected.length) && [[isHatched && swatch("hatch", INK.text), rejected.length && icon(LOOKS.rejected)], "beyond a limit"],
-      undrawn && [[], `${counted(undrawn, "design")} not drawn: dominated, beyond a limit or without a value`],
+      undrawn && [[], `${counted(undrawn, "design")} not drawn: ${listed(reasons.filter(Boolean), "or")}`],
       beyond && [[], `${exact(beyond)} at the edge, outside of the axes`],
     ])
   }

@@ -35,7 +35,7 @@ function showVerdict() {
     renew("verdict-variables")
   }
   show("certain", !isAsOpened())
-  renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`, state.owners.reason && `, by ${state.owners.reason}`)
+  renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`, state.reason && state.owners.reason && `, by ${state.owners.reason}`)
   if ($("reason").value !== state.reason) showText($("reason"), state.reason)
   renew("reason-printed", state.reason || "–")
   showCounts()
