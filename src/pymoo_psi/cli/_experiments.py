@@ -75,6 +75,7 @@ def _print_comparison(result: Comparison, name: str) -> None:
     """Print the medians of each algorithm, and the tests of their differences."""
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
     medians = result.summary()[columns].round(4)
+    medians["seconds"] = medians["seconds"].map("{:.4f}".format)
     headings = {
         "evaluations": "tests",
         "n_nondominated": "designs",
