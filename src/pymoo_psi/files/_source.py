@@ -461,8 +461,8 @@ def _stated_roles(
     named: Names,
     variables: Names,
     labels: Names,
-) -> dict[str, str]:
-    """Return the roles of columns as their names, the source or the user state them.
+) -> tuple[Names, dict[str, str]]:
+    """Return the objectives, and the roles of columns, as names, source or user state them.
 
     Args:
         columns: The columns that follow from no others.
@@ -491,20 +491,12 @@ def _stated_roles(
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             known_name(group, name, columns)
-    # A column has the first of these roles; an output is computed with, or limited.
-    roles: dict[str, str] = {}
-    for role, names in (
-        (OBJECTIVE, objectives),
-        (VARIABLE, variables),
-        (OUTPUT, formulation.columns),
-        (LABEL, labels),
-    ):
-        for name in names:
-            roles.setdefault(name, role)
-    for name, role in numbered.items():
-        if role in _MET:
-            roles.setdefault(name, role)
-    return roles
+    roles = {name: role for name, role in numbered.items() if role in _MET}
+    # The last of its roles counts; an output is computed with, or limited.
+    roles |= dict.fromkeys(labels, LABEL)
+    roles |= dict.fromkeys(formulation.columns, OUTPUT)
+    roles |= dict.fromkeys(variables, VARIABLE)
+    return objectives, roles | dict.fromkeys(objectives, OBJECTIVE)
 
 
 def _numbered_roles(names: Names) -> dict[str, str]:
@@ -583,8 +575,7 @@ def _table(
     columns, label, labels = _labelled(cells, head, directed)
     named = formulation.objectives or stated.objectives
     variables = variables or stated_variables
-    roles = _stated_roles(columns, formulation, named, variables, labels)
-    objectives = [name for name, role in roles.items() if role == OBJECTIVE]
+    objectives, roles = _stated_roles(columns, formulation, named, variables, labels)
     remarks = [*cells.remarks]
     if not named and _are_consecutive(columns[objectives[0]].require_numbers()):
         remarks.append(
