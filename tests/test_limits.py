@@ -184,12 +184,7 @@ def test_limits_leave_what_removed_rows_leave(seed):
 
 def separations(table, names):
     """Return how far the choices of two people are apart, and what both regret least."""
-    people = zip(("Ann", "Ben"), (names[0], names[-1]), strict=True)
-    positions = [
-        {"name": name, "date": "2026-01-01", "chosen": chosen, "limits": {}, "weights": {},
-         "aspiration": {}, "reason": ""}
-        for name, chosen in people
-    ]  # fmt: skip
+    positions = [{"name": "Ann", "chosen": names[0]}, {"name": "Ben", "chosen": names[-1]}]
     return separation_sentences(table.under(Decision(table.formulation, positions=positions)))
 
 

@@ -12,10 +12,9 @@ import pandas as pd
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer
-from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, ProgramProblem
+from pymoo_psi import ProgramProblem
 from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli import main
 from pymoo_psi.files import read_table
@@ -178,11 +177,6 @@ def test_requirements_hold_for_what_was_tested(study_file, name, second, names):
     frame[[width, n, "f", "cost"]] = [[1, 1, 5, 5], [1, 2, 4, 4]]
     tell_tests(frame, study_file)
     assert read_table(study_file).status.tolist() == ["ok", "infeasible"]
-
-
-def test_such_a_problem_is_not_evaluated(alloy):
-    problem = ProgramProblem.from_toml("alloy.toml")
-    refused("people make the tests", minimize, problem, PSI(4))
 
 
 class Small(ElementwiseProblem):

@@ -131,10 +131,8 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said,
         decision_page(table, title="s").html(),
     ]
     assert f"Chosen: {first.best().names[0]}." in texts[0]
-    for text in texts:
-        assert "2.4" in text
-    for text in texts[:4]:
-        assert "100000" not in text
+    assert all("2.4" in text for text in texts)
+    assert "100000" not in "".join(texts[:4])
     assert "s.db: test 2.4 chosen of" in texts[2]
 
 

@@ -1,7 +1,6 @@
 """Every command opens the same sources under the same options, and ranks them as the library."""
 
 import json
-import os
 import re
 import shlex
 import shutil
@@ -210,7 +209,6 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
     expected = sensitivities(table, ["mass", "deflection", "overstress", "stress"]).reset_index()
     written = pd.read_csv("analysis/sensitivities.csv")
     pd.testing.assert_frame_equal(written, expected, check_dtype=False)
-    assert {"convergence.csv", "sensitivities.png"} <= {*os.listdir("analysis")}
     assert "--variables must be given" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
 
 

@@ -96,8 +96,12 @@ def test_the_second_writer_waits_or_names_the_first(tmp_path, study_file, worker
     )
     assert until(ready.exists)
     for wait in (0, 0.3):
-        message = f"is being written by another process; waited {wait} s"
-        refused(message, Study(study_file, wait=wait).append, block(9, 4), error=StudyLockedError)
+        refused(
+            f"is being written by another process; waited {wait} s",
+            Study(study_file, wait=wait).append,
+            block(9, 4),
+            error=StudyLockedError,
+        )
     study.begin(HEAD)
     assert len(read(study_file)[1]["x"]) == 4  # readers do not wait
     other = workers.start(f"say({str(go)!r}, 'go')")
