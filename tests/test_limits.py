@@ -284,6 +284,6 @@ def test_page_report_and_ranking_count_the_same_designs():
     assert len(ranking.rows) == 8 < table.feasible().sum()
     (answer,) = in_node([asked_of_page(table, list(ranking.objectives.labels))])
     (found,) = answer["states"]
-    assert (found["count"], len(found["front"])) == (8, ranking.pareto.sum())
-    assert found["remarks"] == []
+    told = (found["count"], len(found["front"]), found["remarks"])
+    assert told == (8, ranking.pareto.sum(), [])
     assert "among the 8 designs within the limit" in Reader(decision_report(table)).text

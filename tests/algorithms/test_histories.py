@@ -78,8 +78,7 @@ class History:
     def ask(self):
         frame = ask_tests(self.problem, int(self.rng.integers(1, 4)), self.options)
         for test, a, b in frame[["test", "a", "b"]].itertuples(index=False):
-            assert (a, b) not in self.results
-            assert (a, b) not in self.pending.values()
+            assert (a, b) not in {*self.results, *self.pending.values()}
             self.pending[test] = (a, b)
 
     def tell(self):

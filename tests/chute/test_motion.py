@@ -154,8 +154,9 @@ def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
             length / np.sqrt(y[1]) * sin / (1.4 * p.r),
         ]
 
-    start = [0.0, p.c**2, p.omega0[1]]
-    t, w, spin = solve_ivp(field, (0, 1), start, "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    t, w, spin = solve_ivp(
+        field, (0, 1), [0.0, p.c**2, p.omega0[1]], "DOP853", rtol=1e-11, atol=1e-12
+    ).y[:, -1]
     m = motion(u1, v_p, p, model="rolling")
     np.testing.assert_allclose(m.time, t, rtol=1e-8)
     np.testing.assert_allclose(m.exit_speed, np.sqrt(w), rtol=1e-9)

@@ -43,8 +43,7 @@ def test_every_algorithm_spends_exactly_its_budget(algorithm, budget):
     result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm])
     X = np.vstack(problem.calls)
     assert len(X) == budget == result.to_frame()["evaluated"].item()
-    assert (problem.xl <= X).all()
-    assert (problem.xu >= X).all()
+    assert ((problem.xl <= X) & (problem.xu >= X)).all()
     F = counted().evaluate(X)
     assert sorted(map(tuple, result.runs[0].F)) == sorted(map(tuple, F[nondominated(F)]))
 
@@ -107,8 +106,8 @@ def test_all_runs_share_the_reference_of_all_results():
     union, reference = np.vstack([run.F for run in result.runs]), result.reference
     best = np.unique(union[nondominated(union)], axis=0)
     assert len(reference.points) == len(best) < 1000
-    np.testing.assert_array_equal(reference.frame.ideal, best.min(axis=0))
-    np.testing.assert_array_equal(reference.frame.nadir, best.max(axis=0))
+    ends = [reference.frame.ideal, reference.frame.nadir]
+    np.testing.assert_array_equal(ends, [best.min(axis=0), best.max(axis=0)])
     # No run is better than all of them together.
     everything = reference.measure(best)
     for run, measured in zip(result.runs, result.to_frame().to_dict("records"), strict=True):
@@ -192,10 +191,13 @@ def test_processes_and_the_order_of_work_change_no_number(tmp_path):
     arguments = {
         "n_evaluations": [64, 32], "seeds": [4, 2], "algorithms": ["psi", "nsga3"],
     }  # fmt: skip
-    one = compare(get_problem("bnh"), **arguments).to_frame()
-    two = compare(get_problem("bnh"), **arguments, n_jobs=2, folder=tmp_path).to_frame()
-    times = ["seconds", "evaluation_seconds"]
-    assert two.drop(columns=times).equals(one.drop(columns=times))
+    one, two = (
+        compare(get_problem("bnh"), **arguments, **options)
+        .to_frame()
+        .filter(regex="^(?!.*seconds)")
+        for options in ({}, {"n_jobs": 2, "folder": tmp_path})
+    )
+    assert two.equals(one)
 
 
 @pytest.mark.parametrize("changed", [{"c": 0.3}, {"upper": (1, 6)}])

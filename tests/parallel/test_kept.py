@@ -192,18 +192,23 @@ class Beam(ElementwiseProblem):
 
 
 def ran(folder, script, **modules):
-    """Run a script beside modules in a process of its own."""
+    """Run a script beside modules in a process of its own; return what it prints, errors too."""
     for name, text in {"script": script, **modules}.items():
         (folder / f"{name}.py").write_text(text)
     return subprocess.run(
-        [sys.executable, "script.py"], cwd=folder, capture_output=True, text=True, check=True
-    )
+        [sys.executable, "script.py"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=True,
+    ).stdout
 
 
 @pytest.mark.slow
 def test_every_runner_refuses_a_changed_file_alike(tmp_path):
-    done = ran(tmp_path, EDITED, helper="FACTOR = 1.0", beam=BEAM)
-    assert (done.stdout, done.stderr) == ("1.0\n" * 9 + "True\n" * 9, "")
+    expected = "1.0\n" * 9 + "True\n" * 9
+    assert ran(tmp_path, EDITED, helper="FACTOR = 1.0", beam=BEAM) == expected
 
 
 MIXED = """
@@ -232,9 +237,8 @@ except WorkerError as error:
 @pytest.mark.slow
 def test_a_worker_with_another_version_is_refused(tmp_path):
     """The class of a script is sent; the module that it uses is imported by the worker."""
-    assert (
-        "a worker process has another version of helper.py"
-        in ran(tmp_path, MIXED, helper="FACTOR = 1.0").stdout
+    assert "a worker process has another version of helper.py" in ran(
+        tmp_path, MIXED, helper="FACTOR = 1.0"
     )
 
 
@@ -276,15 +280,17 @@ except WorkerError as error:
 @pytest.mark.parametrize("runner", ["ProcessRunner", "JoblibRunner"])
 def test_workers_with_two_versions_are_refused(tmp_path, runner):
     """One imports a module before it is edited, another one after; the script never does."""
-    done = ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0")
-    assert done.stdout.startswith("helper has changed during the run")
+    assert ran(tmp_path, LATE.replace("RUNNER", runner), helper="FACTOR = 1.0").startswith(
+        "helper has changed during the run"
+    )
 
 
 def test_libraries_of_workers_share_the_cores(monkeypatch):
     """Unless the user limits them."""
-    libraries = ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")
-    expected = {f"{library}_NUM_THREADS": "4" for library in libraries}
-    expected |= {"VECLIB_MAXIMUM_THREADS": "4", "LOKY_MAX_CPU_COUNT": "4", "MKL_NUM_THREADS": "3"}
+    expected = {
+        **{f"{name}_NUM_THREADS": "4" for name in ("OMP", "OPENBLAS", "BLIS", "NUMEXPR")},
+        **{"VECLIB_MAXIMUM_THREADS": "4", "LOKY_MAX_CPU_COUNT": "4", "MKL_NUM_THREADS": "3"},
+    }
     for name in expected:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("MKL_NUM_THREADS", "3")
@@ -312,8 +318,7 @@ for _ in range(2):
 
 @pytest.mark.slow
 def test_a_class_of_the_main_script_has_new_workers(tmp_path):
-    done = ran(tmp_path, MAIN, kept="calls = []")
-    assert (done.stdout, done.stderr) == ("1.0\n1.0\n", "")
+    assert ran(tmp_path, MAIN, kept="calls = []") == "1.0\n1.0\n"
 
 
 def test_a_call_after_an_error_gets_own_answers():

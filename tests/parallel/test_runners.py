@@ -210,8 +210,9 @@ def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
         time.sleep(0.02)  # jobs that it has submitted wait meanwhile
 
     monkeypatch.setattr(joblib.parallel.BatchCompletionCallBack, "__call__", complete_slowly)
-    with pytest.raises(EvaluationError):
-        model(elementwise_runner=JoblibRunner(2)).evaluate(designs(3))
+    refused(
+        "", model(elementwise_runner=JoblibRunner(2)).evaluate, designs(3), error=EvaluationError
+    )
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons

@@ -54,8 +54,8 @@ def test_curves_of_motion_stop_at_the_transition(case, figures):
         for curve in curves:
             (gap,) = np.flatnonzero(np.isnan(curve.get_xdata()))
             assert curve.get_xdata()[gap - 1] == curve.get_xdata()[gap + 1] == way.slip_end
-    friction = figures[7].axes[3].lines[0].get_ydata()
-    np.testing.assert_array_equal(friction[: way.slipping.sum()], way.friction[way.slipping, 0])
+    friction = figures[7].axes[3].lines[0].get_ydata()[: way.slipping.sum()]
+    np.testing.assert_array_equal(friction, way.friction[way.slipping, 0])
 
 
 @pytest.mark.parametrize("suffix", [".svg", *rarely(".png", ".pdf")])

@@ -29,9 +29,8 @@ def test_names_are_literal(name, text):
 
 def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh):
     before = dict(matplotlib.rcParams)
-    plots.plot_table(chute)
-    plots.plot_objectives(chute)
-    plots.plot_ranking(chute.ranking())
+    for plot in (plots.plot_table, plots.plot_objectives, plots.plot_ranking):
+        plot(chute)
     plots.plot_indicators(bnh)
     assert dict(matplotlib.rcParams) == before
     assert Gcf.get_all_fig_managers() == []
