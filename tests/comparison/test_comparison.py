@@ -261,6 +261,24 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
     assert [path.name for path in tmp_path.glob("*.db")] == [finished.name]
 
 
+@pytest.mark.parametrize("algorithm", ["psi", "surrogate", "psi+nsga3", "nsga3"])
+def test_a_design_that_fails_ends_the_run_of_every_algorithm(algorithm):
+    calls = []
+
+    def model(x):
+        calls.append(x)
+        if x[0] > 0.5:
+            raise ValueError("no mesh")
+        return x[0]
+
+    failing = FunctionalProblem(2, [model, lambda x: 1 - x[0] + x[1]], xl=0, xu=1)
+    message = "ended in a design that failed: .*no mesh; use FailureTolerant"
+    refused(
+        message, compare, failing, error=PsiError, n_evaluations=33, seeds=1, algorithms=[algorithm]
+    )
+    assert len(calls) <= 66
+
+
 @pytest.mark.parametrize("problem", [get_problem("bnh"), get_problem("dtlz2")])
 def test_an_unsuitable_algorithm_is_found_in_its_first_run(problem, tmp_path):
     """NSGA-III with two directions of two objectives, MOEA/D, which takes no constraints."""

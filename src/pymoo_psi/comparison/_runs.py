@@ -261,13 +261,14 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     began = time.perf_counter()
     try:
         search(observed, task.n_evaluations, task.seed or 0)  # without a seed it is deterministic
-    except EndOfRunError as end:
-        reason = str(end)
-    except PsiError:
-        raise
+    except EndOfRunError:
+        pass
     except Exception as error:
+        if isinstance(error, PsiError) and not str(observed.end):
+            raise
         reason = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
+    reason = str(observed.end) or reason
     if reason:
         raise PsiError(
             f"the run of {task} ended in {reason}; use FailureTolerant(problem) if designs fail, "
@@ -303,6 +304,7 @@ class ObservedProblem(WrappedProblem):
     Attributes:
         wrapped: The problem.
         left: How many designs may still be evaluated.
+        end: The error that has ended the run; without a text before that.
         evaluation_seconds: Wall time spent in the problem.
     """
 
@@ -312,19 +314,22 @@ class ObservedProblem(WrappedProblem):
         # pymoo would look for NaN in the reasons of failures, too; values are checked elsewhere.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)
         self.left = budget
+        self.end = EndOfRunError()
         self.evaluation_seconds = 0.0
         self._kept: list[Values] = []
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         if len(X) > self.left:
-            raise EndOfRunError
+            raise self.end
         designs = np.array(design_space(self.wrapped).to_matrix(X))  # before a model changes them
         began = time.perf_counter()
         # pymoo's own `do` would transpose a wrong F and fill in a missing G.
         out = evaluate_designs(self.wrapped, X, *args, **kwargs)
         for reason in filter(None, out["failure"]):
-            raise EndOfRunError(f"a design that failed: {reason}")
+            self.end = EndOfRunError(f"a design that failed: {reason}")
+            self.left = 0  # PSI takes the error for that of a design, and asks for the next ones
+            raise self.end
         self.evaluation_seconds += time.perf_counter() - began
         self.left -= len(X)
         self._kept.append({"X": designs, **{name: out[name] for name in _KEPT}})

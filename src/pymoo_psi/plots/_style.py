@@ -66,7 +66,6 @@ _KEY_MARK = 3.0  # the least size of a marker in a key
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
 _LINE_WORSE = 1000  # any number of points is less bad than a line, which a name would interrupt
-_STEPS = 20  # at which a leader is compared with points
 _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
@@ -518,6 +517,8 @@ def _place(
     best: dict[int, tuple[float, Bbox, Line | None]] = {}
     for turn in (-1, 0):
         for name, texts, row in names:
+            if row in best and len(texts) == 1:
+                continue
             taken = list(boxes)
             crossed = list(lines)
             for other in best.keys() - {row}:
@@ -575,10 +576,11 @@ def _best_place(
         n_bad = _LINE_WORSE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
         leader = None
         if reach > _NEAR:
-            leader = Line([dots[row], (box.p0 + box.p1) / 2])
+            way = (box.p0 + box.p1) / 2 - dots[row]
+            leader = Line([dots[row], dots[row] + way])
             n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
-            along = np.asarray(leader.interpolated(_STEPS).vertices)
-            gaps = np.minimum(gaps, np.hypot(*(others[:, None] - along).T).min(axis=0))
+            share = np.clip((others - dots[row]) @ way / (way @ way), 0.0, 1.0)
+            gaps = np.minimum(gaps, np.hypot(*(others - dots[row] - share[:, None] * way).T))
         elif (gaps < reach * point).any():  # it would name the nearest dot
             n_bad += 1
         n_bad += int(np.sum(gaps < _MARK * point))
