@@ -433,18 +433,8 @@ def _new_results(
         if test in laboratory.tests.index:
             texts = [*map(_text, laboratory.tests.loc[test, names])]
             stored[laboratory.original(test)][test] = texts
-    unknown: dict[int, list[_Result]] = defaultdict(list)  # by the original
-    for result in results:
-        test, _, values = result
-        texts = [_text(values[name]) for name in names]
-        for other, known in stored[test].items():
-            if known == texts:
-                del stored[test][other]
-                break
-        else:
-            unknown[test].append(result)
     new = []
-    for test, rows in unknown.items():
+    for test, rows in _unknown_rows(results, names, stored).items():
         others = stored[test]
         if len(others) > len(rows):
             rule = f"given with all other results of test {test}"
@@ -459,6 +449,22 @@ def _new_results(
             new.append((other, place, values))
         new += rows[len(others) :]
     return new
+
+
+def _unknown_rows(
+    results: Sequence[_Result], names: Names, stored: dict[int, dict[int, list[str]]]
+) -> dict[int, list[_Result]]:
+    """Return the rows of each test that no stored test has; stored ones with a row are dropped."""
+    unknown: dict[int, list[_Result]] = defaultdict(list)
+    for result in results:
+        test, _, values = result
+        texts = [_text(values[name]) for name in names]
+        same = [other for other, known in stored[test].items() if known == texts]
+        if same:
+            del stored[test][same[0]]
+        else:
+            unknown[test].append(result)
+    return unknown
 
 
 def _changes(names: Names, values: Values, former_texts: Names) -> list[str]:
