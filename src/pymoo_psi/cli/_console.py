@@ -189,19 +189,27 @@ def _table(table: TestTable, n_rows: int, columns: int, out: Path | None) -> lis
     names = [shortened(name, max(room, least)) for name in names]
     places = ["place", "", *map(str, ranking.place[shown]), "", ""]
     rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
-    headings, units, *designs, best, worst = [_GAP.join(row).rstrip() for row in rows]
-    lines = [headings]
-    if units:
-        lines.append(units)
-    lines += designs
-    n_hidden = len(optimal) - len(shown)
+    lines = [_GAP.join(row).rstrip() for row in rows]
+    return _with_counts(lines, len(optimal) - len(shown), len(numbers) - len(cells), out)
+
+
+def _with_counts(lines: list[str], n_hidden: int, n_folded: int, out: Path | None) -> list[str]:
+    """Return a table with the counts of what has no place in it, without units if there are none.
+
+    Args:
+        lines: Its headings, units, designs, and the best and the worst values.
+        n_hidden: How many designs are left out.
+        n_folded: How many objectives are left out.
+        out: The file that has the other designs, if any.
+    """
+    headings, units, *designs, best, worst = lines
+    lines = [headings, *filter(None, [units]), *designs]
     if n_hidden:
         more = f"{_BESIDE_PLACES}… {n_hidden} more"
         if out is None:
             more += ": --out FILE.csv"
         lines.append(more)
     lines += [best, worst]
-    n_folded = len(numbers) - len(cells)
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
     return lines

@@ -134,7 +134,7 @@ def run_rank(options: Options) -> int:
         n_written = write_ranking(table, options.out)
         notes.append(f"{counted(n_written, 'design')} written to {options.out}.")
     cautions = cautions_of_distances(table.feasible_ranking())
-    head = [*table.remarks, counts_sentence(table), *decision_remarks(path, table)]
+    head = [*table.remarks, counts_sentence(table), *decision_remarks(table)]
     head += decision_sentences(table)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
@@ -228,7 +228,7 @@ def run_page(options: Options) -> int:
     page = decision_page(table, prototype=_existing(options, table), title=title)
     further = shlex.join(_command_for_more(path, table))
     replace(page, origin=path.name, further=further).save(out)
-    say_source(path, table.under(limits={}))
+    say_source(table.under(limits={}))
     say(f"{counted(len(page.table), 'design')}. Open {out} in a browser.")
     return 0
 
@@ -288,7 +288,7 @@ def run_report(options: Options) -> int:
     path = options.file
     out = options.out
     table = opened_by_options(options, _HTML)
-    remarks = [*table.remarks, *choice_warnings(path, table)]
+    remarks = [*table.remarks, *choice_warnings(table)]
     now = datetime.now(timezone.utc)
     origin = f"{now.day} {now:%B %Y}"
     title = _title(options, table, path.name)
@@ -306,7 +306,7 @@ def run_report(options: Options) -> int:
     more = _command_for_more(path, table, typed_options(OF_FORMULATION))
     made, further = ["\n".join(continued(command(*line))) for line in (words, more)]
     replace(report, command=made, further=further).save(out)
-    say_source(path, table)
+    say_source(table)
     say(*report.cautions, f"{report}. Open {out} in a browser, or print it.")
     return 0 if report.ranking is not None else 1
 
@@ -319,7 +319,7 @@ def run_analyze(options: Options) -> int:
         raise invalid("--variables", "given, as no column is named x1, x2, …", Received("none"))
     if options.out is not None:
         folder = results_folder(options.out)
-    say_source(path, table)
+    say_source(table)
     for name, analyze in _ANALYSES.items():
         try:
             frame = analyze(table)

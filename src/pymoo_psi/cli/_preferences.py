@@ -40,7 +40,7 @@ def run_prefer(options: Options) -> int:
     dialogue = _Dialogue(table, options.person, out)
     for entry in entries_of(options.answers):
         dialogue.person.add(*_answer_in(entry, table))
-    say_source(options.file, table)
+    say_source(table)
     if dialogue.foreign:
         answers = ", ".join(map("".join, dialogue.foreign))
         say(f"Left out, as they do not compare two of the Pareto-optimal designs: {answers}.")

@@ -344,14 +344,13 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     notes = _reasons(result.tests)
     if options.out is not None:
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
-    study = str(options.study or "FILE.db")
-    source = [study, *typed_options(OF_FORMULATION)]
+    source = [str(options.study or options.out or "FILE.db")]
+    if options.study is not None or options.out is None:  # no study has the formulation
+        source += typed_options(OF_FORMULATION)
     following = command("pymoo-psi", "page", *source)
-    if options.out is not None and options.study is None:
-        source = [str(options.out)]  # which has the formulation
-        following = command("pymoo-psi", "page", *source)
-    elif options.study is None:
-        first, *others = command("pymoo-psi", *click.get_current_context().obj, "--study", study)
+    if options.study is None and options.out is None:
+        typed = click.get_current_context().obj
+        first, *others = command("pymoo-psi", *typed, "--study", source[0])
         following = [f"keep every test by {first}", *others]
     say_ranking(
         table,

@@ -132,7 +132,7 @@ def opened_by_options(options: Options, suffixes: Names) -> TestTable:
     return opened(path, options, decision_in(options))
 
 
-def say_source(path: Path, table: TestTable) -> None:
+def say_source(table: TestTable) -> None:
     """Print remarks on the rows of a source, on its objectives if none is named, on a decision."""
     say(*table.remarks)
     if not table.formulation.objectives:
@@ -140,17 +140,13 @@ def say_source(path: Path, table: TestTable) -> None:
         say(f"Objectives: {', '.join(headings)}")
     if not table.feasible().all():
         say(counts_sentence(table))
-    say(*decision_remarks(path, table))
+    say(*decision_remarks(table))
 
 
-def decision_remarks(path: Path, table: TestTable) -> list[str]:
-    """Return remarks on the chosen design of a decision, and the reason for it.
-
-    Raises:
-        ArgumentValueError: The decision has other directions than the table.
-    """
+def decision_remarks(table: TestTable) -> list[str]:
+    """Return remarks on the chosen design of a decision, and the reason for it."""
     decision = table.decision
-    remarks = choice_warnings(path, table)
+    remarks = choice_warnings(table)
     if decision.chosen is not None and not remarks:
         remarks.append(f"Chosen: {decision.chosen}.")
         why = explain(table, decision.chosen)
@@ -161,19 +157,10 @@ def decision_remarks(path: Path, table: TestTable) -> list[str]:
     return remarks
 
 
-def choice_warnings(path: Path, table: TestTable) -> list[str]:
-    """Warn if the chosen design is not there, or not as the page saved the decision.
-
-    Raises:
-        ArgumentValueError: The decision has other directions than the table.
-    """
+def choice_warnings(table: TestTable) -> list[str]:
+    """Warn if the chosen design is not there, or not as the page saved the decision."""
     schema = table.schema
     decision = table.decision
-    if decision.page:
-        for name in schema.objectives:
-            if name in schema.maximize and name not in decision.formulation.maximize:
-                rule = "about the same directions as the designs"
-                raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
     chosen = decision.chosen
     if chosen is None:
         return []
