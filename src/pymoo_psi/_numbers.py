@@ -90,7 +90,7 @@ class NumberFormat:
         order_of_range = order
         if high > low:
             order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
-        elif len({*with_decimals.tolist()}) > 1:  # other values are told apart
+        elif len(with_decimals) and np.ptp(with_decimals) > _SAME * size:  # others differ
             order_of_range = min(order, log10(np.ptp(with_decimals)))
         if _SHORT <= size < _LONG:
             decimals = max(ceil(log10(_STEPS) - order_of_range), 0)

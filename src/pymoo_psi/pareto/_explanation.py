@@ -454,8 +454,11 @@ def _explanation_of(
     distances[np.isnan(distances)] = np.inf
 
     neighbours = np.full(gains.shape[1], -1)
-    for j, least in enumerate(_STEP * ranking.lengths):
-        better = _better(gains[:, j], least)
+    for j, gain in enumerate(gains.T):
+        step = _STEP * ranking.lengths[j]
+        if gain.max() < step:  # all that gain count
+            step = 0.0
+        better = np.flatnonzero((gain > 0) & (gain >= step))
         if len(better):
             candidates = _least(better, losses, distances)
             neighbours[j] = front[candidates[values[1:, j][candidates].argmin()]]
@@ -473,15 +476,6 @@ def _explanation_of(
     return Explanation(
         ranking, row, behind, shares, neighbours, compared, dominated_by, decimal, trades
     )
-
-
-def _better(gains: Array, least: float) -> Rows:
-    """Return which gains are the least step or more; if none is, which are above 0."""
-    better = np.flatnonzero(gains > 0)  # the least step of a tiny range is 0
-    clearly = better[gains[better] >= least]
-    if len(clearly):
-        return clearly
-    return better
 
 
 def compare_designs(

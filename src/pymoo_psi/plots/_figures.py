@@ -237,11 +237,8 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
 
 def _outside(histograms: Sequence[Histogram]) -> str:
     """Return a sentence on values outside the histograms; empty if there are none."""
-    parts = []
-    for bars in histograms:
-        n = sum(bars.outside)
-        if n:
-            parts.append(f"{counted(n, 'value')} of {bars.variable}")
+    outside = [bars for bars in histograms if any(bars.outside)]
+    parts = [f"{counted(sum(bars.outside), 'value')} of {bars.variable}" for bars in outside]
     if not parts:
         return ""
     return f"Outside the histograms: {', '.join(parts)}."

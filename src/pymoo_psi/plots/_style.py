@@ -519,13 +519,9 @@ def _place(
         for name, texts, row in names:
             if row in best and len(texts) == 1:
                 continue
-            taken = list(boxes)
-            crossed = list(lines)
-            for other in best.keys() - {row}:
-                _, box, leader = best[other]
-                taken.append(box.padded(_GAP * point, 0))
-                if leader is not None:
-                    crossed.append(leader)
+            others = [best[other] for other in best.keys() - {row}]
+            taken = boxes + [box.padded(_GAP * point, 0) for _, box, _ in others]
+            crossed = lines + [leader for *_, leader in others if leader is not None]
             name.set_visible(True)  # an invisible one has no size
             name.set_text(texts[turn])
             place = _best_place(axes, dots, row, extent(name), crossed, taken)
