@@ -415,8 +415,9 @@ def run_ask(options: Options) -> int:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, bounds=options.bounds, log=options.log)
-    if options.out.exists():  # it may hold results that nobody has told yet
-        raise invalid("--out", "the name of a new file", str(options.out))
+    if options.out.exists():
+        remedy = "it may hold results: add them by 'pymoo-psi tell', or choose another name"
+        raise invalid("--out", "the name of a new file", str(options.out), remedy)
     out = require_output(options.out, suffixes_for("designs"), options.study)
     run = RunOptions(
         study=options.study,
