@@ -338,13 +338,12 @@ def write_example(name: str) -> int:
     return 0
 
 
-def try_program(name: str, problem: Any, points: int) -> int:
+def try_program(name: str, problem: Any) -> int:
     """Run a program once, for a design in the middle of the bounds, and print what it gives.
 
     Args:
         name: The argument PROBLEM, a TOML file.
         problem: The problem of the program.
-        points: Number of designs that the suggested next command has.
 
     Returns:
         0, or 1 if something is wrong.
@@ -368,8 +367,11 @@ def try_program(name: str, problem: Any, points: int) -> int:
     if run.flaws:
         return 1
     say("Nothing is wrong.")
-    words = ["--points", str(points), "--study", f"{Path(name).stem}.db"]
-    say_next(command("pymoo-psi", "solve", name, *typed_options(_OF_RUN), *words))
+    context = click.get_current_context()
+    words = [word for word in context.obj if word != "--try"]
+    if context.params["study"] is None:
+        words += ["--study", f"{Path(name).stem}.db"]
+    say_next(command("pymoo-psi", *words))
     return 0
 
 

@@ -120,7 +120,7 @@ def run_solve(options: Options) -> int:
     )
     require_model(problem)
     if getattr(options, "try"):  # a keyword of Python, as "from" is
-        return try_program(options.problem, problem, n_points)
+        return try_program(options.problem, problem)
     out = _output(options)
     settings = _prepared(options, problem, settings)  # after this only the search can fail
     subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
