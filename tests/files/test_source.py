@@ -139,6 +139,9 @@ FILES = {
     "a mean without a name": ("m,a,b\nA,1,60\nB,2,30\n,1.5,45\n", {}, "line 4. is the sum or mean of all others; leave it out"),
     "a design in the middle": ("m,a,b\nA,1,60\nB,2,30\nC,3,0\nD,2,30\n", {}, {"a": [1, 2, 3, 2], "b": [60, 30, 0, 30]}),
     "greatest values": ("m,a,b\nA,10,60\nB,14,52\nMax,14,60\n", {}, "is named 'Max', as computed from others"),
+    "levels of a factor": ("fan,a,b\nmin,1,5\nmax,1,3\nauto,2,3\nmin,2,3\nmax,2,5\n", {}, {"a": [1, 1, 2, 2, 2], "b": [5, 3, 3, 3, 5]}),
+    "a level above others": ("fan,a,b\nmean,1,5\nlow,2,3\n", {}, {"a": [1, 2], "b": [5, 3]}),
+    "a gap beside objectives that are named": ("x1,f1,f2,f3\n1,2,3,\n2,1,5,1\n", {"objectives": ["f1", "f2"]}, {"f1": [2, 1], "f2": [3, 5]}),
     "a design called Max": ("m,a,b\nPro,10,60\nMax,14,65\n", {}, {"a": [10, 14], "b": [60, 65]}),
     "a sum under names that recur": ("maker,a,b\nA,1,4\nA,2,3\nGrand total,3,\n", {}, "named 'Grand total'"),
     "sums between designs": ("no,m,a,b\n1,A,1,4\n2,A,2,3\n3,Zwischensumme,3,7\n4,A,4,2\n", {}, "named 'Zwischensumme'"),
@@ -304,6 +307,8 @@ def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
         ("x_1,f_1,f_2,g1", ("f_1", "f_2"), ("x_1",)),
         ("x1 [mm],f1 [kg],f2 (€),h1", ("f1 [kg]", "f2 (€)"), ("x1 [mm]",)),
         ("f1,mass,cost,g1", ("f1", "mass", "cost", "g1"), ()),
+        ("f1 [Hz],f2 [Hz],mass,cost", ("f1 [Hz]", "f2 [Hz]", "mass", "cost"), ()),
+        ("F1,F2,mass,cost", ("F1", "F2", "mass", "cost"), ()),
     ],
 )
 def test_numbered_names_tell_roles(read, names, objectives, variables):
@@ -404,7 +409,8 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
 @pytest.mark.parametrize(
     ("text", "asked", "options", "remarks"),
     [
-        ("Los,a\n8,3\n7,4\n9,4\n", {}, {}, ["counts the rows"]),
+        ("Los,a\n7,3\n8,4\n9,4\n", {}, {}, ["counts the rows"]),
+        ("area,a\n8,3\n7,4\n9,4\n", {}, {}, []),
         ("Versuch,a\n7,3\n8,4\n8,5\n", {}, {}, []),
         ("Trial,a,b\n3,3,1\n1,4,0\n2,4,2\n", {}, {}, []),
         ("a,No,b\n3,3,1\n1,1,0\n2.5,2,2\n", {}, {}, ["No is taken to number"]),
@@ -420,6 +426,7 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
         ("car,price,noise,mass\nA,SEK 5200,6,9\nB,SEK 61,5,7\n", {}, {}, ["price holds texts such as 'SEK 5200'"]),
         (workbook([["n", "eff", "cost"], ["A", 0.85, 3], ["B", 85, 2], ["C", 0.7, 0]], edit=in_per_cent), {}, {},
          ["^eff has hundredths where the workbook shows per cent.$"]),
+        ("name,location,a,b\nA,Building 1,6,9\nB,Building 2,5,7\n", {}, {}, []),
         ("car,steel,begun,a,b\nA,S235,2026-05-01,6,9\nB,S355,2026-05-02,5,7\n", {}, {}, []),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),
         ("a,b,status,violated,reason,pareto\n1,2,ok,,,\n0,x,infeasible,,,\n2,,ok,,,\n,,failed,,,\n",

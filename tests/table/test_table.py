@@ -284,6 +284,7 @@ def test_series_and_indices_of_its_frame_are_taken_by_test():
     by_cost = table.to_frame().sort_values("f1")
     for selection in (by_cost["f1"] < 3, by_cost[:2].index, by_cost["f1"][:2] < 3):
         assert sorted(table.take(selection).numbers) == [3, 9]
+    assert table.take(table.to_frame()["f1"].argsort()[:2]).numbers.tolist() == [9, 3]
     refused("selection must be", table.take, by_cost.index + 1)
     again = table.with_outputs({"price": by_cost["f1"] * 2}).with_notes({"note": by_cost["f1"]})
     assert again["price"].tolist() == [4, 6, 2]

@@ -71,12 +71,15 @@ DATE = re.compile(r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}")
 _DATE_OR_TIME = re.compile(rf"{DATE.pattern}|\d\d?:\d\d(?::\d\d)?")
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
-# Names of rows that are computed from others: sums, means and the like.
-_COMPUTED = re.compile(
+# Names of rows that hold sums of others, and of those that spreadsheets have below a table.
+_SUM = re.compile(
     r"\W*(?:(?:(?:grand|sub)[ -]?)?totals?|sums?|(?:gesamt|zwischen)?summe|(?:ins)?gesamt"
-    r"|totale|totaal|somme|suma|soma|Σ|∑|average|avg|mean|median|mittelwert|durchschnitt|moyenne"
-    r"|promedio|Ø|std\.?[ -]?dev\.?|standard deviation|standardabweichung"
-    r"|(?P<extreme>min|max)(?:imum)?)\W*",
+    r"|totale|totaal|somme|suma|soma|Σ|∑)\W*",
+    re.IGNORECASE,
+)
+_STATISTIC = re.compile(
+    r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø|std\.?[ -]?dev\.?"
+    r"|standard deviation|standardabweichung|(?P<extreme>min|max)(?:imum)?)\W*",
     re.IGNORECASE,
 )
 
@@ -523,7 +526,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse a row that is named as a sum or mean, and a last one that is the sum of all others.
+    """Refuse a row that is named as a sum, and last ones that are statistics or the sum of others.
 
     The sum of two, and a mean, may be a design that has a name.
 
@@ -541,19 +544,26 @@ def require_designs(
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
+    computed = []  # rows and their names
     for name, column in columns.items():
         for row, cell in enumerate(column.cells if column.numbers is None else ()):
-            match = _COMPUTED.fullmatch(str(cell)[:_LONGEST])
-            if match is None:
-                continue
-            # In another column it may be the name of a supplier, and Max that of a person.
-            is_sure = name == naming and match["extreme"] is None
-            recurs = all(values.tolist().count(values[row]) > 1 for values in numbers)
-            if is_sure or recurs or _are_sums(numbers, row):
-                raise UnfitError(
-                    f"{cells.where(row)} is named {cell.strip()!r}, as computed from others",
-                    f"{cells.without(row)}, or rename it if it is a design",
-                )
+            # In another column it may be the name of a supplier.
+            if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
+                computed.append((row, cell))
+    names = [] if naming is None else list(map(str, columns[naming].cells))
+    for row in reversed(range(len(names))):
+        match = _STATISTIC.fullmatch(names[row][:_LONGEST])
+        if match is None or names.count(names[row]) > 1:  # a level of a factor
+            break
+        # Max may be a person: the greatest values of columns are those of rows, too.
+        if match["extreme"] is None or all((n == n[row]).sum() > 1 for n in numbers):
+            computed.append((row, names[row]))
+    if computed:
+        row, name = computed[0]
+        raise UnfitError(
+            f"{cells.where(row)} is named {name.strip()!r}, as computed from others",
+            f"{cells.without(row)}, or rename it if it is a design",
+        )
     last = len(cells.rows) - 1
     is_nameless = naming is not None and is_blank(columns[naming].cells[-1])
     if len(numbers) < 2 or last < (2 if is_nameless else 3):

@@ -101,7 +101,9 @@ _FAILURE = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _FEW = 6  # the most words that a limit to be written lists
-_FIGURE = re.compile(r"(?<!\w)\d|[¼½¾]")  # of 1:30, SEK 5200 and 5 million euros, not of S235
+_DIGITS = re.compile(r"[\d.,]+")
+# What is beside the number in 1:30 and SEK 5200, but not in S235 or Building 1.
+_BESIDE = re.compile(r"(?:[^\W\d]{1,3}\W+|\W+)[^\W\d]{0,3}\W*")
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -502,7 +504,8 @@ def _stated_roles(
 def _numbered_roles(names: Names) -> dict[str, str]:
     """Return the roles of columns such as f1, x1 and g1, if they number objectives and variables.
 
-    One column called f1 without any x1 is no numbering, and says nothing about the others.
+    One column called f1 without any x1 is no numbering, and says nothing about the others; nor are
+    F1 and f2 [Hz], which may be forces and frequencies.
     """
     roles = {}
     has_first = False
@@ -511,8 +514,10 @@ def _numbered_roles(names: Names) -> dict[str, str]:
         if match is not None:
             roles[name] = _ROLES[match["letter"].lower()]
             has_first |= roles[name] == OBJECTIVE and match["number"] == "1"
-    n = sum(role in (OBJECTIVE, VARIABLE) for role in roles.values())
-    return roles if has_first and n > 1 else {}
+    plain = [name for name in roles if re.fullmatch(r"f\d+", name)]
+    if has_first and (VARIABLE in roles.values() or len(plain) > 1):
+        return roles
+    return {}
 
 
 def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> tuple[str, str]:
@@ -553,8 +558,9 @@ def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> t
             )
         return OUTPUT, remark
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
-    holds_numbers = len({*texts}) > 1 and all(map(_FIGURE.search, texts))
-    if is_guess and holds_numbers and not all(map(DATE.fullmatch, texts)):
+    beside = {_DIGITS.sub("", text) for text in texts}
+    has_numbers = len({*texts}) > len(beside) == 1 and all(map(_BESIDE.fullmatch, beside))
+    if is_guess and has_numbers and not all(map(DATE.fullmatch, texts)):
         remark = f"{name} holds texts such as {texts[0]!r}; to rank by it, write plain numbers."
     return NOTE, remark
 
@@ -577,7 +583,8 @@ def _table(
     variables = variables or stated_variables
     objectives, roles = _stated_roles(columns, formulation, named, variables, labels)
     remarks = [*cells.remarks]
-    if not named and _are_consecutive(columns[objectives[0]].require_numbers()):
+    first = columns[objectives[0]].require_numbers()
+    if not named and _are_consecutive(first) and _are_counts(first):
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; if it only numbers designs, "
             "name the objectives."

@@ -200,11 +200,9 @@ class Limit(NamedTuple):
             ('material in tin, oak', '"time, s<=5"')
         """
         if self.texts is not None:
-            first, *others = self.texts or ("nothing",)
-            entries = [f"{name}={first}"]
-            if others:
-                entries = [f"{name} in {first}", *others]
-            return ", ".join(map(entry_of, entries))
+            texts = self.texts or ("nothing",)
+            sign = " in " if len(texts) > 1 else "="
+            return ", ".join(map(entry_of, (f"{name}{sign}{texts[0]}", *texts[1:])))
         if self.upper == math.inf:
             return entry_of(f"{name}>={_digits(self.lower)}")
         if self.lower == -math.inf:

@@ -475,8 +475,10 @@ class TestTable(View, Shown):
             >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
             (array([3, 1]), array([2, 3]))
         """
-        rows: Any = self._by_row(selection, False)
-        if getattr(rows, "name", None) == TEST:  # an index of pandas
+        rows: Any = selection
+        if str(getattr(rows, "dtype", "")) in ("bool", "boolean"):
+            rows = self._by_row(rows, False)
+        elif getattr(rows, "name", None) == TEST and hasattr(rows, "get_indexer"):  # of pandas
             row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
             rows = [row_of_number.get(number, len(self)) for number in rows]
         indices = np.asarray(rows)
