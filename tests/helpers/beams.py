@@ -28,7 +28,7 @@ def beams(n=400, noise=0.1):
 def page_of_beams(**changes):
     """The page of the beams, with an existing one beside them."""
     former = {"mass": 1.4, "cost, total": 90.0, "strength": 0.2}
-    former |= {"width": 5.0, "material": "steel"}
+    former |= {"width": 5.0, "material": "bronze"}
     arguments = {
         "prototype": pd.DataFrame([former], ["prototype"]),
         "title": "Beams <&> such",

@@ -291,6 +291,8 @@ def test_what_is_no_number_is_no_limit(reader):
 
 def test_categories_and_dominated_designs_are_ticked(reader, frame):
     reader.click("#further summary >> text=variables")
+    boxes = reader.page.locator("#further .boxes").inner_text().split()
+    assert boxes == ["<b>wood</b>", "steel"]  # not the one of the existing design
     reader.click(reader.field("steel"))
     rows = np.flatnonzero(frame["material"] != "steel")
     reader.click("#dominated")

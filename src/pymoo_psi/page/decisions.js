@@ -81,7 +81,7 @@ const STATE = {
   hidden: [columnsIn, []],
   turned: [columnsIn, []],
   plot: [listOf(only((name) => columnOf(name)?.texts === null)), []], // across and up
-  pins: [listOf(only(isDesign)), []],
+  pins: [(list, lose) => listOf(only(isDesign))(list, lose)?.slice(0, MOST_PINS), []],
   chosen: [only(isDesign), null],
   sorted: [only((name) => name === data.label || isColumn(name)), null], // by a column or the label; null: by place
   down: [isTrue, false],

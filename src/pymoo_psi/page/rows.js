@@ -115,7 +115,8 @@ function rowOfColumn(column) {
 
 const MOST_BOXES = 200 // names of designs have no boxes: thousands slow every step
 function rowOfTexts(column) {
-  const {texts} = column
+  const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
+  const texts = column.texts.filter((_, k) => known.has(k))
   const onchange = () => {
     const allowed = boxes.filter((box) => box.checked).map((box) => box.value)
     const others = without(state.limits, column.name)
