@@ -78,9 +78,9 @@ class Model:
             cells_of_kind(variable.title, variable.options, Kind.CHOICE)
         columns = options.names, options.maximize, options.units
         schema = problem_schema(self.problem, self.space, *columns)
-        self._limits = known_limits(self.problem, schema)  # constraints that a table lacks
-        self.schema: Schema = schema.without(schema.of_role("inequality")[: len(self._limits)])
-        self.default_limits: Values = _pairs(self._limits)
+        self.default_limits: dict[str, Limit] = known_limits(self.problem, schema)
+        constraints = schema.of_role("inequality")  # a table has the limits instead
+        self.schema: Schema = schema.without(constraints[: len(self.default_limits)])
         formulation = options.formulation or Formulation(limits=options.limits)
         self.formulation: Formulation = self.with_default_limits(formulation)
         known = {*schema.names, *self.formulation.units}
@@ -229,7 +229,7 @@ class Model:
     @property
     def n_ieq_constr(self) -> int:
         """How many inequality constraints of the model a table has, before requirements."""
-        return int(self.inner.n_ieq_constr) - len(self._limits)
+        return int(self.inner.n_ieq_constr) - len(self.default_limits)
 
     def constraints(self, tests: TestTable) -> Array:
         """Return the ``(n, n_ieq)`` constraints of tests as the problem has them, with its limits.
@@ -237,10 +237,10 @@ class Model:
         The amounts are not known where a test lacks the output.
         """
         amounts = []
-        for limit in self._limits:
+        for name, limit in self.default_limits.items():
             outputs = np.full(len(tests), np.nan)
-            if limit.output in tests.schema.names:
-                outputs = tests.column(limit.output)
+            if name in tests.schema.names:
+                outputs = tests.column(name)
             amounts.append(limit.violation(outputs))
         return np.column_stack([*amounts, tests.G])
 
@@ -288,7 +288,7 @@ class Model:
         return self._table(points, X, evaluate_designs(self.problem, self.space.designs(X)))
 
     def _table(self, points: Points, X: Designs, out: Entries) -> TestTable:
-        values = {**out, "G": out["G"][:, len(self._limits) :]}
+        values = {**out, "G": out["G"][:, len(self.default_limits) :]}
         return table_of_values(self.schema, points, X, values)
 
 
@@ -299,19 +299,6 @@ def with_options(columns: Entries, variables: Names, kinds: Sequence[Kind]) -> V
         if kind is Kind.CHOICE:
             values[name] = choice_values(columns[name])
     return values
-
-
-def _pairs(limits: Sequence[Any]) -> Values:
-    """Return the limits of a problem by output, as ``(lower, upper)``."""
-    pairs: Values = {}
-    for limit in limits:
-        lower, upper = pairs.get(limit.output, (None, None))
-        if limit.sign == ">=":
-            lower = limit.value
-        else:
-            upper = limit.value
-        pairs[limit.output] = lower, upper
-    return pairs
 
 
 def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> TestTable:

@@ -371,7 +371,7 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
     del problem["sampling"]  # it belongs to the run
     head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
     if model.default_limits:
-        head["limits"] = model.default_limits
+        head["limits"] = {name: limit.plain for name, limit in model.default_limits.items()}
     if model.has_requirements:
         rules = {}
         requirements = model.schema.of_role("inequality")[model.n_ieq_constr :]

@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -45,7 +45,6 @@ from pymoo_psi.problems._settings import (
     WAYS,
     Directions,
     Output,
-    OutputLimit,
     Placeholders,
     Program,
     limits_on_outputs,
@@ -54,7 +53,7 @@ from pymoo_psi.problems._settings import (
     settings_of,
 )
 from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
-from pymoo_psi.table import Expression, Schema, unit_texts
+from pymoo_psi.table import Expression, Limit, Schema, unit_texts
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -171,7 +170,7 @@ class ProgramProblem(ElementwiseProblem):
         directions = section("objectives", Directions, objectives)
         self.objectives: list[str] = [*directions.minimize, *directions.maximize]
         self.maximize: list[str] = [*directions.maximize]
-        self.limits: list[OutputLimit] = limits_on_outputs(limits)
+        self.limits: dict[str, Limit] = limits_on_outputs(limits)
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])
         self.known_expressions: dict[str, Expression] = {}
@@ -186,7 +185,7 @@ class ProgramProblem(ElementwiseProblem):
             self._check_files()
             self._check_placeholders()
 
-        limit_texts = [limit.text for limit in self.limits]
+        limit_texts = [limit.written(name) for name, limit in self.limits.items()]
         self.names: dict[str, str] = numbered("f", self.objectives) | numbered("g", limit_texts)
         arguments: Values = {"vars": self.variables}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
@@ -194,8 +193,8 @@ class ProgramProblem(ElementwiseProblem):
             self.names |= numbered("x", self.variables)
             lower, upper = np.transpose([variable.bounds for variable in self.variables.values()])
             arguments = {"n_var": len(lower), "xl": lower, "xu": upper}
-        n_limits = len(self.limits)
-        super().__init__(n_obj=len(self.objectives), n_ieq_constr=n_limits, **arguments, **kwargs)
+        sizes = {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
+        super().__init__(**sizes, **arguments, **kwargs)
 
     @classmethod
     def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
@@ -235,9 +234,9 @@ class ProgramProblem(ElementwiseProblem):
             raise invalid("objectives", "one or more outputs", self.objectives)
         for objective in self.objectives:
             known_name("an objective", objective, self.outputs)
-        for limit in self.limits:
+        for output in self.limits:
             remedy = "variables have bounds and requirements"
-            known_name("what is limited", limit.output, self.outputs, remedy)
+            known_name("what is limited", output, self.outputs, remedy)
 
     def _check_outputs(self) -> None:
         """Divide the outputs into expressions and others; refuse those that cannot be found."""
@@ -456,7 +455,8 @@ class ProgramProblem(ElementwiseProblem):
             if run.folder.exists():
                 reason += f"; see {run.folder}"
             raise EvaluationError(design, reason)
-        out["G"] = [limit.violation(run.outputs[limit.output]) for limit in self.limits]
+        limits = self.limits.items()
+        out["G"] = [limit.violation(run.outputs[name]) for name, limit in limits]
         out["F"] = []
         for name in self.objectives:
             value = run.outputs.pop(name)
@@ -537,7 +537,7 @@ class ProgramProblem(ElementwiseProblem):
         return values
 
 
-def known_limits(problem: Any, schema: Schema) -> Sequence[OutputLimit]:
+def known_limits(problem: Any, schema: Schema) -> dict[str, Limit]:
     """Return the limits on outputs that are the first constraints of a problem.
 
     A table shows them as limits, which can be changed without a test. If the columns of its tests
@@ -546,8 +546,9 @@ def known_limits(problem: Any, schema: Schema) -> Sequence[OutputLimit]:
     while changes_designs_only(problem) or within_same_columns(problem) is not problem:
         problem = problem.wrapped
     if isinstance(problem, ProgramProblem) and problem.has_objectives_of(schema):
-        return problem.limits
-    return []
+        limits: dict[str, Limit] = problem.limits
+        return limits
+    return {}
 
 
 def text_of(path: Path) -> str:

@@ -36,7 +36,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import cells_of_text
 from pymoo_psi.parallel import run_program
-from pymoo_psi.table import sides_of_text
+from pymoo_psi.table import Limit, sides_of_text
 
 BRACES = "{name}"
 
@@ -444,32 +444,6 @@ class Directions:
     maximize: Names = ()
 
 
-@dataclass(frozen=True)
-class OutputLimit:
-    """A limit on an output: a constraint.
-
-    Attributes:
-        output: Name of the output.
-        sign: ``"<="`` or ``">="``.
-        value: The limit.
-    """
-
-    output: str
-    sign: str
-    value: float
-
-    @property
-    def text(self) -> str:
-        """The name of its constraint, with all digits of the limit."""
-        number = repr(self.value).removesuffix(".0")
-        return f"{self.output}{self.sign}{number}"
-
-    def violation(self, output: Any) -> Any:
-        """Return the amounts by which values of the output violate it, <= 0 where they meet it."""
-        excess = output - self.value
-        return excess if self.sign == "<=" else -excess
-
-
 def settings_of(variables: Any) -> dict[str, Setting]:
     """Return the settings of variables, of which some may be given by their bounds alone."""
     entries = {}
@@ -480,14 +454,14 @@ def settings_of(variables: Any) -> dict[str, Setting]:
     return sections("variables", Setting, entries)
 
 
-def limits_on_outputs(texts: Any) -> list[OutputLimit]:
-    """Return the limits of texts by output; a text may have two."""
-    limits: list[OutputLimit] = []
+def limits_on_outputs(texts: Any) -> dict[str, Limit]:
+    """Return the limits of texts by output."""
+    limits: dict[str, Limit] = {}
     if texts is None:
         return limits
     for output, text in mapping("limits", texts, "outputs to texts, as '<= 250'").items():
-        for sign, value in sides_of_text(f"the limit on {output}", text).items():
-            limits.append(OutputLimit(output, sign, value))
+        sides = sides_of_text(f"the limit on {output}", text)
+        limits[output] = Limit.of(output, (sides.get(">="), sides.get("<=")))
     return limits
 
 

@@ -158,11 +158,15 @@ class Limit(NamedTuple):
         if self.texts is not None:
             return np.where(np.isin(texts_of(cells), self.texts), 0.0, 1.0)
         values = real_column(name, cells)
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        excess = np.where(np.isfinite(values), self.violation(values), np.inf)
+        return np.asarray(np.maximum(excess, 0))
+
+    def violation(self, values: Any) -> Any:
+        """Return the amounts by which numbers violate it, <= 0 where they keep it."""
         # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
         with np.errstate(over="ignore", invalid="ignore"):
-            excess = np.maximum(self.lower - values, 0) + np.maximum(values - self.upper, 0)
-        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
-        return np.asarray(np.where(np.isfinite(values), excess, np.inf))
+            return np.maximum(self.lower - values, values - self.upper)
 
     def missing(self, cells: AnyArray) -> list[str]:
         """Return the texts allowed that no cell has: they may be misspelt.
