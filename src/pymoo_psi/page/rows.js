@@ -105,7 +105,8 @@ function rowOfColumn(column) {
     listenToGrip(grip, column)
     hide.ariaLabel = `Hide ${name}`
     hide.onclick = () => toggleRow("hidden", name)
-  } else for (const button of [grip, hide]) button.remove()
+  }
+  if (!isObjective(column) || data.objectives.length === 1) for (const button of [grip, hide]) button.remove()
   axis.column = column
   log.onclick = () => toggleRow("turned", name)
   if (!(low > 0 && high >= 100 * low)) log.remove()
