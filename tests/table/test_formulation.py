@@ -368,6 +368,8 @@ def test_what_is_computed_keeps_a_limit_that_it_has_in_decimals():
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[0.1, 0.2], [0.1, 0.3]])
     asked = table.under(objectives=["f1", "sum"], computed={"sum": "f1 + f2"}, limits="sum<=0.3")
     assert asked.feasible().tolist() == [True, False]
+    greatest = table.with_outputs({"f3": [np.finfo(float).max, 1.0]})
+    assert greatest.under(objectives=["s"], computed={"s": "f3"}).feasible().all()
 
 
 def test_ranges_are_fixed_kept_or_given_up():

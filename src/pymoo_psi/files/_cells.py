@@ -63,12 +63,14 @@ _PLAIN = re.compile(rf"(?:[0-9.e+\-]{{1,{_LONGEST}}}(?:\n|\Z))*", re.IGNORECASE)
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
-    r"=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d"
+    r"=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|AUD|BRL|CAD|CZK|DKK|HUF|INR|KRW|MXN|NOK|NZD|PLN|RON|RUB|SEK"
+    r"|SGD|TRY|UAH|ZAR|Fr|kr|R(?=\$)|Rs|US|zł|ca|circa|approx|about)\b\W*)?\d"
     r"(?!\w*[-‐‑][^\W\d]|[\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,})",
     re.IGNORECASE,
 )
-DATE = re.compile(r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}")
-_DATE_OR_TIME = re.compile(rf"{DATE.pattern}|\d\d?:\d\d(?::\d\d)?")
+_DATE_OR_TIME = re.compile(
+    r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
+)
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 # Names of rows that hold sums of others, and of those that spreadsheets have below a table.
@@ -528,7 +530,7 @@ def require_designs(
 ) -> None:
     """Refuse a row that is named as a sum, and last ones that are statistics or the sum of others.
 
-    The sum of two, and a mean, may be a design that has a name.
+    The sum of two may be a design that has a name.
 
     Args:
         columns: The columns.
@@ -566,20 +568,19 @@ def require_designs(
         )
     last = len(cells.rows) - 1
     is_nameless = naming is not None and is_blank(columns[naming].cells[-1])
-    if len(numbers) < 2 or last < (2 if is_nameless else 3):
-        return
-    if _are_sums(numbers, last) or (is_nameless and _are_sums(numbers, last, last)):
+    fewest = 2 if is_nameless else 3
+    if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
         raise UnfitError(
-            f"{cells.where(last)} is the sum or mean of all others",
+            f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
         )
 
 
-def _are_sums(columns: Sequence[Array], row: int, divisor: int = 1) -> bool:
-    """Say whether a row has the sums, or means, of all rows above it, which are not all 0."""
+def _are_sums(columns: Sequence[Array], row: int) -> bool:
+    """Say whether a row has the sums of all rows above it, which are not all 0."""
     for numbers in columns:
         above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
         rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
-        if not any(above) or not abs(sum(above) - divisor * numbers[row]) <= rounding:
+        if not any(above) or not abs(sum(above) - numbers[row]) <= rounding:
             return False
     return True

@@ -39,7 +39,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.analysis import average_repeats, has_repeats, undeclared_repeats
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files._cells import (
-    DATE,
     Cells,
     TextColumn,
     UnfitError,
@@ -101,9 +100,7 @@ _FAILURE = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _FEW = 6  # the most words that a limit to be written lists
-_DIGITS = re.compile(r"[\d.,]+")
-# What is beside the number in 1:30 and SEK 5200, but not in S235 or Building 1.
-_BESIDE = re.compile(r"(?:[^\W\d]{1,3}\W+|\W+)[^\W\d]{0,3}\W*")
+_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -558,10 +555,8 @@ def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> t
             )
         return OUTPUT, remark
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
-    beside = {_DIGITS.sub("", text) for text in texts}
-    has_numbers = len({*texts}) > len(beside) == 1 and all(map(_BESIDE.fullmatch, beside))
-    if is_guess and has_numbers and not all(map(DATE.fullmatch, texts)):
-        remark = f"{name} holds texts such as {texts[0]!r}; to rank by it, write plain numbers."
+    if is_guess and texts and all(map(_TIME.fullmatch, texts)):
+        remark = f"{name} holds times; to rank by it, write them as numbers."
     return NOTE, remark
 
 

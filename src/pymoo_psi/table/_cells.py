@@ -69,7 +69,8 @@ def real_column(name: str, column: AnyArray) -> Array:
 
 def in_decimals(values: Array) -> Array:
     """Return ``(n,)`` computed values with 15 digits, as 0.1 + 0.2 is to keep the limit 0.3."""
-    return np.array([float(f"{value:.15g}") for value in values.tolist()], dtype=np.float64)
+    digits = np.array([float(f"{value:.15g}") for value in values.tolist()], dtype=np.float64)
+    return np.where(np.isinf(digits), values, digits)  # the largest number is a penalty
 
 
 def blank(column: AnyArray) -> Mask:
