@@ -26,7 +26,6 @@ from pymoo_psi import (
     representatives,
 )
 from pymoo_psi.analysis import average_repeats, confidence_sentences, separation_sentences
-from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.plots import plot_ranking
 from pymoo_psi.report import decision_report
@@ -257,17 +256,6 @@ def asked_of_page(table, names):
         "typed": [],
         "thorough": [False],
     }
-
-
-def test_fixed_ranges_hold_everywhere_and_are_named():
-    frame = pd.DataFrame({"cost": [1.0, 2.0, 8.0], "mass": [8.0, 2.0, 1.0]}, ["A", "B", "C"])
-    ranges = {"cost": (0, 4), "mass": (0, 4)}
-    table = read_table(frame, Formulation(["cost", "mass"], ranges=ranges, limits={"cost": 3}))
-    assert "1 in cost (25 % of its fixed range)" in str(explain(table, "B"))
-    # Beyond a range, only units tell.
-    assert "What it costs against the best: 6 in mass." in str(explain(table, "A"))
-    assert "per cent of the fixed ranges" in Reader(decision_report(table)).text
-    assert "in the fixed range" in plot_ranking(table.feasible_ranking()).caption
 
 
 GEARED = Model(

@@ -219,8 +219,8 @@ def test_surrogates_know_results_and_pending_designs(tmp_path, in_folder):
     proposed = table.column("proposal_round") > 0
     assert proposed.sum() == 9
     assert table.pareto()[proposed].mean() > 0.7
-    words = "ask bnh --study bnh.db --out next.csv --points 2 --algorithm surrogate"
-    assert main([*words.split(), "--limits", "f1<=5"]) == 0
+    words = "ask bnh --study bnh.db --out next.csv --points 2 --algorithm surrogate --limits f1<=5"
+    assert main(words.split()) == 0
     directed = pd.read_csv("next.csv")
     assert (4 * directed["x1"] ** 2 + 4 * directed["x2"] ** 2 < 7).all()
 
@@ -229,7 +229,6 @@ def test_surrogates_know_results_and_pending_designs(tmp_path, in_folder):
 def test_processes_that_ask_at_once_get_different_designs(alloy):
     asked("first.csv")
     command = [sys.executable, "-m", "pymoo_psi", "ask", "alloy.toml", "--study", "lab.db"]
-    names = ["a.csv", "b.csv"]
-    processes = [subprocess.Popen([*command, "--out", name]) for name in names]
+    processes = [subprocess.Popen([*command, "--out", name]) for name in ("a.csv", "b.csv")]
     assert [process.wait() for process in processes] == [0, 0]
-    assert sorted(pd.concat(map(pd.read_csv, names))["test"]) == [*range(5, 13)]
+    assert sorted([*pd.read_csv("a.csv")["test"], *pd.read_csv("b.csv")["test"]]) == [*range(5, 13)]

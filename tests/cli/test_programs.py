@@ -74,4 +74,3 @@ def test_what_is_wrong_is_said_by_try(beam, said):
     printed = said("solve", "beam.toml", "--try", code=1)
     assert "Wrong: output load: the program left no file load.txt\n" in printed
     assert "Wrong: output tip: stdout.txt has no match of 'Tip = (\\S+)'\n" in printed
-    said("solve", "bnh", "--try", code=2)

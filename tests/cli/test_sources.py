@@ -209,7 +209,6 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
     expected = sensitivities(table, ["mass", "deflection", "overstress", "stress"]).reset_index()
     written = pd.read_csv("analysis/sensitivities.csv")
     pd.testing.assert_frame_equal(written, expected, check_dtype=False)
-    assert "--variables must be given" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
 
 
 @pytest.mark.parametrize("suffix", ["xlsx", "db"])
@@ -244,15 +243,3 @@ def test_limits_are_read_as_the_numbers_of_a_file(said, tmp_path, text, limits, 
     (tmp_path / "set.csv").write_text(text)
     for command in (("rank", "--long"), ("report",)):
         assert sentence in joined(said(*command, "set.csv", "--limits", limits, code=code))
-
-
-def test_lines_to_skip_add_up(said):
-    Path("a.csv").write_text("site,cost,area\nA,1,1\nB,2,2\nC,3,3\nD,4,4\n")
-    printed = said("rank", "a.csv", "--skip-rows", "3", "--skip-rows", "4,2", "--maximize", "area")
-    assert printed.startswith("1 design")
-
-
-def test_a_page_shows_the_designs_that_a_limit_names(said):
-    Path("a.csv").write_text("site,cost,area\nA,1,1\nB,2,2\nC,3,3\nD,4,4\n")
-    printed = said("page", "a.csv", "--maximize", "area", "--limits", "site in A, C")
-    assert "\n2 designs. Open page.html" in printed

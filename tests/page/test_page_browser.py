@@ -501,8 +501,8 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     assert reader.ask("document.activeElement.closest('#relax, #steps') !== null")
     reader.type_limit("mass [kg], at most", "")
     # A limit that all others break: the design keeps its limits, and loses its place.
-    front = reader.ask("[...D.ranking.front]")
-    limit = float(np.quantile(beams()["cost, total"].to_numpy()[front], 0.9))
+    costs = beams()["cost, total"].to_numpy()[reader.ask("[...D.ranking.front]")]
+    limit = float(np.quantile(costs, 0.9))
     reader.set(limits={"cost, total": [None, limit]}, fixed=True)
     assert reader.ask("D.data.names[D.verdict.row]") == best
     # The commands rank by the same ranges, of the decision and of what is exported.
@@ -540,9 +540,9 @@ def test_rows_are_moved_hidden_and_shown_again(reader):
 
 @pytest.mark.slow
 def test_from_nine_on_rows_are_folded(show):
-    names = [f"objective {k}" for k in range(12)]
-    F = np.random.default_rng(4).random((30, 12))
-    reader = show(decision_page(pd.DataFrame(F, columns=names), names))
+    frame = pd.DataFrame(np.random.default_rng(4).random((30, 12))).add_prefix("objective ")
+    names = [*frame]
+    reader = show(decision_page(frame, names))
     assert rows_of(reader) == names[:8]
     reader.set(limits={"objective 10": [None, 0.9]})
     assert reader.text("#fold") == "Show 4 more, 1 with a limit"
@@ -768,8 +768,8 @@ def test_paper_has_one_page_with_the_decision(reader):
     ):
         assert told in text
     assert reader.page.is_visible("#rows canvas >> nth=0")
-    bar = "getComputedStyle(document.querySelector('.bar i'))"
-    assert reader.page.evaluate(f"{bar}.printColorAdjust") == "exact"  # else it is left out
+    printed = "getComputedStyle(document.querySelector('.bar i')).printColorAdjust"
+    assert reader.page.evaluate(printed) == "exact"  # else it is left out
     for control in reader.page.locator("button:not(.label), input, textarea").all():
         assert not control.is_visible()
 
@@ -944,13 +944,8 @@ def test_names_never_cover_one_another(show, width):
         assert width != 1440 or box["y"] + box["height"] <= WINDOW["height"], part
     reader.set(chosen="design number 3", pins=["design number 5"])
     assert reader.page.evaluate(f"({OVERLAPS})(scatter)") == 0
-    marks = {
-        3,
-        5,
-        reader.ask("D.ranking.best[0]"),
-        *reader.ask("D.verdict.steps.map((s) => s.row)"),
-    }
-    assert marks <= set(reader.ask("D.scatter.names.map((name) => name.row)"))
+    marks = reader.ask("[3, 5, D.ranking.best[0], ...D.verdict.steps.map((s) => s.row)]")
+    assert {*marks} <= {*reader.ask("D.scatter.names.map((name) => name.row)")}
     assert reader.page.evaluate(f"({STRAY})(scatter)") == 0
 
 

@@ -621,8 +621,8 @@ def test_numbers_are_written_as_python_writes_them(cases):
         value = dice.choice([-1, 1]) * dice.randrange(1, 2**14) / 2 ** dice.randrange(20)
         numbers.append((dice.randrange(9), dice.random() < 0.3, value))
     formats = [(NumberFormat(*kind, minus="\N{MINUS SIGN}"), value) for *kind, value in numbers]
-    patterns = [(number_format.pattern, value) for number_format, value in formats]
-    (answer,) = in_node([cases[0].asked() | {"states": [], "numbers": patterns}])
+    asked = {"states": [], "numbers": [(one.pattern, value) for one, value in formats]}
+    (answer,) = in_node([cases[0].asked() | asked])
     assert answer["numbers"] == [number_format.text(value) for number_format, value in formats]
 
 

@@ -19,6 +19,6 @@ def test_bars_are_the_indices_and_lines_their_bands(osy):
         widths = [bar.get_width() for bar in ax.containers[0]]
         np.testing.assert_allclose(widths, np.maximum(part["first_order"], 0))
         (bands,) = ax.collections
-        ends = np.array([segment[:, 0] for segment in bands.get_segments()])
+        ends = np.array(bands.get_segments())[..., 0]
         np.testing.assert_allclose(ends, part[["lower", "upper"]].clip(0, 1))
     assert_whole(figure)

@@ -110,6 +110,12 @@ def test_lines_go_from_worst_to_best_values(ranking, page):
             assert abs(float(text) - value) <= 0.5000001 * 10.0**-decimals
 
 
+def test_a_figure_by_fixed_ranges_says_so():
+    frame = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
+    ranking = read_table(frame).under(ranges={"cost": (0, 4), "mass": (0, 4)}).ranking()
+    assert "in the fixed range" in plot_ranking(ranking).caption
+
+
 def test_more_than_three_decades_have_a_logarithmic_axis():
     frame = pd.DataFrame({"life": [1e2, 1e4, 1e6], "cost": [1.0, 2.0, 3.0]})
     figure = plot_ranking(rank_of_efficiency(frame, maximize=["life"]))

@@ -2,10 +2,8 @@
 
 import re
 
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
 from pymoo_psi import plots
@@ -25,15 +23,6 @@ from tests.helpers.refusals import refused
 )
 def test_names_are_literal(name, text):
     assert plots.literal(name) == text
-
-
-def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh):
-    before = dict(matplotlib.rcParams)
-    for plot in (plots.plot_table, plots.plot_objectives, plots.plot_ranking):
-        plot(chute)
-    plots.plot_indicators(bnh)
-    assert dict(matplotlib.rcParams) == before
-    assert Gcf.get_all_fig_managers() == []
 
 
 def test_a_notebook_shows_figures_in_their_size(mixed):

@@ -313,8 +313,7 @@ def test_names_reasons_and_titles_are_text():
         [f"v {EVIL}"], [f"a {EVIL}", f"b {EVIL}"], [f"g {EVIL}"], units={f"a {EVIL}": EVIL}
     )
     X, F = lp_tau(16, 1), np.column_stack([lp_tau(16, 1)[:, 0], (1 - lp_tau(16, 1)[:, 0]) ** 2])
-    reasons = {3: f"{EVIL} \x01"}
-    table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, schema=schema)
+    table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons={3: f"{EVIL} \x01"}, schema=schema)
     html = decision_report(table.under(limits={f"a {EVIL}": 0.8}), title=EVIL, about=[EVIL]).html()
     found = Reader(html)
     text = found.text + " ".join(found.sections)
@@ -330,8 +329,10 @@ def test_nothing_is_loaded_and_nothing_runs(html):
     for name, value in found.attributes:
         assert name[:2] != "on"
         assert name not in ("src", "href", "srcset") or value.startswith("data:image/svg+xml,")
-    sources = "font-src data:; img-src data:; style-src 'unsafe-inline'"
-    assert ("content", f"default-src 'none'; {sources}; base-uri 'none'") in found.attributes
+    assert (
+        "content",
+        "default-src 'none'; font-src data:; img-src data:; style-src 'unsafe-inline'; base-uri 'none'",
+    ) in found.attributes
     assert not re.search(r"url\((?!data:)|@import", html)
 
 
@@ -382,8 +383,7 @@ def test_the_nearest_value_is_beyond_the_limit(table, nearest):
     ],
 )
 def test_small_and_odd_tables(values):
-    X, F = values
-    text = Reader(decision_report(TestTable.of(range(1, len(F) + 1), X, F))).text
+    text = Reader(decision_report(TestTable.of(range(1, len(values[1]) + 1), *values))).text
     assert "test" in text
     assert "nan" not in text.replace("dominan", "")
 
@@ -464,9 +464,9 @@ def test_designs_left_that_are_equal_may_cost_somebody_something(limits, regret)
 
 @undrawn
 def test_a_report_opens_what_a_page_opens(tmp_path):
-    path = tmp_path / "set.csv"
-    path.write_text("car,price,range\nA,1,9\nB,2,5\nB,4,\n")
-    assert "1 incomplete design left out, the first in row 3" in Reader(decision_report(path)).text
+    (tmp_path / "set.csv").write_text("car,price,range\nA,1,9\nB,2,5\nB,4,\n")
+    text = Reader(decision_report(tmp_path / "set.csv")).text
+    assert "1 incomplete design left out, the first in row 3" in text
 
 
 @undrawn

@@ -203,9 +203,9 @@ class Check:
         if self.model.noisy:
             assert Counter(whole) == Counter(calls)
             return
-        can_fail = self.model.elementwise
-        oracle = {text: [] if can_fail and fails(text) else F for text, *F in calls}
-        assert len(oracle) == len(calls) or not can_fail, "a design was evaluated twice"
+        of_one = self.model.elementwise
+        oracle = {text: [] if of_one and fails(text) else F for text, *F in calls}
+        assert len(oracle) == len(calls) or not of_one, "a design was evaluated twice"
         assert {text: F for text, *F in whole} == oracle
         assert len(whole) == len(oracle)
 
