@@ -80,8 +80,8 @@ _SUM = re.compile(
     re.IGNORECASE,
 )
 _STATISTIC = re.compile(
-    r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø|std\.?[ -]?dev\.?"
-    r"|standard deviation|standardabweichung|(?P<extreme>min|max)(?:imum)?)\W*",
+    r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø|(?:min|max)(?:imum)?)"
+    r"\W*",
     re.IGNORECASE,
 )
 
@@ -546,19 +546,19 @@ def require_designs(
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    computed = []  # rows and their names
+    names = [] if naming is None else list(map(str, columns[naming].cells))
+    computed = []
     for name, column in columns.items():
         for row, cell in enumerate(column.cells if column.numbers is None else ()):
             # In another column it may be the name of a supplier.
             if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 computed.append((row, cell))
-    names = [] if naming is None else list(map(str, columns[naming].cells))
-    for row in reversed(range(len(names))):
-        match = _STATISTIC.fullmatch(names[row][:_LONGEST])
-        if match is None or names.count(names[row]) > 1:  # a level of a factor
+    for row in range(len(names) - 1, 0, -1):
+        if not _STATISTIC.fullmatch(names[row][:_LONGEST]) or names.count(names[row]) > 1:
             break
-        # Max may be a person: the greatest values of columns are those of rows, too.
-        if match["extreme"] is None or all((n == n[row]).sum() > 1 for n in numbers):
+        # A design may be called max, whose numbers are greater than those of others.
+        ends = [(np.fmin.reduce(n[:row]), n[row], np.fmax.reduce(n[:row])) for n in numbers]
+        if all(low <= value <= high for low, value, high in ends):
             computed.append((row, names[row]))
     if computed:
         row, name = computed[0]
