@@ -111,7 +111,7 @@ const axes = (() => {
       isFew || !gaps.length ? [swatch("tick", colour), text] : [swatch("area", colour), `${text}${DENSITY}`],
       shownRows.length < data.n && data.n <= MOST_TICKS && [swatch("tick", INK.context), "other designs"],
       lanes.some(({column}) => limitOf(column)) && [swatch("hatch", INK.text), "beyond a limit"],
-      [swatch("span", INK.muted), `${state.fixed ? "the fixed range" : "their worst to best value"}, 100 % to 0 % behind`],
+      [swatch("span", INK.muted), state.fixed ? "the fixed range: 100 %" : "their worst to best value, 100 % to 0 % behind"],
     ])
   }
 

@@ -7,7 +7,7 @@ let agreeing // what the ticks were last set for: whose choice is the present on
 function showPositions() {
   const {positions, decided, chosen} = state
   const held = latest(positions)
-  renew("position-list", held.map((one) => make("li", make("span.avatar", {ariaHidden: true}, one.name.slice(0, 1).toUpperCase()),
+  renew("position-list", held.map((one) => make("li", make("span.avatar", {ariaHidden: true}, one.name[0]),
     make("div", make("button.link", {title: `Show the page as ${one.name} had it`, ariaLabel: `Show: ${one.name}`, onclick: () => showPosition(one)}, make("b", one.name)),
       " ", choiceOf(one, rowOf(one.chosen))),
     make("div.buttons",
