@@ -85,8 +85,8 @@ function compareRows(ranking, rows, base) {
 }
 
 // How far a row is from the best values, and this in shares of the ranges.
-function behindOf({frame: {low, lengths}}, row) {
-  const behind = data.F.map((column, j) => column[row] - low[j])
+function behindOf({frame: {reached, lengths}}, row) {
+  const behind = data.F.map((column, j) => column[row] - reached[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   return {behind, shares, places: bySize(shares).filter((j) => behind[j] > 0)}
 }

@@ -34,7 +34,8 @@ function frameOf(F, front, normalize, fixed) {
   const scale = normalize ? lengths : lengths.map(() => 1)
   const sizes = lengths.map((length, j) => length === Infinity ? 0
     : max(...[low, high, ideal, nadir].map((point) => abs(point[j]))) / scale[j])
-  return {low, high, ideal, nadir, lengths, scale, sizes}
+  const reached = low.map((value, j) => max(value, ideal[j])) // what is better than a fixed U counts as U
+  return {low, high, reached, ideal, nadir, lengths, scale, sizes}
 }
 
 // The distances of some rows to U, μ1, by row; NaN elsewhere. A value better than a fixed U counts as U.
@@ -72,7 +73,7 @@ function ranked(mask, fixed = null) {
   let places // found when they are asked for: sorting takes long, and what decides needs the best only
   const found = () => places ??= placesOf(front, mu1, noise)
   return {mask, rows, count: rows.length, front, pareto, mu1,
-    ideal: turned(frame.ideal), nadir: turned(frame.nadir), bestValues: turned(frame.low), best, frame, fixed,
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), bestValues: turned(frame.reached), best, frame, fixed,
     get byPlace() { return found().byPlace }, get place() { return found().place }}
 }
 

@@ -209,7 +209,8 @@ class Explanation:
         ranking: The ranking of all n designs, with their objectives, names and labels.
         row: The row of the design in the ranking.
         behind: ``(m,)`` how far it is from the best value of each objective among the
-            Pareto-optimal designs, in the unit of the objective, >= 0.
+            Pareto-optimal designs, or of a fixed range that they exceed, in the unit of the
+            objective, >= 0.
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 as far as the worst of the
             Pareto set, more only for a dominated design. 0 in an objective that is equal for all,
             NaN if a dominated design differs in it.
@@ -252,7 +253,7 @@ class Explanation:
             ['f1']
         """
         _, values = front_of(self.ranking)  # fixed ranges say nothing of them
-        is_best = (np.ptp(values, axis=0) > 0) & (self.behind == 0)
+        is_best = (np.ptp(values, axis=0) > 0) & (self.neighbours < 0)
         return [self.ranking.objectives.names[j] for j in np.flatnonzero(is_best)]
 
     @property
@@ -328,6 +329,8 @@ class Explanation:
             'What it costs against the best: 8 in f2 (100 % of its range).'
         """
         changes = [f"{amount}{share}" for amount, share in self.amounts()]
+        if not changes and (self.neighbours >= 0).any():
+            return sentence("all reached")
         if not changes:
             return sentence("all best")
         return sentence("costs", changes=listed(changes))
@@ -469,7 +472,10 @@ def _explanation_of(
         candidates = np.flatnonzero(losses == losses.min())
         dominated_by = int(front[_least(candidates, distances)[0]])
 
-    behind = gains.max(axis=0)
+    best = values[1:].min(axis=0)
+    if ranking.frame.is_fixed:
+        best = np.maximum(best, ranking.frame.ideal)  # what is better counts as equal to it
+    behind = np.maximum(values[0] - best, 0.0)
     shares = _shares(behind, ranking.lengths)
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
     compared = _compared(ranking, [*rows])

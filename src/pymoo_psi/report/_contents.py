@@ -143,7 +143,7 @@ class Choice:
         if n == 1:
             return f"The only design{limits}."
         best = self.explanation.best_in
-        if not self.explanation.behind.any():
+        if (self.explanation.neighbours < 0).all():
             text = "The best in every objective"
         elif best:
             text = f"The best in {_few(best)}"
