@@ -56,7 +56,7 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
             more than three decades the bins are equal by their logarithm.
         bins: The number of equal bins between the bounds of a real variable. An integer with more
             than twice as many tested values has at most so many bins, each of the same number of
-            integers; other columns have one bin for each value.
+            integers, or some of one more; other columns have one bin for each value.
 
     Raises:
         ArgumentValueError: There is no such column, or no bin.
@@ -140,8 +140,9 @@ def _edges(points: AnyArray, bins: int, kind: Kind) -> Array:
     low = float(points.min())
     high = float(points.max())
     if kind is Kind.INTEGER:
-        width = np.ceil((high - low + 1) / bins)
-        return np.arange(low - 0.5, high + width, width)
+        n = int(high - low) + 1
+        bins = next((fewer for fewer in range(bins, bins // 2, -1) if n % fewer == 0), bins)
+        return np.asarray(low - 0.5 + n * np.arange(bins + 1) // bins)
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * size:
         # About a single value: half a unit, or space for the bins beside it.

@@ -97,7 +97,7 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
             is_set = bool(np.isfinite(present))
             is_worse = name in schema.objectives and schema[name].maximize == (end == "lower")
             directions = {}
-            if is_set or is_worse:
+            if is_worse or (is_set and limit.lower < limit.upper):
                 directions["tighter"] = table
             if is_set:
                 directions["looser"] = _without_end(table, name, end)

@@ -46,7 +46,7 @@ function* switches(state, now) {
     for (const end of [0, 1]) {
       const isSet = pair[end] !== null
       const isWorse = isObjective(column) && end === worseEnd(column)
-      if (isSet || isWorse) changes.push(yield* changeAt(now, {column, end, isSet, isWorse, mask: now.mask, looser: false}))
+      if (isWorse || (isSet && pair[0] !== pair[1])) changes.push(yield* changeAt(now, {column, end, isSet, isWorse, mask: now.mask, looser: false}))
       if (!isSet) continue
       const {mask} = limited({limits: {...state.limits, [column.name]: pair.with(end, null)}})
       changes.push(yield* changeAt(now, {column, end, isSet, isWorse, mask, looser: true, present: pair[end]}))
