@@ -168,9 +168,7 @@ def read_table(
         >>> table.column("mass"), table.schema.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
-    path = None
-    if source_type(source) == "file":
-        path = Path(source)
+    path = Path(source) if source_type(source) == "file" else None
     asked = decision_of(formulation)
     try:
         content = _content(source, encoding, frozenset(skip_rows), sheet)
@@ -429,9 +427,7 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     if first is None or columns[first].numbers is not None or columns[first].problem:
         return best
     cells = columns[first].cells
-    if any(is_blank(cell) or not isinstance(cell, str) for cell in cells) or len({*cells}) < len(
-        cells
-    ):
+    if len({cell for cell in cells if isinstance(cell, str) and not is_blank(cell)}) < len(cells):
         return best
     if best is None or _word(best) not in _NAMING:
         return first

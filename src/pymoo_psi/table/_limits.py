@@ -115,19 +115,18 @@ class Limit(NamedTuple):
                 or it is unclear which side of it a number limits.
         """
         if self.texts is not None:
-            known_name("a name in limits", name, schema.names)
-            kind = schema[name].kind
+            kind = schema[known_name("a name in limits", name, schema.names)].kind
+            if name in schema.notes or kind is Kind.CHOICE:
+                return self
             if kind is Kind.BINARY and self.texts and {*self.texts} <= {"False", "True"}:
                 numbers = [float(text == "True") for text in self.texts]
                 return Limit(min(numbers), max(numbers))
-            if name not in schema.notes and kind is not Kind.CHOICE:
-                raise invalid(
-                    f"{name!r} in limits",
-                    "numbers, as its values are",
-                    self.plain,
-                    "a limit on numbers is such as '<= 250'",
-                )
-            return self
+            raise invalid(
+                f"{name!r} in limits",
+                "numbers, as its values are",
+                self.plain,
+                "a limit on numbers is such as '<= 250'",
+            )
         remedy = ""
         if name in schema.constraints:
             remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
