@@ -108,6 +108,19 @@ def test_one_key_answers_takes_back_and_ends():
     assert (first[1], second[1]) == (">", "?")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+def test_a_choice_of_ones_own_outlasts_answers_that_are_taken_back(said):
+    own = {"name": "Ann", "chosen": "Town", "reason": "the bridge"}
+    position = own | {"answers": [["Town", ">", "Coast"]]}
+    Decision(chosen="Town", reason="the bridge", positions=[position]).to_json("d.json")
+    terminal = Terminal("--decision", "d.json", "--out", "d.json")
+    terminal.press("uq")
+    assert terminal.end()[0] == 0
+    decision = Decision.read_json("d.json")
+    assert (decision.chosen, decision.reason) == ("Town", "the bridge")
+    assert decision.positions[-1]["answers"] == []
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
 @pytest.mark.parametrize("key", ["\x03", "\x04"])

@@ -132,10 +132,13 @@ class _Dialogue:
             "date": datetime.now(timezone.utc).isoformat(timespec="milliseconds"),
             "answers": [*self.foreign, *answers],
         }
-        if _counted(answers) != self._counted:
-            choice: Values = {"chosen": None, "reason": ""}  # if all are taken back
-            if _counted(answers):
-                choice = {"chosen": self.person.best, "reason": self.person.sentences[0]}
+        answered = _counted(answers)
+        choice: Values = {"chosen": self.person.best, "reason": self.person.sentences[0]}
+        is_proposed = True
+        if not answered:  # all are taken back, and so is what was proposed after them
+            choice = {"chosen": None, "reason": ""}
+            is_proposed = position.get("reason", "").startswith("Proposed after")
+        if answered != self._counted and is_proposed:
             limits = {name: limit.plain for name, limit in self._table.limits.items()}
             position |= {"limits": limits, **choice}
             if {one["name"] for one in decision.positions} <= {name}:
