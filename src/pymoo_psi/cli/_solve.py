@@ -121,7 +121,10 @@ def run_solve(options: Options) -> int:
     require_model(problem)
     if getattr(options, "try"):  # a keyword of Python, as "from" is
         return try_program(options.problem, problem)
-    out = _output(options)
+    out = options.out
+    if out is not None:
+        inputs = (options.study, options.decision, getattr(options, "from"))
+        out = require_output(out, suffixes_for("designs"), *inputs)
     settings = _prepared(options, problem, settings)  # after this only the search can fail
     subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
     result = _search(options, problem, n_points, settings)
@@ -159,14 +162,6 @@ def _settings(options: Options) -> tuple[int, RunOptions]:
         raise invalid(words[0], "used with --study", Received("no --study"))
     keywords = {name: getattr(options, name) for name in _KEYWORDS}
     return n_points, RunOptions(**keywords, more=more, formulation=formulation)
-
-
-def _output(options: Options) -> Path | None:
-    """Return the file that the Pareto set is written to, if any."""
-    if options.out is None:
-        return None
-    inputs = (options.study, options.decision, getattr(options, "from"))
-    return require_output(options.out, suffixes_for("designs"), *inputs)
 
 
 def _prepared(options: Options, problem: Problem, settings: RunOptions) -> RunOptions:
