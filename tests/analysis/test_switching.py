@@ -135,8 +135,7 @@ def test_a_limit_at_the_nearest_value_that_is_named_leaves_a_design(values, sign
     )
     assert len(ends) == len({*values})
     near = ends[0 if sign > 0 else -1]
-    pair = {1: (None, float(near)), -1: (float(near), None)}[sign]
-    assert table.under(limits={"f": pair}).feasible().any()
+    assert table.under(limits={"f": (None, float(near))[::sign]}).feasible().any()
 
 
 def test_ranges_whose_reciprocals_overflow_are_compared():

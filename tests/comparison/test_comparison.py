@@ -263,20 +263,18 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
 
 @pytest.mark.parametrize("algorithm", ["psi", "surrogate", "psi+nsga3", "nsga3"])
 def test_a_design_that_fails_ends_the_run_of_every_algorithm(algorithm):
-    calls = []
 
-    def model(x):
-        calls.append(x)
+    def half(x):
         if x[0] > 0.5:
             raise ValueError("no mesh")
-        return x[0]
+        return {"F": [x[0], 1 - x[0] + x[1]]}
 
-    failing = FunctionalProblem(2, [model, lambda x: 1 - x[0] + x[1]], xl=0, xu=1)
-    message = "ended in a design that failed: .*no mesh; use FailureTolerant"
+    problem = Model(half, n_var=2)
     refused(
-        message, compare, failing, error=PsiError, n_evaluations=33, seeds=1, algorithms=[algorithm]
+        "ended in a design that failed: .*no mesh; use FailureTolerant",
+        partial(compare, problem, n_evaluations=33, seeds=1, algorithms=[algorithm]),
     )
-    assert len(calls) <= 66
+    assert len(problem.calls) <= 66
 
 
 @pytest.mark.parametrize("problem", [get_problem("bnh"), get_problem("dtlz2")])

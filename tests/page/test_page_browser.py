@@ -291,8 +291,8 @@ def test_what_is_no_number_is_no_limit(reader):
 
 def test_categories_and_dominated_designs_are_ticked(reader, frame):
     reader.click("#further summary >> text=variables")
-    boxes = reader.page.locator("#further .boxes").inner_text().split()
-    assert boxes == ["<b>wood</b>", "steel"]  # not the one of the existing design
+    # Not the one of the existing design.
+    assert reader.page.locator("#further .boxes").inner_text().split() == ["<b>wood</b>", "steel"]
     reader.click(reader.field("steel"))
     rows = np.flatnonzero(frame["material"] != "steel")
     reader.click("#dominated")
@@ -501,8 +501,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     assert reader.ask("document.activeElement.closest('#relax, #steps') !== null")
     reader.type_limit("mass [kg], at most", "")
     # A limit that all others break: the design keeps its limits, and loses its place.
-    costs = beams()["cost, total"].to_numpy()[reader.ask("[...D.ranking.front]")]
-    limit = float(np.quantile(costs, 0.9))
+    limit = float(beams()["cost, total"].iloc[reader.ask("[...D.ranking.front]")].quantile(0.9))
     reader.set(limits={"cost, total": [None, limit]}, fixed=True)
     assert reader.ask("D.data.names[D.verdict.row]") == best
     # The commands rank by the same ranges, of the decision and of what is exported.
@@ -541,13 +540,12 @@ def test_rows_are_moved_hidden_and_shown_again(reader):
 @pytest.mark.slow
 def test_from_nine_on_rows_are_folded(show):
     frame = pd.DataFrame(np.random.default_rng(4).random((30, 12))).add_prefix("objective ")
-    names = [*frame]
-    reader = show(decision_page(frame, names))
-    assert rows_of(reader) == names[:8]
+    reader = show(decision_page(frame, [*frame]))
+    assert rows_of(reader) == [*frame][:8]
     reader.set(limits={"objective 10": [None, 0.9]})
     assert reader.text("#fold") == "Show 4 more, 1 with a limit"
     reader.click("#fold")
-    assert rows_of(reader) == names
+    assert rows_of(reader) == [*frame]
 
 
 def test_axes_over_decades_are_logarithmic(show):

@@ -111,8 +111,8 @@ def test_lines_go_from_worst_to_best_values(ranking, page):
 
 
 def test_a_figure_by_fixed_ranges_says_so():
-    frame = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
-    ranking = read_table(frame).under(ranges={"cost": (0, 4), "mass": (0, 4)}).ranking()
+    table = read_table(pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]}))
+    ranking = table.under(ranges={"cost": (0, 4), "mass": (0, 4)}).ranking()
     assert "in the fixed range" in plot_ranking(ranking).caption
 
 
