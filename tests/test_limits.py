@@ -89,7 +89,6 @@ class Example:
             outputs=["heat"],
         )
         label = "name" if rng.random() < 0.5 else None
-        extra = {"rail": rail, "name": [f"offer {k}" for k in rng.permutation(n)]}
         tests = TestTable.of(
             np.arange(1, n + 1),
             X,
@@ -97,18 +96,19 @@ class Example:
             G,
             outputs={"heat": heat},
             schema=schema,
-            notes=extra,
+            notes={"rail": rail, "name": [f"offer {k}" for k in rng.permutation(n)]},
             label=label,
         )
         self.limits = self.drawn(rng, tests)
         computed = {"sum": " + ".join(["x", *names])} if rng.random() < 0.4 else {}
-        asked = Formulation(
-            [*names, *computed],
-            maximize=maximize,
-            computed=computed,
-            normalize=bool(rng.random() < 0.8),
+        table = tests.under(
+            Formulation(
+                [*names, *computed],
+                maximize=maximize,
+                computed=computed,
+                normalize=bool(rng.random() < 0.8),
+            )
         )
-        table = tests.under(asked)
         if rng.random() < 0.25:
             table = fixed(table)
         self.limited = table.under(limits=self.limits)

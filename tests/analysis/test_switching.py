@@ -134,8 +134,8 @@ def test_a_limit_at_the_nearest_value_that_is_named_leaves_a_design(values, sign
         .split(" to ")
     )
     assert len(ends) == len({*values})
-    near = ends[0 if sign > 0 else -1]
-    assert table.under(limits={"f": (None, float(near))[::sign]}).feasible().any()
+    nearest = (None, float(ends[0 if sign > 0 else -1]))[::sign]
+    assert table.under(limits={"f": nearest}).feasible().any()
 
 
 def test_ranges_whose_reciprocals_overflow_are_compared():

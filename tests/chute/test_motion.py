@@ -93,8 +93,9 @@ class TestAnyDesign:
         assert not any(np.isnan(f).any() for k, f in fields_of(m) if "slip" not in k)
         assert np.isnan(m.slip_end) or 0.0 <= m.slip_end <= 1.0
         change = energy(m.exit_speed, m.exit_spin, r) - energy(c, np.array([wx0, wy0, wz0]), r)
-        ledger = u1 * m.reached + m.plane_work - m.dissipation
-        np.testing.assert_allclose(change, ledger, rtol=0, atol=1e-12)
+        assert change == pytest.approx(
+            u1 * m.reached + m.plane_work - m.dissipation, rel=0, abs=1e-12
+        )
         assert m.dissipation > -1e-13
 
     @given(u1=st.floats(0, 1.4), v_p=st.floats(0.1, 6), mu=st.sampled_from([0.2, 0.4, 0.6]))
