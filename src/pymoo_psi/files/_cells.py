@@ -528,7 +528,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse a row that is named as a sum, and last ones that are statistics or the sum of others.
+    """Refuse a row that is named as a sum, and a last one that is a statistic or sum of others.
 
     The sum of two may be a design that has a name.
 
@@ -546,29 +546,26 @@ def require_designs(
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    names = [] if naming is None else list(map(str, columns[naming].cells))
     computed = []
     for name, column in columns.items():
         for row, cell in enumerate(column.cells if column.numbers is None else ()):
             # In another column it may be the name of a supplier.
             if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 computed.append((row, cell))
-    for row in range(len(names) - 1, 0, -1):
-        if not _STATISTIC.fullmatch(names[row][:_LONGEST]) or names.count(names[row]) > 1:
-            break
+    last = len(cells.rows) - 1
+    names = [""] if naming is None else columns[naming].cells
+    if last > 0 and _STATISTIC.fullmatch(str(names[-1])[:_LONGEST]) and names.count(names[-1]) == 1:
         # A design may be called max, whose numbers are greater than those of others.
-        ends = [(np.fmin.reduce(n[:row]), n[row], np.fmax.reduce(n[:row])) for n in numbers]
+        ends = [(np.fmin.reduce(n[:-1]), n[-1], np.fmax.reduce(n[:-1])) for n in numbers]
         if all(low <= value <= high for low, value, high in ends):
-            computed.append((row, names[row]))
+            computed.append((last, names[-1]))
     if computed:
         row, name = computed[0]
         raise UnfitError(
             f"{cells.where(row)} is named {name.strip()!r}, as computed from others",
             f"{cells.without(row)}, or rename it if it is a design",
         )
-    last = len(cells.rows) - 1
-    is_nameless = naming is not None and is_blank(columns[naming].cells[-1])
-    fewest = 2 if is_nameless else 3
+    fewest = 2 if is_blank(names[-1]) and naming is not None else 3
     if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
