@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._numbers import decimal_mark, decimals_as_given, number
-from pymoo_psi._validation import Array, Mask, Rows
+from pymoo_psi._validation import Array, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
@@ -106,7 +106,7 @@ def _changes(table: TestTable) -> Iterator[tuple[Any, ...]]:
                 if is_worse:  # it rejects no design without those that it dominates
                     candidates = tests.pareto()
                 values = np.where(candidates, sign * table.column(name).astype(np.float64), np.nan)
-                change, design = _change(table, tests, values, direction, sign * present)
+                change, design = _change(table, values, direction, sign * present)
                 shown = present if is_set else np.nan
                 yield (name, end, direction, shown, sign * change, design)
 
@@ -121,13 +121,12 @@ def _without_end(table: TestTable, name: str, end: str) -> TestTable:
 
 
 def _change(
-    table: TestTable, tests: TestTable, values: Array, direction: str, present: float
+    table: TestTable, values: Array, direction: str, present: float
 ) -> tuple[float, str | None]:
     """Return at which value of an upper limit another design is recommended, and which one.
 
     Args:
         table: The tests.
-        tests: The tests under all limits that hold while this one moves.
         values: ``(n,)`` the values that it limits; NaN of designs that do not count.
         direction: "tighter" or "looser".
         present: The present limit.
@@ -153,8 +152,7 @@ def _change(
         last = places[dominates][:1].tolist()
         tried = range(first, min(last, default=len(steps)))
         ends = steps
-    doubtful = _doubtful(F, places, tests.pareto()[rows], b, ranking.frame, tried)
-    for place in chain(doubtful, last):
+    for place in chain(_doubtful(F, places, b, ranking.frame, tried), last):
         inside = np.sort(rows[places <= place])
         if len(inside) == 0:
             return steps[0], None
@@ -165,9 +163,7 @@ def _change(
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _doubtful(
-    F: Array, places: Rows, lasting: Mask, b: Array, frame: UtopianFrame, tried: range
-) -> Iterator[int]:
+def _doubtful(F: Array, places: Rows, b: Array, frame: UtopianFrame, tried: range) -> Iterator[int]:
     """Yield the places up to which a design may be nearer to the ideal point than b, in order.
 
     Squared distances that differ by less than rounding does in any ranking are equal.
@@ -175,16 +171,14 @@ def _doubtful(
     Args:
         F: ``(n, m)`` objectives of the designs by increasing place, minimised.
         places: ``(n,)`` their places.
-        lasting: ``(n,)`` which of them are known to be dominated by none.
         b: ``(m,)`` the objectives of the best design.
         frame: Whether distances are normalised, and fixed points.
         tried: The places.
     """
-    if not lasting.all():  # leave out those that are dominated as soon as they come in
-        kept = nondominated(np.column_stack([F, places]))
-        F = F[kept]
-        places = places[kept]
-        lasting = lasting[kept]
+    # Leave out those that are dominated as soon as they come in.
+    kept = nondominated(np.column_stack([F, places]))
+    F = F[kept]
+    places = places[kept]
     if frame.is_fixed:
         F = np.maximum(F, frame.ideal)  # what is better than U counts as U
         b = np.maximum(b, frame.ideal)
@@ -192,7 +186,7 @@ def _doubtful(
         lengths = np.resize(frame.lengths, F.shape)
     else:
         U = np.minimum.accumulate(F)
-        lengths = unit_lengths(U, _nadirs(F, lasting))
+        lengths = unit_lengths(U, _nadirs(F))
     if not frame.normalize:
         lengths = np.full(F.shape, np.abs(F - b).max(initial=0.0) or 1.0)  # no square overflows
     size = max(_CELLS // max(F.size, 1), 1)
@@ -207,24 +201,21 @@ def _doubtful(
         yield from part[may_be_nearer.any(axis=1)].tolist()
 
 
-def _nadirs(F: Array, lasting: Mask) -> Array:
-    """Return ``(n, m)`` nadir points of the designs up to each of n.
+def _nadirs(F: Array) -> Array:
+    """Return ``(n, m)`` nadir points of the designs up to each of n, none dominated by one before.
 
     Args:
         F: ``(n, m)`` objectives.
-        lasting: ``(n,)`` which designs are known to be dominated by none.
     """
-    N = np.maximum.accumulate(np.where(lasting[:, None], F, -np.inf))
-    raises: Mask = np.any(N < F, axis=1)
-    columns = np.ascontiguousarray(F.T)
-    optimal = np.empty(0, dtype=np.intp)  # of those that raise it
-    if not raises.any():
+    N = np.maximum.accumulate(F)
+    if nondominated(F).all():
         return N
+    columns = np.ascontiguousarray(F.T)
+    optimal = np.empty(0, dtype=np.intp)
     for row in range(len(F)):
-        optimal = optimal[(columns[:, optimal] < columns[:, [row]]).any(axis=0)]
-        if raises[row]:
-            optimal = np.append(optimal, row)
-        N[row] = np.maximum(N[row], columns[:, optimal].max(axis=1, initial=-np.inf))
+        is_better = (columns[:, optimal] < columns[:, [row]]).any(axis=0)
+        optimal = np.append(optimal[is_better], row)
+        N[row] = columns[:, optimal].max(axis=1)
     return N
 
 
