@@ -79,9 +79,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     if options.share is not None:
         remedy = "join the shares by 'pymoo-psi export', and add the tests to that study"
         raise invalid("share", "left out for tests from elsewhere", options.share, remedy)
-    repeat = 1
-    if getattr(problem, "noisy", False):
-        repeat = 0
+    repeat = 0 if getattr(problem, "noisy", False) else 1
     model = Model(problem, options, repeat)
     table = _table_of(model, source)
     tested = table.take(table.status != "failed")
@@ -90,13 +88,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
         _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
-    remarks = [*table.remarks]
-    if len(tested) < len(table):
-        remarks.append(f"{counted(len(table) - len(tested), 'failed test')} left out.")
-    left_out = _BOOKKEEPING & {*table.schema.outputs} - {*results}
-    if left_out:
-        names = ", ".join(sorted(left_out))
-        remarks.append(f"{names} left out: rankings and studies have columns of this name.")
+    remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test")
@@ -106,11 +98,23 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     else:
         tests = tests.take(~tests.repeats)
         n_new, n_completed = _keep_all(store, model, tests, remarks)
-    n_known = len(tests) - n_new
-    taken = f"{n_new} of {counted(len(table), 'test')} taken, {n_known} known already"
+    taken = f"{n_new} of {counted(len(table), 'test')} taken, {len(tests) - n_new} known already"
     if n_completed > 0:
         taken += f", {n_completed} of these completed"
     return replace(tests, remarks=(f"{taken}.", *remarks))
+
+
+def _left_out(table: TestTable, results: Columns) -> list[str]:
+    """Return remarks on the failed tests and the columns that are left out."""
+    remarks = []
+    n_failed = len(table) - len(results["test"])
+    if n_failed > 0:
+        remarks.append(f"{counted(n_failed, 'failed test')} left out.")
+    names = _BOOKKEEPING & {*table.schema.outputs} - {*results}
+    if names:
+        listing = ", ".join(sorted(names))
+        remarks.append(f"{listing} left out: rankings and studies have columns of this name.")
+    return remarks
 
 
 def _require_same_results(tests: TestTable, first: Rows) -> None:

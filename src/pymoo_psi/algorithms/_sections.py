@@ -82,11 +82,7 @@ def sections(
     for name in columns:
         known_name("columns", name, [*schema.objectives, *schema.constraints, *schema.outputs])
     if row is None:
-        if design is None:
-            design = table.decision.chosen
-        if design is None:
-            design = int(table.best().numbers[0])
-        row = table.row_of(design)
+        row = _row_of(table, design)
     space = space_of_table(table)
     is_near = space.are_near(table.X, REACH)
     if not is_near[row]:
@@ -94,23 +90,25 @@ def sections(
         raise invalid("the design of sections", rule, Received(table.names[row]))
     Z = encoded(space, space.places(table.X))
     Z[~is_near] = np.nan
+    lines = []
+    for j, variable in enumerate(space.variables):
+        values = _values(variable, n_values)
+        line = np.repeat(table.X[[row]], len(values), axis=0)
+        line[:, j] = values
+        lines.append((variable.name, values, encoded(space, space.places(line))))
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
             # Minimised: on a logarithmic scale, the best values are finest.
             sign = -1.0 if name in schema.maximize else 1.0
             fit, process = _surrogate(table, name, sign, Z, row)
-            for j, variable in enumerate(space.variables):
-                values = _values(variable, n_values)
-                line = np.repeat(table.X[[row]], len(values), axis=0)
-                line[:, j] = values
-                Z_line = encoded(space, space.places(line))
+            for (variable_name, values, Z_line), value in zip(lines, table.X[row], strict=True):
                 expected, *ends = sign * _predicted(fit, process, Z_line)
                 section = {
                     "column": name,
-                    "variable": variable.name,
+                    "variable": variable_name,
                     "value": values,
-                    "design": [table.X[row, j]] * len(values),
+                    "design": [value] * len(values),
                     "expected": expected,
                     "lower": np.min(ends, axis=0),
                     "upper": np.max(ends, axis=0),
@@ -120,6 +118,15 @@ def sections(
     sections = pd.concat(frames, ignore_index=True)
     sections.attrs["units"] = dict(schema.units)
     return sections
+
+
+def _row_of(table: TestTable, design: int | str | None) -> int:
+    """Return the row of a design, or of the chosen one, or of the Salukvadze optimum."""
+    if design is None:
+        design = table.decision.chosen
+    if design is None:
+        design = int(table.best().numbers[0])
+    return table.row_of(design)
 
 
 def _surrogate(

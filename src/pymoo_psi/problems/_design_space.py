@@ -33,7 +33,7 @@ from pymoo_psi.parallel import Runner
 from pymoo_psi.problems._equalities import Polytope, polytope
 from pymoo_psi.problems._pymoo import problem_name
 from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
-from pymoo_psi.table import Schema, unit_texts
+from pymoo_psi.table import OUTPUT, Column, Schema, unit_texts
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
@@ -316,34 +316,44 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     titles = column_titles(problem)
     if log is None:
-        log = getattr(problem, "log", None)
-        if isinstance(log, str) and log in {*space.variable_names, *titles.values()}:
-            rule = "a list of variables"
-            raise wrong_type("log of the problem", rule, log, "or an attribute of another name")
-        if not isinstance(log, (list, tuple, set, frozenset)):
-            log = ()
+        log = _own_log(problem, {*space.variable_names, *titles.values()})
     variables = []
     for variable in space.variables:
-        title = titles.get(variable.name, variable.name)
-        kind = variable.kind
-        if variable.name in log or title in log:
-            if not kind.real or variable.lower <= 0:
-                raise invalid(
-                    f"{title} in log",
-                    "a real variable whose lower bound is above 0",
-                    Received(f"{variable.lower:g} of a {kind.value} variable"),
-                )
-            kind = Kind.LOG
-        variables.append(replace(variable, title=title, kind=kind))
-    space = replace(space, variables=tuple(variables))
+        variable = replace(variable, title=titles.get(variable.name, variable.name))
+        if variable.name in log or variable.title in log:
+            variable = _logarithmic(variable)
+        variables.append(variable)
     for row in space.equalities:
         for variable in compress(variables, row):
             if variable.kind is not Kind.REAL:
                 rule = "real and on a linear scale, as it is in an equality of requirements"
                 raise invalid(variable.title, rule, Received(variable.kind.value), "change either")
+    space = replace(space, variables=tuple(variables))
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
     return space
+
+
+def _own_log(problem: Any, names: Collection[str]) -> Collection[str]:
+    """Return the names in a problem's attribute ``log``; none if it has another purpose."""
+    log = getattr(problem, "log", None)
+    if isinstance(log, str) and log in names:
+        rule = "a list of variables"
+        raise wrong_type("log of the problem", rule, log, "or an attribute of another name")
+    if not isinstance(log, (list, tuple, set, frozenset)):
+        return ()
+    return log
+
+
+def _logarithmic(variable: Variable) -> Variable:
+    """Return a variable with a logarithmic scale."""
+    if not variable.kind.real or variable.lower <= 0:
+        raise invalid(
+            f"{variable.title} in log",
+            "a real variable whose lower bound is above 0",
+            Received(f"{variable.lower:g} of a {variable.kind.value} variable"),
+        )
+    return replace(variable, kind=Kind.LOG)
 
 
 def is_permutation(problem: Any) -> bool:
@@ -420,42 +430,43 @@ def problem_schema(
     """
     titles = column_titles(problem)
     new_names = titles if names is None else names
-    renamed = dict(new_names)
+    renamed = dict(new_names)  # by the default names, and by the problem's own
     for name, title in titles.items():
         renamed[title] = new_names.get(name, name)
-    own = getattr(problem, "maximize", None) or ()
-    for value in (own, maximize or ()):
+    own_maximize = getattr(problem, "maximize", None) or ()
+    for value in (own_maximize, maximize or ()):
         collection("maximize", value, "a list of objectives", "one goes into a list too")
-    maximized = [renamed.get(title, title) for title in own]
+    own_maximize = [renamed.get(title, title) for title in own_maximize]
     if maximize is None:
-        maximize = maximized
-    if maximize and names is None and not {*maximized} <= {*maximize}:
-        raise invalid(
-            "maximize",
-            f"a list that includes the problem's own, {', '.join(maximized)}",
-            maximize,
-            "or change the problem's attribute",
-        )
+        maximize = own_maximize
+    if maximize and names is None and not {*own_maximize} <= {*maximize}:
+        rule = f"a list that includes the problem's own, {', '.join(own_maximize)}"
+        raise invalid("maximize", rule, maximize, "or change the problem's attribute")
     if units is None:
         own_units = unit_texts(getattr(problem, "units", None) or {})
         units = {renamed.get(title, title): unit for title, unit in own_units.items()}
-    variables = space.variable_names
-    plain = Schema.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
+
+    schema = _default_schema(problem, space)
     for name in new_names:
-        known_name("names", name, plain.names)
-    groups = []
-    for role in ("variable", "objective", "inequality", "equality"):
-        groups.append([new_names.get(name, name) for name in plain.of_role(role)])
-    known = {name for group in groups for name in group}
+        known_name("names", name, schema.names)
+    schema = schema.changed(name=new_names)
     # A further output with a unit is promised by that.
-    outputs = [name for name in unit_texts(units) if name not in known]
+    outputs = [Column(name, OUTPUT) for name in unit_texts(units) if name not in schema.names]
+    schema = schema.with_columns(*outputs).with_units(units)
+    for name in maximize:
+        known_name("maximize", name, (*schema.objectives, *schema.outputs))
+    return schema.changed(maximize=dict.fromkeys(maximize, True))
+
+
+def _default_schema(problem: Any, space: DesignSpace) -> Schema:
+    """Return the columns of a problem's tests under default names."""
     kinds = [variable.kind for variable in space.variables]
     unbounded = [kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds]
     return Schema.of(
-        *groups,
-        outputs=outputs,
-        maximize=list(maximize),
-        units=units,
+        space.variable_names,
+        problem.n_obj,
+        problem.n_ieq_constr,
+        problem.n_eq_constr,
         lower=np.where(unbounded, np.nan, space.lower),
         upper=np.where(unbounded, np.nan, space.upper),
         kinds=kinds,
@@ -536,9 +547,7 @@ def own_parameters(problem: Any, others: list[str]) -> Values:
         constant = _constant(kept, (problem,), objects)
         if objects:
             others.append(name)
-        # A default array is no constant: the problem may have changed its values.
-        is_default = _is_of_python(default) and constant == _constant(default, (), [])
-        if constant is _UNKNOWN or is_default:
+        if constant is _UNKNOWN or constant == _constant(default, (), []):
             continue
         text = repr(constant)
         if len(text) > _LONGEST:
@@ -560,20 +569,20 @@ def _constant(value: Any, owners: tuple[Any, ...], objects: list[Any]) -> Any:
         return plain
     if plain is _UNKNOWN or any(value is owner for owner in owners):
         return _UNKNOWN
-    owners = (*owners, value)
-    if isinstance(plain, list):
-        items = [_constant(item, owners, objects) for item in plain]
-        known = [item for item in items if item is not _UNKNOWN]
-        return known if known or not plain else _UNKNOWN
-    if not isinstance(plain, Mapping):
+    is_list = isinstance(plain, list)
+    if is_list:
+        plain = dict(enumerate(plain))
+    elif not isinstance(plain, Mapping):
         objects.append(plain)
         return _UNKNOWN
-    constants = {}
-    for name in sorted(plain, key=str):
-        constant = _constant(plain[name], owners, objects)
+    known = {}
+    for name, item in plain.items():
+        constant = _constant(item, (*owners, value), objects)
         if constant is not _UNKNOWN:
-            constants[str(name)] = constant
-    return constants
+            known[str(name)] = constant
+    if not is_list:
+        return dict(sorted(known.items()))
+    return [*known.values()] if known or not plain else _UNKNOWN
 
 
 def _plain(value: Any) -> Any:
@@ -594,13 +603,6 @@ def _plain(value: Any) -> Any:
     if is_dataclass(value):
         return {field.name: getattr(value, field.name) for field in fields(value)}
     return value
-
-
-def _is_of_python(value: Any) -> bool:
-    """Whether a value is a number, a text or ``None``, or a list or tuple of these."""
-    if isinstance(value, (list, tuple)):
-        return all(map(_is_of_python, value))
-    return value is None or isinstance(value, (str, bool, int, float))
 
 
 def _variables(problem: Any) -> Iterator[Variable]:

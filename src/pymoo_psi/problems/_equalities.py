@@ -101,22 +101,11 @@ class Polytope:
         coefficients = np.array(rows)[:, :-1]
         totals = np.array(rows)[:, -1:] - coefficients @ np.array(lower)[:, None]
         equations = np.hstack([coefficients * np.subtract(upper, lower), totals])
-        has_solution = True
-        self.dependent: list[int] = []
-        self._rows = np.zeros((0, equations.shape[1]))
-        for equation in equations:  # Gauss-Jordan elimination
-            row = equation - equation[self.dependent] @ self._rows
-            pivot = int(np.abs(row[:-1]).argmax())
-            rounding = _ROUNDING * np.abs(equation).max()
-            if np.abs(row[pivot]) > rounding:
-                row /= row[pivot]
-                self._rows = np.vstack([self._rows - np.outer(self._rows[:, pivot], row), row])
-                self.dependent.append(pivot)
-            elif np.abs(row[-1]) > rounding:  # it contradicts those before it
-                has_solution = False
+        self._rows, self.dependent = _eliminated(equations)
+        is_consistent = len(self._rows) == len(self.dependent)
         share = 0.0
-        if has_solution:
-            self._fill()
+        if is_consistent:
+            self._filled = self._equalities()
             points = np.random.default_rng(0).random((_TRIED, len(lower)))
             share = self._are_met(self._positions(points)).mean()
         if share < _LEAST:
@@ -127,9 +116,9 @@ class Polytope:
                 "correct them, widen the bounds, or replace an equality by two inequalities",
             )
 
-    def _fill(self) -> None:
-        """Choose what is filled exactly: of equalities that share variables the strictest."""
-        self._filled: list[_Equality] = []
+    def _equalities(self) -> list[_Equality]:
+        """Return what is filled exactly: of equalities that share variables the strictest."""
+        equalities = []
         sizes = np.abs(self._rows[:, :-1])
         is_taken = np.full(sizes.shape[1], False)
         for k in np.argsort(-sizes.sum(axis=1), kind="stable"):
@@ -139,7 +128,8 @@ class Polytope:
                 is_taken[columns] = True
                 columns = np.append(columns, self.dependent[k])
                 row = self._rows[k]
-                self._filled.append(_Equality(columns, row[columns], row[-1]))
+                equalities.append(_Equality(columns, row[columns], row[-1]))
+        return equalities
 
     def positions(self, points: Array) -> Array:
         """Return ``(n, n_var)`` places of designs between the bounds, from 0 to 1.
@@ -176,6 +166,31 @@ class Polytope:
         """Return ``(n,)`` whether all dependent variables lie within their bounds."""
         distances = np.abs(positions[:, self.dependent] - 0.5)
         return np.asarray((distances <= 0.5 + _ROUNDING).all(axis=1))
+
+
+def _eliminated(equations: Array) -> tuple[Array, list[int]]:
+    """Return equations solved for one variable each, by Gauss-Jordan elimination.
+
+    Args:
+        equations: ``(k, n_var + 1)`` the coefficients of each, and the constant.
+
+    Returns:
+        The equations that differ from those before them, and the variables of these. An equation
+        that contradicts those before it has none.
+    """
+    rows = np.zeros((0, equations.shape[1]))
+    dependent: list[int] = []
+    for equation in equations:
+        row = equation - equation[dependent] @ rows
+        pivot = int(np.abs(row[:-1]).argmax())
+        rounding = _ROUNDING * np.abs(equation).max()
+        if np.abs(row[pivot]) > rounding:
+            row /= row[pivot]
+            rows = np.vstack([rows - np.outer(rows[:, pivot], row), row])
+            dependent.append(pivot)
+        elif np.abs(row[-1]) > rounding:
+            return np.vstack([rows, row]), dependent
+    return rows, dependent
 
 
 polytope = lru_cache(maxsize=64)(Polytope)

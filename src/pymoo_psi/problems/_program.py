@@ -39,21 +39,21 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.problems._design_space import numbered
-from pymoo_psi.problems._pymoo import NO_OUTPUTS, OF_A_MODEL, require_known_keywords
+from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 from pymoo_psi.problems._settings import (
-    WAYS,
-    Directions,
     Output,
     Placeholders,
     Program,
+    directions_of,
+    expressions_of,
     limits_on_outputs,
+    outputs_of,
     section,
-    sections,
     settings_of,
 )
 from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
-from pymoo_psi.table import Expression, Limit, Schema, unit_texts
+from pymoo_psi.table import Limit, Schema, unit_texts
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -164,23 +164,22 @@ class ProgramProblem(ElementwiseProblem):
         settings = settings_of(variables)
         self.variables: Values = {name: setting.variable for name, setting in settings.items()}
         self.log: list[str] = [name for name, setting in settings.items() if setting.scale == "log"]
-        self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
+        self.outputs: dict[str, Output] = outputs_of(outputs, self.variables, self.by_people)
         units = {name: entry.unit for name, entry in (settings | self.outputs).items()}
         self.units: dict[str, str] = unit_texts(units)
-        directions = section("objectives", Directions, objectives)
+        self.known_expressions = expressions_of(self.outputs, self.variables)
+        self._tested = {
+            name: output for name, output in self.outputs.items() if not output.expression
+        }
+        directions = directions_of(objectives, self.outputs)
         self.objectives: list[str] = [*directions.minimize, *directions.maximize]
         self.maximize: list[str] = [*directions.maximize]
-        self.limits: dict[str, Limit] = limits_on_outputs(limits)
+        self.limits: dict[str, Limit] = limits_on_outputs(limits, self.outputs)
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])
-        self.known_expressions: dict[str, Expression] = {}
-        self._tested: dict[str, Output] = {}  # the outputs that are no expressions
-        self._check_objectives()
-        self._check_outputs()
         if program is not None:
             self.program: Program = section("program", Program, program)
             self._listing: Output = section("program: error", Output, self.program.error)
-            self._read_files = [*self.outputs.values(), self._listing]
             self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
             self._check_files()
             self._check_placeholders()
@@ -227,38 +226,6 @@ class ProgramProblem(ElementwiseProblem):
             raise ArgumentValueError(message) from error
 
     # What is checked before any run
-
-    def _check_objectives(self) -> None:
-        """Refuse objectives and limits that are no outputs."""
-        if not self.objectives:
-            raise invalid("objectives", "one or more outputs", self.objectives)
-        for objective in self.objectives:
-            known_name("an objective", objective, self.outputs)
-        for output in self.limits:
-            remedy = "variables have bounds and requirements"
-            known_name("what is limited", output, self.outputs, remedy)
-
-    def _check_outputs(self) -> None:
-        """Divide the outputs into expressions and others; refuse those that cannot be found."""
-        names = [*self.variables]  # names that an expression may use
-        for name, output in self.outputs.items():
-            if name in NO_OUTPUTS:
-                rule = "named unlike the entries that pymoo has for a design"
-                raise invalid("an output", rule, name, "rename it, such as 'force' instead of 'F'")
-            if name in self.variables:
-                raise invalid("the name of an output", "unlike those of variables", name)
-            if output.expression:
-                expression = Expression.of(output.expression)
-                for operand in expression.columns:
-                    known_name(f"a name in the expression of {name}", operand, names)
-                self.known_expressions[name] = expression
-            elif self.by_people == bool(output.file):
-                rule = f"{WAYS}; without [program], as expression or without a way"
-                received = Received(output.file or "no file")
-                raise invalid(f"outputs: {name}: an output", rule, received)
-            else:
-                self._tested[name] = output
-            names.append(name)
 
     def _check_files(self) -> None:
         """Refuse a missing program, template or file, and runs within the template."""
@@ -403,7 +370,7 @@ class ProgramProblem(ElementwiseProblem):
                 ignore=left_out,
                 ignore_dangling_symlinks=True,  # editors leave such links for open files
             )
-        for output in self._read_files:
+        for output in (*self.outputs.values(), self._listing):
             if output.file:
                 (run.folder / output.file).unlink(missing_ok=True)
         for file in self.program.files:

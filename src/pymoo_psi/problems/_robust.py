@@ -139,11 +139,11 @@ class Robust(WrappedProblem):
         self._columns = [self._column(title) for title in tolerances]
         if isinstance(statistics, str):
             statistics = [statistics] * nominal.n_obj
-        self.statistics: list[str] = [*statistics]
-        if len(self.statistics) != nominal.n_obj:
+        if len(statistics) != nominal.n_obj:
             rule = f"one for all or each of {nominal.n_obj} objectives"
             raise invalid("statistics", rule, statistics)
-        self._shares = [_share(str(statistic)) for statistic in self.statistics]
+        self.statistics: list[str] = [*statistics]
+        self._shares = [_share(str(statistic)) for statistic in statistics]
         self.failure_probability: float = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
@@ -153,9 +153,8 @@ class Robust(WrappedProblem):
         columns = [*self.space.variable_names, *numbered("f", self.statistics)]
         self.names: dict[str, str] = {name: titles.get(name, name) for name in columns}
         units = getattr(nominal, "units", None) or {}
-        self.units: dict[str, str] = {
-            title: units[title] for title in filter(units.get, self.names.values())
-        }
+        known = filter(units.get, self.names.values())
+        self.units: dict[str, str] = {title: units[title] for title in known}
 
     def _column(self, title: str) -> int:
         """Return the column of a variable with a tolerance."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from itertools import chain
@@ -36,7 +36,8 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import cells_of_text
 from pymoo_psi.parallel import run_program
-from pymoo_psi.table import Limit, sides_of_text
+from pymoo_psi.problems._pymoo import NO_OUTPUTS
+from pymoo_psi.table import Expression, Limit, sides_of_text
 
 BRACES = "{name}"
 
@@ -128,7 +129,7 @@ class Placeholders:
 
 
 # How an output can be given.
-WAYS = "given as file with one of pattern, key and column, or as expression"
+_WAYS = "given as file with one of pattern, key and column, or as expression"
 # Fortran writes 1.5D+03.
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _NO_LETTER = re.compile(r"(\.\d+)([+-]\d{3})\Z")  # and 1.5+103 if the exponent has three digits
@@ -228,7 +229,7 @@ class Output:
         ways = [*filter(None, (self.pattern, self.key, self.column, self.expression))]
         is_measured = not ways and not self.file
         if not is_measured and (len(ways) != 1 or bool(self.file) == bool(self.expression)):
-            raise invalid("an output", WAYS, [self.file, *ways])
+            raise invalid("an output", _WAYS, [self.file, *ways])
         _require_inside("file", self.file)
         known_name("decimal", self.decimal, (".", ","))
         if self.pattern:
@@ -454,12 +455,54 @@ def settings_of(variables: Any) -> dict[str, Setting]:
     return sections("variables", Setting, entries)
 
 
-def limits_on_outputs(texts: Any) -> dict[str, Limit]:
+def outputs_of(entries: Any, variables: Entries, by_people: bool) -> dict[str, Output]:
+    """Return the outputs of a file, each of which can be found."""
+    outputs: dict[str, Output] = sections("outputs", Output, entries)
+    for name, output in outputs.items():
+        if name in NO_OUTPUTS:
+            rule = "named unlike the entries that pymoo has for a design"
+            raise invalid("an output", rule, name, "rename it, such as 'force' instead of 'F'")
+        if name in variables:
+            raise invalid("the name of an output", "unlike those of variables", name)
+        if not output.expression and by_people == bool(output.file):
+            rule = f"{_WAYS}; without [program], as expression or without a way"
+            received = Received(output.file or "no file")
+            raise invalid(f"outputs: {name}: an output", rule, received)
+    return outputs
+
+
+def expressions_of(outputs: Mapping[str, Output], variables: Entries) -> dict[str, Expression]:
+    """Return the expressions of outputs, which use variables and the outputs above."""
+    expressions = {}
+    operands = [*variables]
+    for name, output in outputs.items():
+        if output.expression:
+            expressions[name] = Expression.of(output.expression)
+            for operand in expressions[name].columns:
+                known_name(f"a name in the expression of {name}", operand, operands)
+        operands.append(name)
+    return expressions
+
+
+def directions_of(entry: Any, outputs: Entries) -> Directions:
+    """Return the objectives of a file, one or more of the outputs."""
+    directions: Directions = section("objectives", Directions, entry)
+    objectives = [*directions.minimize, *directions.maximize]
+    if not objectives:
+        raise invalid("objectives", "one or more outputs", objectives)
+    for objective in objectives:
+        known_name("an objective", objective, outputs)
+    return directions
+
+
+def limits_on_outputs(texts: Any, outputs: Entries) -> dict[str, Limit]:
     """Return the limits of texts by output."""
     limits: dict[str, Limit] = {}
     if texts is None:
         return limits
     for output, text in mapping("limits", texts, "outputs to texts, as '<= 250'").items():
+        remedy = "variables have bounds and requirements"
+        known_name("what is limited", output, outputs, remedy)
         sides = sides_of_text(f"the limit on {output}", text)
         limits[output] = Limit.of(output, (sides.get(">="), sides.get("<=")))
     return limits
