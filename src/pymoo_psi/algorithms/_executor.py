@@ -138,13 +138,13 @@ class Executor:
     ) -> None:
         self._arguments = model, options, None, together
         self._model = model
-        self.has_designs: bool = streams(model.inner)
+        self.has_designs = streams(model.inner)
         if self.has_designs:
             runner = model.problem.elementwise_runner
             if not isinstance(runner, Runner):  # pymoo's, which is a loop
                 runner = None
             function = function_of_designs(model.inner, seeded=model.noisy)
-            self.queue: Queue = Queue(function, runner)
+            self.queue = Queue(function, runner)
         else:
             self.queue = _queue_of_points(model, options, together)
         self.may_end_early = True

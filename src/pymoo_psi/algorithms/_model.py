@@ -18,7 +18,6 @@ from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     NO_OUTPUTS,
-    DesignSpace,
     columns_of_values,
     design_space,
     evaluate_designs,
@@ -73,18 +72,18 @@ class Model:
         if log is not None:
             default_names = {own: name for name, own in names.items()}
             log = [default_names.get(name, name) for name in log]
-        self.space: DesignSpace = design_space(self.problem, log=log)
+        self.space = design_space(self.problem, log=log)
         for variable in self.space.variables:  # options that no table holds are refused here
             cells_of_kind(variable.title, variable.options, Kind.CHOICE)
         columns = options.names, options.maximize, options.units
         schema = problem_schema(self.problem, self.space, *columns)
-        self.default_limits: dict[str, Limit] = known_limits(self.problem, schema)
+        self.default_limits = known_limits(self.problem, schema)
         constraints = schema.of_role("inequality")  # a table has the limits instead
-        self.schema: Schema = schema.without(constraints[: len(self.default_limits)])
+        self.schema = schema.without(constraints[: len(self.default_limits)])
         formulation = options.formulation or Formulation(limits=options.limits)
-        self.formulation: Formulation = self.with_default_limits(formulation)
+        self.formulation = self.with_default_limits(formulation)
         known = {*schema.names, *self.formulation.units}
-        self.awaited: set[str] = {*self.formulation.columns} - known
+        self.awaited = {*self.formulation.columns} - known
 
     def with_default_limits(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others.

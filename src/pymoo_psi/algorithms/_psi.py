@@ -88,7 +88,7 @@ class PointAlgorithm(WithTable, Algorithm):
         owner = type(self)
         require_known_keywords(owner.__name__, owner, kwargs, taken=("options",), more=settings)
         options = replace(options, **of_run)
-        self.n_points: int = n_points
+        self.n_points = n_points
         self.options = options
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._most_evaluations = math.inf

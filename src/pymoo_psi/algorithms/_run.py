@@ -148,12 +148,12 @@ class Run:
         n_points: int = 0,
     ) -> None:
         self.model = model
-        self.n_points: int = n_points
+        self.n_points = n_points
         self.source = source
         self.executor = executor
         self.store = store
-        self.n_taken: int = 0
-        self.n_called: int = 0
+        self.n_taken = 0
+        self.n_called = 0
         self.remarks: list[str] = []
         self._ledger = Ledger()
         # Of the study, while points are evaluated, which may go on between two calls.

@@ -154,7 +154,7 @@ class LPTauSampling(UniformSampling):
     def __init__(self, *, first: int = 1, log: Collection[str] | None = None) -> None:
         super().__init__()
         self.log = log
-        self.first: int = integer("first", first, minimum=1)
+        self.first = integer("first", first, minimum=1)
 
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
@@ -203,10 +203,10 @@ class QMCSampling(UniformSampling):
         self.log = log
         known_name("engine", engine, _ENGINES)
         self.engine = engine
-        self.scramble: bool = boolean("scramble", scramble)
+        self.scramble = boolean("scramble", scramble)
         # the sequences; the points of other engines depend on how many there are
-        self.extendable: bool = engine in ("sobol", "halton")
-        self.randomised: bool = scramble or not self.extendable
+        self.extendable = engine in ("sobol", "halton")
+        self.randomised = scramble or not self.extendable
 
     def _name(self) -> str:
         return self.engine

@@ -181,7 +181,7 @@ class SurrogatePSI(PointAlgorithm):
             n_first=self._n_sequence,
             source_of=self._source,
         )
-        self.n_points: int = run.n_points
+        self.n_points = run.n_points
         return run
 
     def _source(

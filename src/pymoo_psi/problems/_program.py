@@ -155,26 +155,26 @@ class ProgramProblem(ElementwiseProblem):
         **kwargs: Any,
     ) -> None:
         require_known_keywords("ProgramProblem", ElementwiseProblem, kwargs, taken=OF_A_MODEL)
-        self.base: Path = Path(base).absolute()
-        self.key: str = str(key)
-        self.noisy: bool = boolean("noisy", noisy)
-        self.by_people: bool = program is None
+        self.base = Path(base).absolute()
+        self.key = str(key)
+        self.noisy = boolean("noisy", noisy)
+        self.by_people = program is None
         self._name = str(name)
 
         settings = settings_of(variables)
-        self.variables: Values = {name: setting.variable for name, setting in settings.items()}
-        self.log: list[str] = [name for name, setting in settings.items() if setting.scale == "log"]
-        self.outputs: dict[str, Output] = outputs_of(outputs, self.variables, self.by_people)
+        self.variables = {name: setting.variable for name, setting in settings.items()}
+        self.log = [name for name, setting in settings.items() if setting.scale == "log"]
+        self.outputs = outputs_of(outputs, self.variables, self.by_people)
         units = {name: entry.unit for name, entry in (settings | self.outputs).items()}
-        self.units: dict[str, str] = unit_texts(units)
+        self.units = unit_texts(units)
         self.known_expressions = expressions_of(self.outputs, self.variables)
         self._tested = {
             name: output for name, output in self.outputs.items() if not output.expression
         }
         directions = directions_of(objectives, self.outputs)
-        self.objectives: list[str] = [*directions.minimize, *directions.maximize]
-        self.maximize: list[str] = [*directions.maximize]
-        self.limits: dict[str, Limit] = limits_on_outputs(limits, self.outputs)
+        self.objectives = [*directions.minimize, *directions.maximize]
+        self.maximize = [*directions.maximize]
+        self.limits = limits_on_outputs(limits, self.outputs)
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])
         if program is not None:
@@ -185,7 +185,7 @@ class ProgramProblem(ElementwiseProblem):
             self._check_placeholders()
 
         limit_texts = [limit.written(name) for name, limit in self.limits.items()]
-        self.names: dict[str, str] = numbered("f", self.objectives) | numbered("g", limit_texts)
+        self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
         arguments: Values = {"vars": self.variables}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
             # pymoo takes such variables as a vector, without names.
@@ -513,8 +513,7 @@ def known_limits(problem: Any, schema: Schema) -> dict[str, Limit]:
     while changes_designs_only(problem) or within_same_columns(problem) is not problem:
         problem = problem.wrapped
     if isinstance(problem, ProgramProblem) and problem.has_objectives_of(schema):
-        limits: dict[str, Limit] = problem.limits
-        return limits
+        return problem.limits
     return {}
 
 

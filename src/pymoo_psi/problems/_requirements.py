@@ -21,7 +21,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.problems._design_space import DesignSpace, column_titles, design_space, numbered
+from pymoo_psi.problems._design_space import column_titles, design_space, numbered
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 
@@ -209,20 +209,20 @@ class Required(WrappedProblem):
         require_problem(problem)
         self._space = design_space(problem)
         self.rules = _named(getattr(problem, "requirements", None)) | _named(requirements)
-        self.required: tuple[Requirement, ...] = requirements_of(self.rules, self._space.titles)
-        self.n_not_run: int = 0
+        self.required = requirements_of(self.rules, self._space.titles)
+        self.n_not_run = 0
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements: None = None  # they are constraints here
         texts = [requirement.text for requirement in self.required]
         constraints = numbered("g", texts, first=n + 1)
-        self.names: dict[str, str] = column_titles(problem) | constraints
+        self.names = column_titles(problem) | constraints
         equalities = [*self._space.equalities]
         for requirement in self.required:
             if requirement.sign == "=":
                 equalities.append(tuple(requirement.equality(self._space.titles)))
         if equalities:
-            self.space: DesignSpace = replace(self._space, equalities=tuple(equalities))
+            self.space = replace(self._space, equalities=tuple(equalities))
             self._space = design_space(self)
 
     def amounts(self, matrix: AnyArray) -> Array:

@@ -26,7 +26,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import DesignSpace, column_titles, design_space, numbered
+from pymoo_psi.problems._design_space import column_titles, design_space, numbered
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
@@ -135,23 +135,23 @@ class Robust(WrappedProblem):
         self.offsets, self.parameters = np.split(scenarios, [len(tolerances)], axis=1)
         self.problems: list[Any] = _problems(problem, uncertainty, self.parameters.tolist())
         nominal = self.problems[0]
-        self.space: DesignSpace = design_space(nominal)
+        self.space = design_space(nominal)
         self._columns = [self._column(title) for title in tolerances]
         if isinstance(statistics, str):
             statistics = [statistics] * nominal.n_obj
         if len(statistics) != nominal.n_obj:
             rule = f"one for all or each of {nominal.n_obj} objectives"
             raise invalid("statistics", rule, statistics)
-        self.statistics: list[str] = [*statistics]
+        self.statistics = [*statistics]
         self._shares = [_share(str(statistic)) for statistic in statistics]
-        self.failure_probability: float = finite_number("failure_probability", failure_probability)
+        self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
         titles = column_titles(nominal)
         columns = [*self.space.variable_names, *numbered("f", self.statistics)]
-        self.names: dict[str, str] = {name: titles.get(name, name) for name in columns}
+        self.names = {name: titles.get(name, name) for name in columns}
         units = getattr(nominal, "units", None) or {}
         known = filter(units.get, self.names.values())
         self.units: dict[str, str] = {title: units[title] for title in known}

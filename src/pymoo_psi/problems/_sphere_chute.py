@@ -67,7 +67,7 @@ class VectorizedSphereChute(Problem):
         **kwargs: Any,
     ) -> None:
         require_known_keywords(type(self).__name__, Problem, kwargs, taken=OF_A_MODEL)
-        self.parameters: ChuteParameters = ChuteParameters(mu, c, r, omega0)
+        self.parameters = ChuteParameters(mu, c, r, omega0)
         for value in self.parameters.columns:
             finite_number("a parameter", value)  # the same for all designs
         known_name("model", model, MODELS)

@@ -98,8 +98,8 @@ class LogScaled(Transformed):
         problem = with_requirements(problem)
         space = design_space(problem, log=log)
         variables = [*space.variables]
-        self.names: dict[str, str] = column_titles(problem)
-        self.units: dict[str, str] = unit_texts(getattr(problem, "units", None) or {})
+        self.names = column_titles(problem)
+        self.units = unit_texts(getattr(problem, "units", None) or {})
         self._log = {}
         for j, variable in enumerate(space.variables):
             if variable.kind is Kind.LOG and not variable.fixed:
@@ -109,7 +109,7 @@ class LogScaled(Transformed):
                 variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
                 self.names[variable.name] = f"log10 {variable.title}"
                 self.units.pop(variable.title, None)
-        self.logarithms: list[str] = [variable.title for variable in self._log.values()]
+        self.logarithms = [variable.title for variable in self._log.values()]
         self.log: Collection[str] = ()  # for other wrappers, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
 
