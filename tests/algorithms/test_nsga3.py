@@ -187,5 +187,9 @@ def test_permutations_are_no_independent_integers(problem, search):
 def test_integers_are_no_permutations_whatever_their_bounds(n, high, budget):
     """And a budget is used exactly, also one below the size of a population."""
     problem = Model(lambda x: {"F": [x.sum(), x.prod()]}, n_var=n, xu=high, vtype=int)
+    if high == n - 1:
+        with pytest.warns(UserWarning, match="an attribute permutation"):
+            investigate(problem, 8)
+        problem.permutation = False
     assert len(investigate(problem, 8)) == 8
     assert nsga3(problem, budget, seed=1).algorithm.evaluator.n_eval == budget

@@ -6,6 +6,7 @@ import hashlib
 import inspect
 import os
 import re
+import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import compress
@@ -37,6 +38,7 @@ from pymoo_psi.table import OUTPUT, Column, Schema, unit_texts
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
+_LEAST_PERMUTED = 4  # fewer integers have such bounds by chance
 _UNKNOWN = object()  # what a study cannot compare, such as code
 _LEAST = np.finfo(np.float64).tiny  # stands for 0 and negative values on a logarithmic scale
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
@@ -372,6 +374,8 @@ def is_permutation(problem: Any) -> bool:
 def require_no_permutation(problem: Any) -> None:
     """Refuse a problem of permutations, where a value is chosen for each variable alone.
 
+    A warning says if it has the bounds of one and does not say what it is.
+
     Raises:
         ArgumentValueError: It is one.
     """
@@ -384,6 +388,23 @@ def require_no_permutation(problem: Any) -> None:
         )
         received = f"{problem_name(problem)} of permutations"
         raise invalid("problem", rule, Received(received), remedy)
+    if _may_be_permutation(problem):
+        warnings.warn(
+            f"{problem_name(problem)} has as many integers as each of them has values, as "
+            "permutations have; here each is chosen alone, so that values repeat. Say by an "
+            "attribute permutation of the problem, True or False, what its designs are",
+            stacklevel=3,
+        )
+
+
+def _may_be_permutation(problem: Any) -> bool:
+    """Whether the bounds are those of permutations, and the problem does not say what it is."""
+    if isinstance(getattr(problem, "permutation", None), bool) or problem.vtype is not int:
+        return False
+    if problem.n_var < _LEAST_PERMUTED or not problem.has_bounds():
+        return False
+    lower, upper = problem.bounds()
+    return np.ptp(lower) == 0 and bool(np.all(upper - lower == problem.n_var - 1))
 
 
 def column_titles(problem: Any) -> dict[str, str]:
