@@ -198,10 +198,16 @@ def none_left_reason(table: TestTable) -> str:
         values = values[np.isfinite(values)]
         span = "no value"
         if len(values):
-            is_up = values.min() > limit.upper  # so that a limit at the nearer end lets it in
-            ends = dict.fromkeys(
-                rounded_text(end, values, is_up) for end in (values.min(), values.max())
-            )
+            is_up = values.min() > limit.upper
+            near, far = values.max(), values.min()
+            if is_up:
+                near, far = far, near
+            # A limit at the nearer end lets it in; the other end needs few digits.
+            ends = [rounded_text(near, values, is_up)]
+            if far != near:
+                ends.append(rounded_text(far, values[:0], is_up, 4))
+            if not is_up:
+                ends.reverse()
             span = f"{' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
         return f"{text} ({name} {span})."
     rejects = mask.sum(axis=0)
