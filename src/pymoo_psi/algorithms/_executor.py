@@ -19,7 +19,7 @@ from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Queue, Runner, raise_original
-from pymoo_psi.problems import function_of_designs, streams
+from pymoo_psi.problems import CheckedFunction, streams
 from pymoo_psi.study import LAST
 from pymoo_psi.table import TestTable
 
@@ -143,7 +143,7 @@ class Executor:
             runner = model.problem.elementwise_runner
             if not isinstance(runner, Runner):  # pymoo's, which is a loop
                 runner = None
-            function = function_of_designs(model.inner, seeded=model.noisy)
+            function = CheckedFunction(model.inner, (), {}, seeded=model.noisy)
             self.queue = Queue(function, runner)
         else:
             self.queue = _queue_of_points(model, options, together)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,12 +44,11 @@ from pymoo_psi.problems import (
     columns_of_values,
     design_space,
     evaluate_designs,
-    layers,
     require_known_keywords,
     require_problem,
+    requirement_texts,
     untolerant,
     with_requirements,
-    without_requirements,
 )
 from pymoo_psi.table import TestTable
 
@@ -193,11 +193,8 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _is_each_point_evaluated(self, problem: Any) -> bool:
         """Whether no point is known to a study, outside requirements, or perhaps a repeat."""
-        if self.options.study is not None:
+        if self.options.study is not None or requirement_texts(problem):
             return False
-        for layer in layers(problem):
-            if without_requirements(layer) is not layer:
-                return False
         return getattr(problem, "noisy", False) or not design_space(problem).finite
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
@@ -642,10 +639,7 @@ def investigate(
         block_size=block_size,
         **options,
     )
-
-    def tested(run: Run) -> TestTable:
-        return _tests_of(run, needed, progress)
-
+    tested = partial(_tests_of, keep=needed, progress=progress)
     run, table = repeated_tests(tested, problem, n_points, run_options)
     model = run.model
     if is_noisy:

@@ -6,7 +6,7 @@ evaluation: the points of a sequence do not lie on lines through a design, and s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -90,34 +90,51 @@ def sections(
         raise invalid("the design of sections", rule, Received(table.names[row]))
     Z = encoded(space, space.places(table.X))
     Z[~is_near] = np.nan
-    lines = []
+    lines = {}
     for j, variable in enumerate(space.variables):
         values = _values(variable, n_values)
         line = np.repeat(table.X[[row]], len(values), axis=0)
         line[:, j] = values
-        lines.append((variable.name, values, encoded(space, space.places(line))))
+        lines[variable.name] = values, encoded(space, space.places(line))
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
-            # Minimised: on a logarithmic scale, the best values are finest.
-            sign = -1.0 if name in schema.maximize else 1.0
-            fit, process = _surrogate(table, name, sign, Z, row)
-            for (variable_name, values, Z_line), value in zip(lines, table.X[row], strict=True):
-                expected, *ends = sign * _predicted(fit, process, Z_line)
-                section = {
-                    "column": name,
-                    "variable": variable_name,
-                    "value": values,
-                    "design": [value] * len(values),
-                    "expected": expected,
-                    "lower": np.min(ends, axis=0),
-                    "upper": np.max(ends, axis=0),
-                    "error": fit.error,
-                }
-                frames.append(pd.DataFrame(section))
+            frames += _sections_of(table, name, Z, row, lines)
     sections = pd.concat(frames, ignore_index=True)
     sections.attrs["units"] = dict(schema.units)
     return sections
+
+
+def _sections_of(
+    table: TestTable, name: str, Z: Array, row: int, lines: Mapping[str, tuple[AnyArray, Array]]
+) -> list[pd.DataFrame]:
+    """Return the sections of a column, one for each variable.
+
+    Args:
+        table: The tests.
+        name: The column.
+        Z: ``(n, d)`` the tests as surrogates see them.
+        row: The row of the design.
+        lines: For each variable its values, and the designs on the line as surrogates see them.
+    """
+    # Minimised: on a logarithmic scale, the best values are finest.
+    sign = -1.0 if name in table.schema.maximize else 1.0
+    fit, process = _surrogate(table, name, sign, Z, row)
+    frames = []
+    for (variable, (values, Z_line)), value in zip(lines.items(), table.X[row], strict=True):
+        expected, *ends = sign * _predicted(fit, process, Z_line)
+        section = {
+            "column": name,
+            "variable": variable,
+            "value": values,
+            "design": [value] * len(values),
+            "expected": expected,
+            "lower": np.min(ends, axis=0),
+            "upper": np.max(ends, axis=0),
+            "error": fit.error,
+        }
+        frames.append(pd.DataFrame(section))
+    return frames
 
 
 def _row_of(table: TestTable, design: int | str | None) -> int:

@@ -20,9 +20,9 @@ from ._design_space import is_permutation as is_permutation
 from ._design_space import problem_identity as problem_identity
 from ._design_space import problem_schema as problem_schema
 from ._design_space import require_no_permutation as require_no_permutation
+from ._evaluation import CheckedFunction as CheckedFunction
 from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
-from ._evaluation import function_of_designs as function_of_designs
 from ._evaluation import streams as streams
 from ._evaluation import untolerant as untolerant
 from ._program import ProgramRun as ProgramRun

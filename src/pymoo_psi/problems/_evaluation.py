@@ -13,7 +13,7 @@ from __future__ import annotations
 import copy
 import warnings
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from itertools import chain
 from typing import Any, Literal
@@ -67,15 +67,13 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
         fail; and further values of the model, NaN or None where it gives none.
     """
     if uses_wrapped_values(problem):
-
-        def within(designs: Any) -> Values:
-            return evaluate_designs(problem.wrapped, designs, *args, **kwargs)
-
-        values: Values = problem.values_from(X, within)
+        values: Values = problem.values_from(
+            X, lambda designs: evaluate_designs(problem.wrapped, designs, *args, **kwargs)
+        )
         reasons = values.get("failure", [None] * len(X))
         values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
         return values
-    function = _CheckedFunction(problem, args, kwargs)
+    function = CheckedFunction(problem, args, kwargs)
     with same_folder(), np.errstate():  # both are as before, whatever the model sets
         if _is_one_by_one(problem):
             rows = problem.elementwise_runner(function, X)
@@ -109,15 +107,6 @@ def _is_one_by_one(problem: Any) -> bool:
     return bool(problem.elementwise) and type(problem).do is Problem.do
 
 
-def function_of_designs(problem: Any, *, seeded: bool) -> Callable[[Any], Values]:
-    """Return the function that evaluates a design of a problem that :func:`streams`.
-
-    A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`. If they are
-    seeded, the function takes pairs of a design and a number, which the model gets as ``seed=``.
-    """
-    return _CheckedFunction(problem, (), {}, seeded)
-
-
 def columns_of_values(problem: Any, rows: Sequence[Values]) -> Values:
     """Return the values of designs, one dictionary each, as :func:`evaluate_designs` does."""
     out = {}
@@ -136,10 +125,18 @@ def _sizes(problem: Any) -> dict[str, int]:
     return {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
 
 
-class _CheckedFunction:
-    """The function that a runner calls: pymoo's, with checked values or the reason for none."""
+class CheckedFunction:
+    """The function that a runner calls: pymoo's, with checked values or the reason for none.
 
-    def __init__(self, problem: Any, args: Any, kwargs: Any, seeded: bool = False) -> None:
+    Args:
+        problem: A problem.
+        args: For the model, as pymoo passes them.
+        kwargs: For the model, as pymoo passes them.
+        seeded: Whether it is called with pairs of a design and a number, which the model gets as
+            ``seed=``.
+    """
+
+    def __init__(self, problem: Any, args: Any, kwargs: Any, *, seeded: bool = False) -> None:
         self.seeded = seeded
         self.wrappers = []
         while changes_designs_only(problem):
