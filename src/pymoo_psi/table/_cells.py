@@ -13,7 +13,6 @@ from pymoo_psi._validation import (
     Array,
     Columns,
     Mask,
-    Names,
     Received,
     Rows,
     finite_array,
@@ -118,18 +117,14 @@ def designs_of(
         rows = value.to_dict("records")
     elif not isinstance(value, np.ndarray) or value.ndim == 1:
         rows = list(value)
-    names: Names = ()
-    if variables is not None:
-        names = [column.name for column in variables]
-    elif len(rows) and isinstance(rows[0], Mapping):
-        names = [*rows[0]]
-    is_declared = variables is not None and all(column.kind for column in variables)
-    array = _matrix(rows, names, real=not is_declared)
-    if array.ndim != 2 or (variables is not None and len(names) != array.shape[1]):
-        received = Received(f"shape {array.shape}")
-        raise invalid("X", f"of shape (n, {len(names) or 'n_var'})", received)
+    if variables is None and len(rows) and isinstance(rows[0], Mapping):
+        variables = [Column(name, VARIABLE, None) for name in rows[0]]
+    array = _matrix(rows, variables or ())
+    n_var = "n_var" if variables is None else len(variables)
+    if array.ndim != 2 or n_var not in ("n_var", array.shape[1]):
+        raise invalid("X", f"of shape (n, {n_var})", Received(f"shape {array.shape}"))
     if variables is None:
-        names = names or column_names("variables", array.shape[1], "x")
+        names = column_names("variables", array.shape[1], "x")
         variables = [Column(name, VARIABLE, None) for name in names]
     columns = []
     data: Columns = {}
@@ -146,10 +141,12 @@ def designs_of(
     return data, columns
 
 
-def _matrix(rows: Any, names: Names, *, real: bool) -> AnyArray:
+def _matrix(rows: Any, variables: Sequence[Column]) -> AnyArray:
     """Return designs as a new array; of float64 if whole numbers beside fractions are real."""
     if isinstance(rows, np.ndarray):
         return np.array(rows, order="C")
+    names = [column.name for column in variables]
+    is_declared = bool(names) and all(column.kind for column in variables)
     cells = []
     for row in rows:
         if isinstance(row, Mapping):
@@ -163,6 +160,6 @@ def _matrix(rows: Any, names: Names, *, real: bool) -> AnyArray:
     except ValueError as error:
         raise invalid("X", "rows of one length", Received(error)) from None
     types = {type(plain(cell)) for cell in array.ravel().tolist()}
-    if real and types == {int, float}:
+    if types == {int, float} and not is_declared:
         return array.astype(np.float64)
     return array

@@ -211,14 +211,14 @@ class Schema:
         n_var = len(designs)
         if len(kinds) not in (0, n_var):
             raise invalid("kinds", f"{n_var} kinds, one for each variable", Received(len(kinds)))
-        ends = []
+        attributes: dict[str, Any] = {"kind": kinds or [None] * n_var}
         for side, bounds in (("lower", lower), ("upper", upper)):
-            ends.append(np.full(n_var, np.nan) if bounds is None else real_array(side, bounds))
-            require_shape(side, ends[-1], (n_var,))
+            if bounds is not None:
+                attributes[side] = real_array(side, bounds)
+                require_shape(side, attributes[side], (n_var,))
         columns = []
-        for j, name in enumerate(designs):
-            kind: Any = kinds[j] if kinds else None
-            columns.append(Column(name, VARIABLE, kind, lower=ends[0][j], upper=ends[1][j]))
+        for name, *values in zip(designs, *attributes.values(), strict=True):
+            columns.append(Column(name, VARIABLE, **dict(zip(attributes, values, strict=True))))
         groups = {
             OBJECTIVE: column_names("objectives", objectives, "f"),
             INEQUALITY: column_names("inequalities", inequalities, "g"),
