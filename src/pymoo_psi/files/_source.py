@@ -170,33 +170,30 @@ def read_table(
     """
     path = Path(source) if source_type(source) == "file" else None
     asked = decision_of(formulation)
+    remarks: list[str] = []
     try:
         content = _content(source, encoding, frozenset(skip_rows), sheet)
         is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
             content = tests_of_cells(path, content[1], content[0].columns)
         if isinstance(content, TestTable):
-            rule = "left out for a table of tests, which has its own columns and rows"
-            _require_none(rule, skip_rows=skip_rows, variables=variables)
-            if is_study:
-                _require_none(rule, sheet=sheet)
             table = content
+            rule = "left out for a table of tests, which has its own columns and rows"
+            unread = sheet if is_study else None
+            _require_none(rule, skip_rows=skip_rows, variables=variables, sheet=unread)
         else:
             cells, head = content
             cells = _named(cells, head, asked.formulation.units)
-            head = dict(head)
+            head = {**head, "decimal": decimal or head.get("decimal")}
             if average_by in cells.columns:
                 head["label"] = average_by
-            if decimal:
-                head["decimal"] = decimal
             # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
             is_file = path is not None and not average_by
             cells = _designs(cells, head, asked.formulation, is_file=is_file)
             table = _table(cells, head, asked.formulation, variables)
-            limits = asked.formulation.combine_first(table.formulation).allowed
-            remarks = _incomplete(cells, table, limits, drop_incomplete)
+            incomplete = _incomplete(cells, table, asked.formulation, drop_incomplete)
             if not average_by:  # else such a row is a test of a design that may have others
-                table = replace(table, remarks=(*table.remarks, *remarks))
+                remarks = incomplete
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     # One more limit, as a command adds it, must not drop those that are part of a file.
@@ -212,10 +209,9 @@ def read_table(
             raise
         raise ArgumentValueError(f"{path}: {error}") from None
     designs = table.take(table.feasible())
-    remarks = _failures(designs)
     if average_by is None and not isinstance(source, TestTable):
-        remarks = [*undeclared_repeats(designs), *remarks]
-    return replace(table, remarks=(*table.remarks, *remarks))
+        remarks += undeclared_repeats(designs)
+    return replace(table, remarks=(*table.remarks, *remarks, *_failures(designs)))
 
 
 def _require_none(rule: str, **options: Any) -> None:
@@ -340,15 +336,8 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     Raises:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
-    derived: tuple[str, ...] = ()  # what we wrote, and follows from other columns
     columns = cells.columns
-    added = added_columns(columns, present=True)
-    if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
-        derived = RESULTS
-    elif added[0] in columns and all(_MARK.fullmatch(str(c)) for c in columns.get(added[1], "-")):
-        derived = added
-    elif {*_DISTANCES} <= {*columns}:
-        derived = RANKING_COLUMNS
+    derived = _derived(columns)
     is_stated = head.get("objectives") or formulation.objectives
     if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
         raise UnfitError(
@@ -358,17 +347,28 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
         )
     # A failed design may hold anything, so it is left out before numbers are read.
     if derived == RESULTS:
-        is_ok = [status == "ok" for status in columns["status"]]
-        cells = cells.kept(is_ok, "not feasible")
+        cells = cells.kept([text == "ok" for text in columns["status"]], "not feasible")
     elif derived and derived != RANKING_COLUMNS:  # exported by the page
-        is_design = [mark != "prototype" for mark in columns[derived[1]]]
-        cells = cells.kept(is_design, "prototypes of a page")
+        marks = columns[derived[1]]
+        cells = cells.kept([mark != "prototype" for mark in marks], "prototypes of a page")
     if is_file:
         texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
         is_new = first_of(zip(*texts, strict=True)) == np.arange(len(cells.rows))
         cells = cells.kept(is_new.tolist(), "equal to another one in all cells")
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
+
+
+def _derived(columns: Mapping[str, list[Any]]) -> tuple[str, ...]:
+    """Return the columns that a table, a page or a ranking has written beside those of designs."""
+    place, mark = added_columns(columns, present=True)
+    if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
+        return RESULTS
+    if {place, mark} <= {*columns} and all(map(_MARK.fullmatch, map(str, columns[mark]))):
+        return place, mark
+    if {*_DISTANCES} <= {*columns}:
+        return RANKING_COLUMNS
+    return ()
 
 
 # The columns and their roles
@@ -592,17 +592,12 @@ def _table(
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
         del described[TEST]
-    if label != TEST:
-        if label is None or described[label].role != NOTE:  # designs are called by their rows
-            label = _label_of_rows([name for name in described if described[name].role != NOTE])
-            data.setdefault(label, np.fromiter(cells.rows, object))
-        described[label] = Column(label, LABEL, Kind.CHOICE)
     stated = stated.with_objectives(objectives)
     asked = Formulation(
         limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
     )
     marks = {column.decimal for column in columns.values()}
-    return TestTable(
+    table = TestTable(
         Schema(tuple(described.values())),
         data,
         numbers,
@@ -611,6 +606,12 @@ def _table(
         separator=head.get("separator", ",").replace(" ", ","),
         remarks=tuple(remarks),
     )
+    if label == TEST:
+        return table
+    if label in table.schema.notes:
+        return table.with_notes({}, label)
+    label = _label_of_rows(table.schema.values)
+    return table.with_notes({label: table.data.get(label, cells.rows)}, label)
 
 
 def _described(
@@ -681,10 +682,9 @@ def _failures(table: TestTable) -> list[str]:
     return remarks
 
 
-def _incomplete(
-    cells: Cells, table: TestTable, limits: Mapping[str, Limit], drop: bool
-) -> list[str]:
+def _incomplete(cells: Cells, table: TestTable, formulation: Formulation, drop: bool) -> list[str]:
     """Refuse designs that are asked for and lack a finite objective, or return a remark on them."""
+    limits = formulation.combine_first(table.formulation).allowed
     objectives = table.schema.objectives
     lacking = ~np.isfinite([table.data[name] for name in objectives])
     for name in {*table.data} & {*limits}:
