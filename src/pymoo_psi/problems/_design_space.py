@@ -78,7 +78,7 @@ class Variable:
     def values(self, points: Array) -> AnyArray:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
         if self.kind.real:
-            low, high = self._on_scale(np.array([self.lower, self.upper]))
+            low, high = self._ends
             values = low + (high - low) * points
             if self.kind is Kind.LOG:
                 values = np.exp(values)
@@ -96,7 +96,7 @@ class Variable:
     def places(self, values: AnyArray) -> Array:
         """Return ``(n,)`` numbers that stand for values, in [0, 1] for those within the bounds."""
         if self.kind.real:
-            low, high = self._on_scale(np.array([self.lower, self.upper]))
+            low, high = self._ends
             if high <= low:
                 return np.zeros(len(values))
             steps = self._on_scale(values.astype(np.float64)) - low
@@ -116,10 +116,15 @@ class Variable:
         """
         if self.kind is Kind.CHOICE:
             return np.isin([*map(option_text, values)], [*map(option_text, self.options)])
-        low, high = self._on_scale(np.array([self.lower, self.upper]))
+        low, high = self._ends
         beyond = reach * (high - low)
         numbers = self._on_scale(values.astype(np.float64))
         return np.asarray((numbers >= low - beyond) & (numbers <= high + beyond))
+
+    @property
+    def _ends(self) -> Array:
+        """The bounds on the scale."""
+        return self._on_scale(np.array([self.lower, self.upper]))
 
     def _on_scale(self, values: Array) -> Array:
         """Return real values on the scale on which they are evenly distributed."""
@@ -568,7 +573,10 @@ def own_parameters(problem: Any, others: list[str]) -> Values:
         constant = _constant(kept, (problem,), objects)
         if objects:
             others.append(name)
-        if constant is _UNKNOWN or constant == _constant(default, (), []):
+        # An array, or another object, may have changed since: its values count.
+        is_plain = default is None or isinstance(default, (str, bool, int, float, list, tuple))
+        is_default = is_plain and constant == _constant(default, (), [])
+        if constant is _UNKNOWN or is_default:
             continue
         text = repr(constant)
         if len(text) > _LONGEST:
