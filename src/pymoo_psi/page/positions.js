@@ -8,7 +8,7 @@ function showPositions() {
   const {positions, decided, chosen} = state
   const held = latest(positions)
   renew("position-list", held.map((one) => make("li", make("span.avatar", {ariaHidden: true}, one.name[0]),
-    make("div", make("button.link", {title: `Show the page as ${one.name} had it`, ariaLabel: `Show: ${one.name}`, onclick: () => showPosition(one)}, make("b", one.name)),
+    make("div", make("button.link", {title: "Show the page as it was", ariaLabel: `Show: ${one.name}`, onclick: () => showPosition(one)}, make("b", one.name)),
       " ", choiceOf(one, rowOf(one.chosen))),
     make("div.buttons",
       make("label", {hidden: chosen === null}, make("input", {type: "checkbox", ariaLabel: `${one.name} agrees`}), "agrees"),

@@ -55,7 +55,7 @@ function distances(F, {ideal, scale}, rows) {
 //   front, byPlace        the Pareto-optimal rows, and these by place
 //   pareto, place         by row; only Pareto-optimal rows have a place, others have 0
 //   mu1                   the distance to the ideal point by row, of prototypes too
-//   ideal, nadir, bestValues  in the original direction; the last are of these rows, whatever the frame
+//   ideal, nadir, bestValues  in the original direction; the last are reached, or better than a fixed ideal
 //   best                  the rows of the Salukvadze optimum, which have place 1
 //   frame                 the points U and N
 function ranked(mask, fixed = null) {

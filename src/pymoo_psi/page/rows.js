@@ -158,7 +158,7 @@ function showRows() {
   const limited = folded.filter(limitOf).length
   renew("fold", folded.length && (isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`))
   renew("hidden", state.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
-  renew("value-head", verdict ? roleOf(verdict.row) : "none")
+  renew("value-head", verdict && roleOf(verdict.row))
   for (const control of controls.values()) if (control.row.isConnected) showRow(control)
   for (const group of $("further").children) {
     const set = group.querySelectorAll(".set").length

@@ -28,7 +28,6 @@ function showTable() {
   markInTable()
   const further = order.length - mostRows
   renew("more-rows", further > 0 && `Show ${exact(min(further, 3 * mostRows))} more`)
-  renew("export", `${exact(order.length)} shown as CSV`)
   $("export").disabled = order.length === 0
   renew("shown", counted(order.length, "design"))
   const count = ranking.rows.length - ranking.front.length

@@ -25,7 +25,7 @@ function showVerdict() {
       remark && make("p.caution", remark))
     renew("verdict-actions", clear || chooseButton(row), pinButton(row),
       ranking.front.length > 1 && data.points.length && button("Help me choose", openQuestions),
-      inspected >= 0 && !isChosen && button("Back", () => inspect(-1), {title: "Esc"}))
+      inspected >= 0 && !isChosen && button("Back", () => inspect(-1)))
     const variables = data.columns.filter(({role}) => role === "variable").map((column) => `${column.name} = ${withUnit(column, cellText(column, row))}`)
     renew("verdict-variables", variables.length && `${variables.join(", ")}.`)
   } else {
