@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import compress
@@ -381,14 +381,12 @@ def read_columns(
     for name, column in cells.columns.items():
         plain = list(map(_plain, column))
         readings[name] = _readings(plain, marks)
-        unit = ""
+        columns[name] = TextColumn(name, column)
         if not readings[name] and all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
             plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
             readings[name] = _readings(plain, marks)
-            unit = "%"
-        if not readings[name] or "%" in name:
-            unit = ""
-        columns[name] = TextColumn(name, column, unit=unit)
+            if readings[name] and "%" not in name:
+                columns[name] = columns[name]._replace(unit="%")
         if not readings[name]:
             columns[name] = _checked_texts(columns[name], cells, plain, marks)
         if len(readings[name]) == 1 and name not in labels:
@@ -541,36 +539,43 @@ def require_designs(
     Raises:
         ArgumentValueError: There is such a row.
     """
-    naming = label or next(iter(columns), None)  # of a file of results alone none is left
+    if not columns:  # of a file of results alone
+        return
+    naming = label or next(iter(columns))
     numbers = []
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    computed = []
-    for name, column in columns.items():
-        for row, cell in enumerate(column.cells if column.numbers is None else ()):
-            # In another column it may be the name of a supplier.
-            if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
-                computed.append((row, cell))
-    last = len(cells.rows) - 1
-    names = [""] if naming is None else columns[naming].cells
-    if last > 0 and _STATISTIC.fullmatch(str(names[-1])[:_LONGEST]) and names.count(names[-1]) == 1:
-        # A design may be called max, whose numbers are greater than those of others.
-        ends = [(np.fmin.reduce(n[:-1]), n[-1], np.fmax.reduce(n[:-1])) for n in numbers]
-        if all(low <= value <= high for low, value, high in ends):
-            computed.append((last, names[-1]))
-    if computed:
-        row, name = computed[0]
+    texts = {name: column.cells for name, column in columns.items() if column.numbers is None}
+    for name, row in _computed_rows(texts, naming, numbers):
         raise UnfitError(
-            f"{cells.where(row)} is named {name.strip()!r}, as computed from others",
+            f"{cells.where(row)} is named {texts[name][row].strip()!r}, as computed from others",
             f"{cells.without(row)}, or rename it if it is a design",
         )
-    fewest = 2 if is_blank(names[-1]) and naming is not None else 3
+    last = len(cells.rows) - 1
+    fewest = 2 if is_blank(columns[naming].cells[-1]) else 3
     if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
         )
+
+
+def _computed_rows(
+    texts: Mapping[str, list[Any]], naming: str, numbers: Sequence[Array]
+) -> Iterator[tuple[str, int]]:
+    """Yield the columns and rows of cells that name a sum, or a statistic in the last row."""
+    for name, cells in texts.items():
+        for row, cell in enumerate(cells):
+            # In another column it may be the name of a supplier.
+            if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
+                yield name, row
+    *others, last = texts.get(naming, [""])
+    if others and last not in others and _STATISTIC.fullmatch(str(last)[:_LONGEST]):
+        # A design may be called max, whose numbers are greater than those of others.
+        ends = [(np.fmin.reduce(n[:-1]), n[-1], np.fmax.reduce(n[:-1])) for n in numbers]
+        if all(low <= value <= high for low, value, high in ends):
+            yield naming, len(others)
 
 
 def _are_sums(columns: Sequence[Array], row: int) -> bool:
