@@ -235,9 +235,8 @@ def _content(
     if kind != "file":
         rule = "left out for a source that is no file"
         _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
-    if kind == "table":
-        table: TestTable = source
-        return table
+    if isinstance(source, TestTable):
+        return source
     if kind == "frame":
         return cells_of_frame(source)
     if kind in ("result", "population"):
@@ -279,19 +278,14 @@ def _table_of_population(population: Any) -> TestTable:
     if population is None or len(population) == 0:
         raise invalid("source", "a result of pymoo with designs", Received("none"))
     X, F, G, H = population.get("X", "F", "G", "H")
-    variables: int | list[str] = len(X[0])
-    if isinstance(X[0], Mapping):
-        variables = [*X[0]]
-    schema = Schema.of(variables, F.shape[1], G.shape[1], H.shape[1])
-    label = _label_of_rows(schema.variables)
-    numbers = [*range(1, len(F) + 1)]
-    notes = {label: numbers}
-    return TestTable.of(numbers, [*X], F, G, H, schema=schema, notes=notes, label=label)
+    numbers = range(1, len(F) + 1)
+    return _named_by_rows(TestTable.of(numbers, [*X], F, G, H), numbers)
 
 
-def _label_of_rows(names: Collection[str]) -> str:
-    """Return the name of a column that numbers designs by their rows."""
-    return "design" if ROW in names else ROW
+def _named_by_rows(table: TestTable, rows: Sequence[int]) -> TestTable:
+    """Return a table whose designs are called by the numbers of their rows."""
+    label = "design" if ROW in table.schema.values else ROW
+    return table.with_notes({label: table.data.get(label, rows)}, label)
 
 
 def source_columns(
@@ -610,8 +604,7 @@ def _table(
         return table
     if label in table.schema.notes:
         return table.with_notes({}, label)
-    label = _label_of_rows(table.schema.values)
-    return table.with_notes({label: table.data.get(label, cells.rows)}, label)
+    return _named_by_rows(table, cells.rows)
 
 
 def _described(

@@ -185,16 +185,17 @@ class TestTable(View, Shown):
         numbers = checked_numbers(numbers)
         n = len(numbers)
         data, designs = designs_of(X, None if schema is None else schema.with_role(VARIABLE))
-        arrays = [_matrix(name, values, n) for name, values in zip("FGH", (F, G, H), strict=True)]
+        matrices = [_matrix("F", F, n), _matrix("G", G, n), _matrix("H", H, n)]
         if schema is None:
-            schema = Schema.of([*data], *(array.shape[-1] for array in arrays))
+            schema = Schema.of([*data], *[matrix.shape[-1] for matrix in matrices])
         schema = schema.with_columns(*designs)
         for cells in data.values():
             require_shape("a column of X", cells, (n,))
-        for name, role, array in zip("FGH", (OBJECTIVE, INEQUALITY, EQUALITY), arrays, strict=True):
-            columns = schema.with_role(role)
-            require_shape(name, array, (n, len(columns)))
-            for column, cells in zip(columns, array.T, strict=True):
+        roles = {"F": OBJECTIVE, "G": INEQUALITY, "H": EQUALITY}
+        for name, matrix in zip(roles, matrices, strict=True):
+            columns = schema.with_role(roles[name])
+            require_shape(name, matrix, (n, len(columns)))
+            for column, cells in zip(columns, matrix.T, strict=True):
                 data[column.name] = -cells if column.maximize else cells
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
         failures = _writable_reasons(reasons or {})
