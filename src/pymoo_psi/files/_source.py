@@ -232,27 +232,30 @@ def _content(
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head."""
     kind = source_type(source)
-    if kind != "file":
-        rule = "left out for a source that is no file"
-        _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
+    if kind == "file":
+        path = Path(source)
+        if path.is_dir():
+            return tests_of_folder(path)
+        with path.open("rb") as stream:
+            return _content_of_file(SourceFile(path, stream, encoding, skip_rows, sheet))
+    rule = "left out for a source that is no file"
+    _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
     if isinstance(source, TestTable):
         return source
     if kind == "frame":
         return cells_of_frame(source)
     if kind in ("result", "population"):
         return _table_of_population(getattr(source, "opt", source))
-    if kind == "array":
-        F = real_array("source", source, "or give the path of a file")
-        if F.ndim != 2 or F.size == 0:
-            raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-        columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
-        return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
-    path = Path(source)
-    if path.is_dir():
-        return tests_of_folder(path)
-    with path.open("rb") as stream:
-        file = SourceFile(path, stream, encoding, skip_rows, sheet)
-        content = recognized(file).read(file)
+    F = real_array("source", source, "or give the path of a file")
+    if F.ndim != 2 or F.size == 0:
+        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+    columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
+    return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
+
+
+def _content_of_file(file: SourceFile) -> TestTable | tuple[Cells, Head]:
+    """Return what a file holds, by its format."""
+    content = recognized(file).read(file)
     if isinstance(content, TestTable):
         return content
     cells, head = content
@@ -399,7 +402,7 @@ def _labels(cells: Cells) -> list[str]:
     labels = []
     for name, column in cells.columns.items():
         is_trial = _word(name) in _TRIALS
-        if _word(name) in _LABELS and not (is_trial and not _are_consecutive(_integers(column))):
+        if _word(name) in _LABELS and (not is_trial or _are_consecutive(_integers(column))):
             labels.append(name)
     return sorted(labels, key=lambda name: _LABELS.index(_word(name)))
 
