@@ -216,11 +216,10 @@ class Model:
         """
         problem = within_same_columns(self.inner)
         # The class is asked, as a wrapper of other columns has the attributes of its problem.
-        if not hasattr(type(problem), "has_objectives_of"):
-            return None
-        has_variables = self.schema.variables == tuple(problem.variables)
-        if has_variables and problem.has_objectives_of(self.schema):
-            return problem
+        if hasattr(type(problem), "has_objectives_of"):
+            has_variables = self.schema.variables == tuple(problem.variables)
+            if has_variables and problem.has_objectives_of(self.schema):
+                return problem
         return None
 
     # Tests of values, and the reverse

@@ -463,13 +463,12 @@ def run_of_sequence(
     if options.study is not None or known is not None:
         options = replace(options, keep="all")
     executor = Executor(model, options, known)
-    source: Source
+    continued = None
+    if sampling.extendable and options.share is None:
+        continued = partial(unit_points, options, n_dim=n_dim)
+    source: Source = PlannedPoints(points, continued)
     if source_of is not None:
         source = source_of(points, n_points, model, executor, store)
-    elif sampling.extendable and options.share is None:
-        source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
-    else:
-        source = PlannedPoints(points)
     return Run(model, source, executor, store, n_points)
 
 

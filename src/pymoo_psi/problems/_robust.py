@@ -26,7 +26,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import column_titles, design_space, numbered
+from pymoo_psi.problems._design_space import DesignSpace, column_titles, design_space, numbered
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
@@ -130,20 +130,14 @@ class Robust(WrappedProblem):
         uncertainty = mapping("uncertainty", uncertainty or {}, "names to distributions")
         if not tolerances and not uncertainty:
             raise invalid("uncertainty or tolerances", "given", uncertainty)
-        n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
         scenarios = _scenarios(n_scenarios, tolerances, uncertainty)
         self.offsets, self.parameters = np.split(scenarios, [len(tolerances)], axis=1)
         self.problems: list[Any] = _problems(problem, uncertainty, self.parameters.tolist())
         nominal = self.problems[0]
-        self.space = design_space(nominal)
-        self._columns = [self._column(title) for title in tolerances]
-        if isinstance(statistics, str):
-            statistics = [statistics] * nominal.n_obj
-        if len(statistics) != nominal.n_obj:
-            rule = f"one for all or each of {nominal.n_obj} objectives"
-            raise invalid("statistics", rule, statistics)
-        self.statistics = [*statistics]
-        self._shares = [_share(str(statistic)) for statistic in statistics]
+        self.space: DesignSpace = design_space(nominal)
+        self._columns = [_column(self.space, title) for title in tolerances]
+        self.statistics = _for_each(statistics, nominal.n_obj)
+        self._shares = [_share(str(statistic)) for statistic in self.statistics]
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
@@ -155,20 +149,6 @@ class Robust(WrappedProblem):
         units = getattr(nominal, "units", None) or {}
         known = filter(units.get, self.names.values())
         self.units: dict[str, str] = {title: units[title] for title in known}
-
-    def _column(self, title: str) -> int:
-        """Return the column of a variable with a tolerance."""
-        titles = self.space.titles
-        j = titles.index(known_name("a variable of tolerances", title, titles))
-        variable = self.space.variables[j]
-        if variable.fixed or not variable.kind.real:
-            raise invalid(
-                "tolerances",
-                "of real variables that are not fixed",
-                title,
-                "to fix one, give Restricted(Robust(problem, ...), bounds)",
-            )
-        return j
 
     def name(self) -> str:
         """Return the name of the wrapped problem, marked as robust.
@@ -258,6 +238,28 @@ def mean_of_worst(share: float, ordered: Array, counts: Rows) -> Array:
     return np.where(counts > 0, mean, np.inf)
 
 
+def _column(space: DesignSpace, title: str) -> int:
+    """Return the column of a variable with a tolerance."""
+    known_name("a variable of tolerances", title, space.titles)
+    j = space.titles.index(title)
+    variable = space.variables[j]
+    if variable.fixed or not variable.kind.real:
+        rule = "of real variables that are not fixed"
+        remedy = "to fix one, give Restricted(Robust(problem, ...), bounds)"
+        raise invalid("tolerances", rule, title, remedy)
+    return j
+
+
+def _for_each(statistics: str | Names, n_obj: int) -> list[str]:
+    """Return the statistic of each objective; one text is that of all."""
+    if isinstance(statistics, str):
+        return [statistics] * n_obj
+    if len(statistics) != n_obj:
+        rule = f"one for all or each of {n_obj} objectives"
+        raise invalid("statistics", rule, statistics)
+    return [*statistics]
+
+
 def _share(statistic: str) -> float:
     """Return the share of the scenarios, from the worst one, whose mean is the statistic."""
     if statistic == "mean":
@@ -275,6 +277,7 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
     They are LPτ points mapped by the quantile functions. The first point is the centre, with all
     quantities at their medians: an unbounded distribution has no quantile at the origin.
     """
+    integer("n_scenarios", n_scenarios, minimum=1)
     scenarios = lp_tau(n_scenarios, len(tolerances) + len(uncertainty), first=2)
     columns = iter(scenarios.T)
     for title, tolerance in tolerances.items():

@@ -221,13 +221,13 @@ class Restricted(Transformed):
 
 def _parts_by_title(bounds: Any, titles: Names) -> Values:
     """Return the bounds, values or options by the titles of variables; pairs with NaN are none."""
-    parts = {}
     if isinstance(bounds, Mapping):
-        for title, part in bounds.items():
-            parts[known_name("a variable of bounds", title, titles)] = part
-        return parts
+        for title in bounds:
+            known_name("a variable of bounds", title, titles)
+        return dict(bounds)
     pairs = real_array("bounds", bounds, "or a mapping from variables to bounds or values")
     require_shape("bounds", pairs, (2, len(titles)))
+    parts = {}
     for title, pair in zip(titles, pairs.T.tolist(), strict=True):
         if not np.isnan(pair).any():  # bounds of choices are NaN
             parts[title] = tuple(pair)
