@@ -291,13 +291,7 @@ def named_cells(rows: RowsByLine) -> Cells:
 
 
 def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
-    """Return the cells of a data frame, and as head what its index says.
-
-    An index with a name or of texts names the rows; several levels are variables, as of groups.
-    Integers without a name, as of a frame that is filtered or sorted, number the rows.
-    """
-    import pandas as pd
-
+    """Return the cells of a data frame, and as head what its index says."""
     names = []
     for name in frame.columns:
         if isinstance(name, tuple):  # of several levels
@@ -305,28 +299,38 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
         names.append(str(name))
     if len(frame) == 0 or len({*names}) < len(names):
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
-    head: dict[str, Any] = {}
-    cells = frame.set_axis(names, axis="columns")
-    if frame.index.name is None and pd.api.types.is_integer_dtype(frame.index):
-        if not frame.index.equals(pd.RangeIndex(len(frame))):
-            cells[free_name("index", names, "index")] = frame.index
-    else:
-        levels: list[str] = []
-        for name in frame.index.names:
-            level = "index" if name is None else str(name)
-            levels.append(free_name(level, [*names, *levels], "index"))
-        cells = cells.reset_index(names=levels)
-        head["label"] = ", ".join(levels)
-        if len(levels) > 1:
-            head["variables"] = levels
-            keys = [", ".join(map(str, key)) for key in frame.index]
-            cells.insert(0, head["label"], keys)
+    frame, head = _with_index(frame.set_axis(names, axis="columns"))
     columns = {}
-    for name, column in cells.items():
+    for name, column in frame.items():
         columns[name] = column.astype(object).where(column.notna(), None).tolist()
         if column.dtype == object:
             columns[name] = list(map(plain, columns[name]))
     return Cells(columns, range(1, len(frame) + 1)), head
+
+
+def _with_index(frame: Any) -> tuple[Any, Head]:
+    """Return a data frame with its index as columns, and what these say of the rows.
+
+    An index with a name or of texts names the rows; several levels are variables, as of groups.
+    Integers without a name, as of a frame that is filtered or sorted, number the rows.
+    """
+    import pandas as pd
+
+    index = frame.index
+    levels: list[str] = []
+    for name in index.names:
+        level = "index" if name is None else str(name)
+        levels.append(free_name(level, [*frame.columns, *levels], "index"))
+    if index.name is None and pd.api.types.is_integer_dtype(index):
+        if not index.equals(pd.RangeIndex(len(frame))):
+            frame[levels[0]] = index
+        return frame, {}
+    label = ", ".join(levels)
+    frame = frame.reset_index(names=levels)
+    if len(levels) == 1:
+        return frame, {"label": label}
+    frame.insert(0, label, [", ".join(map(str, key)) for key in index])
+    return frame, {"label": label, "variables": levels}
 
 
 # From cells to numbers
