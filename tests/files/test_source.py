@@ -525,6 +525,7 @@ def test_arrays_and_frames(source, objectives, names, F):
     table = read_table(source, Formulation(objectives), drop_incomplete=True)
     assert table.names == names
     assert table.F[table.status == "ok"].tolist() == F
+    assert "index" not in str(table.remarks)  # nobody ranks by the index of a sorted frame
 
 
 @pytest.mark.parametrize(

@@ -323,7 +323,7 @@ def _with_index(frame: Any) -> tuple[Any, Head]:
         levels.append(free_name(level, [*frame.columns, *levels], "index"))
     if index.name is None and pd.api.types.is_integer_dtype(index):
         if not index.equals(pd.RangeIndex(len(frame))):
-            frame[levels[0]] = index
+            frame.insert(0, levels[0], index)
         return frame, {}
     label = ", ".join(levels)
     frame = frame.reset_index(names=levels)

@@ -429,7 +429,8 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     if best is None or _word(best) not in _NAMING:
         return first
     numbers = columns[best].numbers
-    if numbers is not None and first == next(iter(columns)) and not _are_counts(numbers):
+    is_before = [*columns].index(first) < [*columns].index(best)
+    if numbers is not None and is_before and not _are_counts(numbers):
         return first
     return best
 
