@@ -65,6 +65,9 @@ def test_of_an_algorithm_without_chance_one_run_counts():
     assert result.summary().set_index("algorithm").loc["mine", "runs"].tolist() == [1, 1]
     assert (result.tests()["p"] >= 2 / 2**8).all()  # the least of the sign test
     assert [run.task.seed for run in result.runs[:2]] == [None, None]
+    # Up to 20 evaluations, surrogates only have the points of the sequence.
+    mixed = compare(get_problem("bnh"), n_evaluations=[16, 24], seeds=2, algorithms=["surrogate"])
+    assert [run.task.seed for run in mixed.runs] == [None, 1, 2]
 
 
 class Greedy(NSGA2):

@@ -483,23 +483,22 @@ def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
 
 
 def _independent(results: Sequence[RunResult]) -> Iterator[RunResult]:
-    """Yield results, but one per budget of an algorithm whose results do not depend on the seed.
+    """Yield results, but one of an algorithm and a budget if they do not depend on the seed.
 
     The tests assume that runs are independent: with eleven copies of one run, any difference would
-    be significant.
+    be significant. Surrogates have no seed before the first points of the sequence are spent.
     """
-    for _, group in itertools.groupby(results, lambda result: result.task.algorithm):
-        results_of_algorithm = list(group)
-        by_budget = {result.task.n_evaluations: result for result in results_of_algorithm}
-        is_repeated = len(by_budget) < len(results_of_algorithm)
-        for result in results_of_algorithm:
-            is_repeated &= np.array_equal(result.F, by_budget[result.task.n_evaluations].F)
+    for _, group in itertools.groupby(results, lambda result: replace(result.task, seed=None)):
+        runs = list(group)
+        first = runs[0]
+        is_repeated = len(runs) > 1
+        for run in runs:
+            is_repeated &= np.array_equal(run.F, first.F)
         # Results without any feasible design are equal but show nothing.
-        if not is_repeated or not any(len(result.F) for result in results_of_algorithm):
-            yield from results_of_algorithm
-            continue
-        for result in by_budget.values():
-            yield replace(result, task=replace(result.task, seed=None))
+        if is_repeated and len(first.F):
+            yield replace(first, task=replace(first.task, seed=None))
+        else:
+            yield from runs
 
 
 def _measures(runs: Sequence[RunResult], reference: Reference, n_jobs: int) -> pd.DataFrame:
