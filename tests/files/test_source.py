@@ -290,6 +290,7 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("who,a,design,b\nAnn,7,85,5\nBob,9,92,6\nCem,8,78,4\n", ("a", "b"), "who"),
         ("Sample,a,NO\n3,1,4\n1,2,5\n2,3,1\n", ("a", "NO"), "Sample"),
         ("NO,a\n30,1\n10,2\n20,3\n", ("NO", "a"), "row"),
+        ("article,a,b\n00712,2,1\n1002,1,4\n", ("a", "b"), "article"),
     ],
 )
 def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
@@ -421,6 +422,7 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
         ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,6,3\n", {}, {}, []),
         ("car,price,design,range\nA,1,7,9\nB,2,9,7\nC,3,9,5\n", {}, {}, ["price, .*counts the rows", "design is taken to number"]),
         ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", {}, {}, []),
+        ("site,zip,a,b\nA,01067,6,9\nB,80331,5,7\n", {}, {}, ["zip holds codes"]),
         ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds times"]),
         (workbook([["n", "eff", "cost"], ["A", 0.85, 3], ["B", 85, 2], ["C", 0.7, 0]], edit=in_per_cent), {}, {},
          ["^eff has hundredths where the workbook shows per cent.$"]),

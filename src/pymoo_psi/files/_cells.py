@@ -71,6 +71,8 @@ _NUMBERLIKE = re.compile(
 _DATE_OR_TIME = re.compile(
     r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
 )
+# Digits that no program writes for a number: postal codes, numbers of articles.
+_CODE = re.compile(r"0[0-9]+")
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 # Names of rows that hold sums of others, and of those that spreadsheets have below a table.
@@ -170,6 +172,8 @@ class TextColumn(NamedTuple):
         problem: Why a column that may hold numbers cannot be read; else empty.
         remedy: What to do then, if a table is ranked.
         unit: ``"%"`` if all its numbers are per cents.
+        codes: ``(n,)`` the numbers of a column of codes, which are texts unless the user calls it
+            one of numbers.
     """
 
     name: str
@@ -179,6 +183,7 @@ class TextColumn(NamedTuple):
     problem: str = ""
     remedy: str = ""
     unit: str = ""
+    codes: Array | None = None
 
     def has_numbers(self) -> bool:
         """Say whether it is a column of numbers; if that is not certain, it is refused."""
@@ -194,6 +199,8 @@ class TextColumn(NamedTuple):
         """
         if self.numbers is not None:
             return self.numbers
+        if self.codes is not None:
+            return self.codes
         if self.problem:
             raise UnfitError(self.problem, self.remedy)
         raise UnfitError(
@@ -478,6 +485,8 @@ def _read(
     *_, last = readings.values()
     rows = np.flatnonzero(~np.isnan(numbers) & (numbers != last))
     if len(rows) == 0:
+        if _are_codes(column.cells):
+            return column._replace(codes=numbers)
         return column._replace(numbers=numbers, decimal=mark)
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
@@ -494,6 +503,12 @@ def _read(
     remedy = f"state the decimal mark by {' or '.join(marks)}"
     problem = f"{cells.place(column.name, row)}, either {either}"
     return column._replace(problem=problem, remedy=remedy)
+
+
+def _are_codes(cells: list[Any]) -> bool:
+    """Say whether the texts among cells are digits, those of one with a 0 in front."""
+    texts = [cell.strip() for cell in cells if isinstance(cell, str) and not is_blank(cell)]
+    return any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts))
 
 
 def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: str) -> TextColumn:

@@ -548,6 +548,8 @@ def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> t
                 f"is one, say --limits '{met.written(name)}', or limits= in Python."
             )
         return OUTPUT, remark
+    if is_guess and column.codes is not None:
+        return NOTE, f"{name} holds codes that begin with 0; to rank by it, name it in objectives."
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
     if is_guess and texts and all(map(_TIME.fullmatch, texts)):
         remark = f"{name} holds times; to rank by it, write them as numbers."
