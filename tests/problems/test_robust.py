@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 from pymoo_psi import (
+    Required,
     Restricted,
     Robust,
     SphereChute,
@@ -90,10 +91,13 @@ def brittle(x):
 
 
 BRITTLE = Model(brittle, n_var=1, n_obj=1)
+RULED = Model(lambda x: {"F": x[0] if x[0] >= 0 else np.inf}, n_var=1, n_obj=1)
+RULED.requirements = ["x1 <= 1"]
 
 
-def test_scenarios_that_fail_are_violated():
-    robust = Robust(BRITTLE, tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
+@pytest.mark.parametrize("problem", [BRITTLE, RULED], ids=["fails", "requirement"])
+def test_scenarios_that_fail_or_may_not_run_are_violated(problem):
+    robust = Robust(problem, tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
     F, G = robust.evaluate(np.array([[0.5], [0.25], [1.0], [9.0]]))
     assert G[:, 0] == pytest.approx([-0.1, 15 / 63 - 0.1, 31 / 63 - 0.1, 0.9])
     inside = 0.5 + robust.offsets
@@ -120,6 +124,7 @@ def test_the_share_of_violations_may_equal_the_probability(n):
         {"statistics": "mean"},
         {"failure_probability": 0.5},
         {"problem": VectorizedSphereChute(0.5, upper=(1.4, 6))},
+        {"problem": Required(VectorizedSphereChute(0.4, upper=(1.4, 6)), ["x1 <= 0.5"])},
     ],
     ids=lambda changed: next(iter(changed)),
 )
@@ -163,6 +168,7 @@ CHUTE = SphereChute()
         (CHUTE, {"uncertainty": {"mu": stats.norm(0.4, 0.01)}}, TypeError, "problem must be a function of mu that returns a pymoo problem"),
         (SphereChute, {"uncertainty": {"mu": 0.4}}, TypeError, r"uncertainty\['mu'\] must be a distribution such as"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),
+        (Required(CHUTE, ["x1 + x2 = 1"]), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of variables that are in no equality"),
         (SphereChute, {"uncertainty": {"mu": stats.norm(0.4, -0.01)}}, ValueError, "must be a distribution with finite quantiles"),
     ],
 )  # fmt: skip

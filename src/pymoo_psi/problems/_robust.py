@@ -29,6 +29,7 @@ from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import DesignSpace, column_titles, design_space, numbered
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
+from pymoo_psi.problems._requirements import requirement_texts, with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.sequences import lp_tau
 
@@ -48,7 +49,9 @@ class Robust(WrappedProblem):
     stays fast, and an elementwise one uses its runner.
 
     A scenario in which the model fails, or an objective is not finite, counts as violated; the
-    statistics are those of the other scenarios. Designs near a bound are evaluated beyond it,
+    statistics are those of the other scenarios. The requirements of the problem hold in every
+    scenario; those given to PSI, or to a :class:`Required` around this problem, hold for the
+    designs themselves. Designs near a bound are evaluated beyond it,
     within the tolerances. If the model does not allow this, narrow the bounds by
     :class:`~pymoo_psi.Restricted`. Further outputs of a model are not kept.
 
@@ -176,6 +179,7 @@ class Robust(WrappedProblem):
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
             "statistics": self.statistics,
             "failure_probability": self.failure_probability,
+            "requirements": requirement_texts(self.wrapped),
         }
 
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
@@ -243,6 +247,12 @@ def _column(space: DesignSpace, title: str) -> int:
     known_name("a variable of tolerances", title, space.titles)
     j = space.titles.index(title)
     variable = space.variables[j]
+    if any(row[j] for row in space.equalities):  # no scenario would meet it
+        rule = "of variables that are in no equality of the problem's requirements"
+        remedy = (
+            "to keep one for the nominal values alone, give Required(Robust(problem, ...), rule)"
+        )
+        raise invalid("tolerances", rule, title, remedy)
     if variable.fixed or not variable.kind.real:
         rule = "of real variables that are not fixed"
         remedy = "to fix one, give Restricted(Robust(problem, ...), bounds)"
@@ -310,7 +320,7 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
     """Return the problem of each scenario, or a single one if no parameter is uncertain."""
     if not parameters:
         require_problem(problem)
-        return [problem]
+        return [with_requirements(problem)]
     if not callable(problem):
         rule = f"a function of {', '.join(parameters)} that returns a pymoo problem"
         raise wrong_type("problem", rule, problem)
@@ -324,5 +334,5 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
                 rule = f"of parameters that {type(of_row).__name__} takes"
                 remedy = "pymoo only keeps it; name an argument so, or correct the name"
                 raise invalid("uncertainty", rule, name, remedy)
-        problems.append(of_row)
+        problems.append(with_requirements(of_row))
     return problems

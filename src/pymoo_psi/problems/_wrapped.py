@@ -23,6 +23,7 @@ class WrappedProblem(Problem):
 
     - ``designs_within(X)`` if the wrapped problem takes other designs. If variables differ in more
       than their values, an attribute ``space`` is the :class:`DesignSpace` of a table's columns.
+      It wraps ``Required(problem)``, so that requirements of the problem hold for its own designs.
     - ``values_from(X, evaluate)`` if values differ, or if some designs are not evaluated.
     - ``do`` or ``_evaluate`` if it evaluates in its own way. The package then calls it like any
       model.
