@@ -246,7 +246,7 @@ def person_of(case, k):
             break
         better, worse = sorted(pair, key=lambda name: losses[person.ranking.row_of(name)])
         relation = rng.choice([">", ">", ">", "=", "?"])
-        person.add(*((worse, ">", better) if rng.random() < 0.1 else (better, relation, worse)))
+        person.add(*((worse, ">", better) if rng.random() < 0.3 else (better, relation, worse)))
     return person, said
 
 

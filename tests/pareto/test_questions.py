@@ -15,7 +15,7 @@ from pymoo_psi import (
     read_table,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
-from tests.helpers.draws import rarely
+from tests.helpers.draws import rarely, seeds
 from tests.helpers.refusals import refused
 
 FIVE = np.array([[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]])
@@ -130,6 +130,22 @@ def test_an_equal_answer_draws_two_designs_together():
     before = person.shares[2]  # of the design between them
     person.equal(1, 3)
     assert person.shares[2] > before
+
+
+@pytest.mark.parametrize("asks", [True, False])
+@pytest.mark.parametrize("seed", seeds(24))
+def test_no_design_that_an_answer_puts_below_another_is_proposed(asks, seed):
+    generator = np.random.default_rng(seed)
+    F = generator.dirichlet(np.ones(generator.integers(2, 4)), 12) ** generator.uniform(0.2, 2)
+    person = Preferences(F)
+    order = generator.permutation(12)  # of a person whom no weights explain
+    for _ in range(6):
+        pair = person.question() if asks else generator.choice(12, 2, replace=False).tolist()
+        if pair is None:
+            break
+        person.answer(*sorted(pair, key=order.__getitem__))
+        assert person.best not in {worse for _, _, worse in person.answers}
+        assert person.best in person.to_frame().index
 
 
 def test_contradictions_count_against_each_other():

@@ -69,8 +69,7 @@ function showShares() {
   if (!isShown) return
   const all = held.map(({answers}) => said(answers))
   const rows = [...all[0].shares.keys()]
-  const ends = (sign) => rows.map((row) => endOf(all.map(({shares}) => shares.get(row)), sign))
-  const [least, most] = [ends(1), ends(-1)]
+  const [least, most] = [1, -1].map((sign) => rows.map((row) => endOf(all.map(({shares}) => shares.get(row)), sign)))
   const [common] = bySize(least)
   const shown = unique([common, ...bySize(most).slice(0, 5)]).map((k) => rows[k])
   renew("shares-table",

@@ -32,7 +32,7 @@ const isWithin = (share) => abs(share) <= 1 + TIE
 // The objectives by share, the largest first, NaN last.
 function bySize(shares) {
   const sizes = shares.map((share) => (Number.isNaN(share) ? -1 : round(abs(share) / TIE)))
-  return shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
+  return [...shares.keys()].sort((a, b) => sizes[b] - sizes[a] || a - b)
 }
 
 // What a row gains against another in each objective, and this in shares of the ranges.

@@ -30,7 +30,7 @@ function alphabetic() {
   const {names} = data
   const {compare} = new Intl.Collator(undefined, {numeric: true})
   const places = new Float64Array(names.length)
-  names.map((_, row) => row).sort((a, b) => compare(names[a], names[b])).forEach((row, k) => { places[row] = k })
+  Array.from(names.keys()).sort((a, b) => compare(names[a], names[b])).forEach((row, k) => { places[row] = k })
   return places
 }
 

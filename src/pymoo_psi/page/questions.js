@@ -12,53 +12,47 @@ function firstGreatest(values) {
   return values.findIndex((value) => value >= reach)
 }
 
-// What is known of a person before the first answer. Designs are places in the front.
-//   steps         for each objective, how far they are from its best value; what is seen
-//   terms         of each design, what the weights multiply, those of repeated objectives left out
+// What is known of a person before the first answer. Designs are rows of the front.
+//   steps         for each objective, by row, how far they are from its best value; what is seen
+//   terms         as these, what the weights multiply, those of repeated objectives left out
 //   weights       the first of them measure by the norm 1, others by the greatest part, most by 2
 //   candidates    what can be proposed: the designs that are the best for some weights
 //   scales        for each weight, the least distance and what is at stake
-//   values        for each weight, of the candidates: 1 for the best one, 0 for an average one
 //   winners       for each weight, which candidate is the best
 class Preferences {
   constructor({front, frame}) {
     this.front = front
-    const columns = data.F.map((column, j) => Float64Array.from(front, (i) => max(0, (column[i] - frame.ideal[j]) / frame.scale[j])))
-    const varied = columns.filter((column) => endOf(column, -1) > endOf(column, 1))
+    const columns = data.F.map((column, j) => column.map((value) => max(0, (value - frame.ideal[j]) / frame.scale[j])))
+    const varied = columns.filter((column) => endOf(column, -1, front) > endOf(column, 1, front))
     this.steps = varied.map((column) => {
-      const [low, high] = [endOf(column, 1), endOf(column, -1)]
+      const [low, high] = [1, -1].map((sign) => endOf(column, sign, front))
       return column.map((term) => (term - low) / (high - low))
     })
-    const isAlike = (one, other) => sqrt(sum(one.map((step, i) => (step - other[i]) ** 2)) / front.length) <= ALIKE
-    const weighted = varied.filter((_, j) => this.steps.findIndex((other) => isAlike(other, this.steps[j])) === j)
-    const all = upTo(front.length)
-    this.terms = Array.from(all, (i) => weighted.map((column) => column[i]))
-    this.weights = simplexWeights(data.points, weighted.length)
+    const isAlike = (one, other) => sqrt(sum(Array.from(front, (i) => (one[i] - other[i]) ** 2)) / front.length) <= ALIKE
+    this.terms = varied.filter((_, j) => this.steps.findIndex((other) => isAlike(other, this.steps[j])) === j)
+    this.weights = simplexWeights(data.points, this.terms.length)
     const nearest = this.weights.map((_, w) => {
-      const distances = this.distances(w, all)
-      return distances.indexOf(endOf(distances, 1))
+      const distances = this.distances(w, front)
+      return front[distances.indexOf(endOf(distances, 1))]
     })
-    this.candidates = unique(nearest).sort((a, b) => a - b)
-    const step = ceil(front.length / AVERAGED)
-    const some = all.filter((i) => i % step === 0)
+    this.candidates = Int32Array.from(new Set(nearest)).sort()
+    const some = front.filter((_, i) => i % ceil(front.length / AVERAGED) === 0)
     this.scales = this.weights.map((_, w) => {
       const least = endOf(this.distances(w, this.candidates), 1)
       return [least, max(sum(this.distances(w, some)) / some.length - least, 1e-12)]
     })
-    this.values = this.weights.map((_, w) => this.valued(w, this.candidates))
-    this.winners = this.values.map(firstGreatest)
+    this.winners = this.valued(this.candidates).map(firstGreatest)
   }
 
-  distances(w, places) {
+  distances(w, rows) {
     const weight = this.weights[w]
-    const result = new Float64Array(places.length)
-    for (let k = 0; k < places.length; k++) {
-      const terms = this.terms[places[k]]
+    const result = new Float64Array(rows.length)
+    for (let k = 0; k < rows.length; k++) {
       let total = 0
       let square = 0
       let greatest = 0
-      for (let j = 0; j < terms.length; j++) {
-        const part = weight[j] * terms[j]
+      for (let j = 0; j < this.terms.length; j++) {
+        const part = weight[j] * this.terms[j][rows[k]]
         total += part
         square += part * part
         if (part > greatest) greatest = part
@@ -68,9 +62,9 @@ class Preferences {
     return result
   }
 
-  valued(w, places) {
-    const [least, stake] = this.scales[w]
-    return this.distances(w, places).map((distance) => 1 - (distance - least) / stake)
+  // For each weight, values of designs: 1 for the best one, 0 for an average one.
+  valued(rows) {
+    return this.scales.map(([least, stake], w) => this.distances(w, rows).map((distance) => 1 - (distance - least) / stake))
   }
 
   // What answers say: lists of a row, a relation and another row, all of the front.
@@ -79,60 +73,69 @@ class Preferences {
   //   texts          these in per cent
   //   question       two rows, or null where another answer is not worth it
   after(answers) {
+    const rows = unique([...this.candidates, ...answers.filter(([, relation]) => relation === ">").map(([one]) => one)])
     let chances = this.weights.map(() => 1 / N_WEIGHTS)
     for (const [one, relation, other] of answers) {
       if (relation === "?") continue
-      const places = [one, other].map((row) => this.front.indexOf(row))
-      chances = chances.map((chance, w) => {
-        const c = chanceOf(...this.valued(w, places))
-        return chance * (relation === "=" ? 4 * c * (1 - c) : c)
+      this.valued([one, other]).forEach((values, w) => {
+        const c = chanceOf(...values)
+        chances[w] *= relation === "=" ? 4 * c * (1 - c) : c
       })
       const total = sum(chances)
       chances = chances.map((chance) => chance / total)
     }
-    const expected = expectedValues(chances, this.values)
+    const expected = ofUnbeaten(expectedValues(chances, this.valued(rows)), rows, answers)
     const best = firstGreatest(expected)
-    const regret = max(0, 1 - endOf(expected, -1))
-    const likely = this.candidates.map(() => 0)
+    const regret = max(0, 1 - expected[best])
+    const likely = rows.map(() => 0)
     this.winners.forEach((k, w) => { likely[k] += chances[w] })
-    const rows = this.candidates.map((place) => this.front[place])
     const byRow = (list) => new Map(rows.map((row, k) => [row, list[k]]))
     const [shares, texts] = [byRow(likely), byRow(percents(likely))]
     likely[best] += 1
-    const question = regret < ENOUGH ? null : this.question(chances, bySize(likely).slice(0, LIKELIEST), answers)
+    const likeliest = bySize(likely).slice(0, LIKELIEST).map((k) => rows[k])
+    const question = regret < ENOUGH ? null : this.question(chances, likeliest, answers)
     return {row: rows[best], regret, shares, texts, question}
   }
 
-  // The rows of two of the likeliest candidates after whose comparison the proposal is expected to be
+  // The rows of two of the likeliest designs after whose comparison the proposal is expected to be
   // regretted least.
   question(chances, likeliest, answers) {
-    const values = this.values.map((own) => Float64Array.from(likeliest, (k) => own[k]))
+    const values = this.valued(likeliest)
     const expected = expectedValues(chances, values)
-    const places = likeliest.slice(0, ASKED).map((k) => this.candidates[k])
-    let [question, most] = [null, -Infinity]
-    places.forEach((one, a) => places.forEach((other, b) => {
-      const rows = [this.front[one], this.front[other]]
+    const rows = likeliest.slice(0, ASKED)
+    const best = (list, loser) => endOf(ofUnbeaten(list, likeliest, [...answers, [null, ">", loser]]), -1)
+    let question = null
+    let most = -Infinity
+    rows.forEach((one, a) => rows.forEach((other, b) => {
+      const pair = [one, other]
       const visible = this.steps.filter((column) => abs(column[one] - column[other]) >= VISIBLE - TIE)
-      const isKnown = answers.some(([first, , second]) => rows.includes(first) && rows.includes(second))
+      const isKnown = answers.some(([first, , second]) => pair.includes(first) && pair.includes(second))
       if (b <= a || visible.length < 2 || isKnown) return
       const prefers = chances.map((chance, w) => chance * chanceOf(values[w][a], values[w][b]))
       const share = sum(prefers)
       if (!(share > 1 - CERTAIN && share < CERTAIN)) return
       const favoured = expectedValues(prefers, values)
-      const after = endOf(favoured, -1) + endOf(expected.map((value, k) => value - favoured[k]), -1)
-      if (after > most + TIE) [question, most] = [rows, after]
+      const after = best(favoured, other) + best(expected.map((value, k) => value - favoured[k]), one)
+      if (after <= most + TIE) return
+      question = pair
+      most = after
     }))
     return question
   }
 }
 
+// The values of rows without those that an answer puts below others; all if it leaves none.
+function ofUnbeaten(values, rows, answers) {
+  const left = values.map((value, k) => answers.some(([, relation, other]) => relation === ">" && other === rows[k]) ? -Infinity : value)
+  return endOf(left, -1) > -Infinity ? left : values
+}
+
 // The sums over all weights of their chances times the values of designs.
 function expectedValues(chances, values) {
   const result = new Float64Array(values[0].length)
-  for (let w = 0; w < chances.length; w++) {
-    const [chance, own] = [chances[w], values[w]]
-    for (let k = 0; k < own.length; k++) result[k] += chance * own[k]
-  }
+  values.forEach((own, w) => {
+    for (let k = 0; k < own.length; k++) result[k] += chances[w] * own[k]
+  })
   return result
 }
 

@@ -65,9 +65,10 @@ class Preferences(Shown):
 
     The value of a design for some weights is linear in the weighted distance of
     :class:`pymoo_psi.CompromiseProgramming`: 1 for the best design, 0 for the average distance of
-    the Pareto set. The proposal has the greatest expected value, and its expected regret is what
-    this lacks of 1. An objective that nearly repeats an earlier one has no weight of its own, so
-    that nothing counts twice.
+    the Pareto set. The proposal has the greatest expected value of the designs that no answer puts
+    below another one, or of all if answers contradict each other and put each below one. Its
+    expected regret is what this value lacks of 1. An objective that nearly repeats an earlier one
+    has no weight of its own, so that nothing counts twice.
 
     Args:
         F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
@@ -120,10 +121,10 @@ class Preferences(Shown):
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
         self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []
+        self._steps: Array = steps
         # What can be proposed are the designs that are the best for some weights.
         candidates = self._best_for_weights()
         self._rows: Rows = self._front[candidates]
-        self._steps: Array = steps[candidates]
         self._least = self._distances(candidates).min(axis=1, keepdims=True)
         n = len(self._front)
         some = np.arange(0, n, -(-n // _N_AVERAGED))
@@ -165,15 +166,29 @@ class Preferences(Shown):
         """
         return [(self._name(a), relation, self._name(b)) for a, relation, b in self._answers]
 
-    @property
-    def _expected(self) -> Array:
-        """``(k,)`` the expected values of the designs that can be proposed."""
-        return self._chances[-1] @ self._values
+    def _worse(self) -> list[int]:
+        """Return the rows of the designs that answers put below another one."""
+        return [other for _, relation, other in self._answers if relation == ">"]
+
+    def _proposals(self) -> tuple[Rows, Array]:
+        """Return the rows of what can be proposed, and the values; an answer may prefer others."""
+        preferred = [one for one, relation, _ in self._answers if relation == ">"]
+        rows = np.array([*dict.fromkeys([*self._rows.tolist(), *preferred])])
+        others = np.searchsorted(self._front, rows[len(self._rows) :])
+        return rows, np.hstack([self._values, self._values_of(others)])
+
+    def _proposed(self) -> tuple[int, float]:
+        """Return the row of the proposal, and its expected value."""
+        rows, values = self._proposals()
+        open_ = _unbeaten(rows, self._worse())
+        expected = self._chances[-1] @ values[:, open_]
+        best = _first_greatest(expected)
+        return int(rows[open_[best]]), float(expected[best])
 
     @property
     def row(self) -> int:
         """The row in the ranking of the design that is proposed."""
-        return int(self._rows[_first_greatest(self._expected)])
+        return self._proposed()[0]
 
     @property
     def best(self) -> Any:
@@ -183,7 +198,7 @@ class Preferences(Shown):
     @property
     def regret(self) -> float:
         """The expected regret of the proposal; 1 is that of the average distance."""
-        return max(float(1 - self._expected.max()), 0.0)
+        return max(1 - self._proposed()[1], 0.0)
 
     @property
     def shares(self) -> Array:
@@ -238,9 +253,10 @@ class Preferences(Shown):
         import pandas as pd
 
         objectives = self.ranking.objectives
-        names = list(map(self._name, self._rows))
-        frame = pd.DataFrame(objectives.values[self._rows], names, list(objectives.names))
-        frame["share"] = self.shares[self._rows]
+        rows, _ = self._proposals()
+        names = list(map(self._name, rows))
+        frame = pd.DataFrame(objectives.values[rows], names, list(objectives.names))
+        frame["share"] = self.shares[rows]
         return frame.sort_values("share", ascending=False, kind="stable")
 
     @property
@@ -313,38 +329,42 @@ class Preferences(Shown):
         if self.regret < _ENOUGH:
             return None
         chances = self._chances[-1]
-        likeliest = self._likeliest()
-        values = self._values[:, likeliest]
+        worse = self._worse()
+        rows, values = self._likeliest()
         expected = chances @ values
         question = None
         most = -np.inf
-        for a, b in combinations(range(min(_N_ASKED, len(likeliest))), 2):
-            if not self._can_be_asked(likeliest[[a, b]]):
+        for a, b in combinations(range(min(_N_ASKED, len(rows))), 2):
+            if not self._can_be_asked(rows[[a, b]]):
                 continue
             prefers = chances * _chance(values[:, a], values[:, b])
             if not 1 - _CERTAIN < prefers.sum() < _CERTAIN:
                 continue
             in_favour = prefers @ values
-            after = in_favour.max() + (expected - in_favour).max()
+            after = in_favour[_unbeaten(rows, [*worse, rows[b]])].max()
+            after += (expected - in_favour)[_unbeaten(rows, [*worse, rows[a]])].max()
             if after > most + _TIE:
                 most = after
                 question = a, b
         if question is None:
             return None
-        one, other = self._rows[likeliest[[*question]]].tolist()
+        one, other = rows[[*question]].tolist()
         return self._name(one), self._name(other)
 
-    def _likeliest(self) -> Rows:
-        """Return which designs are probably the best, the proposal in any case."""
-        likely = np.bincount(self._winners, self._chances[-1], len(self._rows))
-        likely[_first_greatest(self._expected)] += 1
-        return by_size(likely)[:_N_LIKELIEST]
+    def _likeliest(self) -> tuple[Rows, Array]:
+        """Return the rows and values of what is probably the best, the proposal in any case."""
+        rows, values = self._proposals()
+        likely = np.bincount(self._winners, self._chances[-1], len(rows))
+        likely[rows == self.row] += 1
+        likeliest = by_size(likely)[:_N_LIKELIEST]
+        return rows[likeliest], values[:, likeliest]
 
     def _can_be_asked(self, pair: Rows) -> bool:
         """Whether two designs differ visibly in two objectives, and were not asked about."""
-        differs = np.abs(np.diff(self._steps[pair], axis=0)) >= _VISIBLE - _TIE
+        steps = self._steps[np.searchsorted(self._front, pair)]
+        differs = np.abs(np.diff(steps, axis=0)) >= _VISIBLE - _TIE
         answered = [{one, other} for one, _, other in self._answers]
-        return bool(differs.sum() >= 2 and {*self._rows[pair].tolist()} not in answered)
+        return bool(differs.sum() >= 2 and {*pair.tolist()} not in answered)
 
     def answer(self, better: Any, worse: Any) -> None:
         """Take an answer: one design is preferred to another one.
@@ -423,6 +443,12 @@ def _chance(values: Array, others: Array) -> Array:
     """Return the chance that designs of some values are preferred to those of others."""
     logistic = np.tanh(_SHARPNESS * (values - others))
     return (1 + (1 - _MISTAKES) * logistic) / 2
+
+
+def _unbeaten(rows: Rows, worse: list[int]) -> Rows:
+    """Return the positions of the rows that no answer puts below others; all if it leaves none."""
+    positions = np.flatnonzero(~np.isin(rows, worse))
+    return positions if len(positions) else np.arange(len(rows))
 
 
 def _first_greatest(values: Array) -> int:
