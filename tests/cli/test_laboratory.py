@@ -80,6 +80,15 @@ def stored():
         return tests, db.execute("SELECT count(*) FROM log").fetchone()[0]
 
 
+def test_a_missing_package_is_noticed_before_designs_are_asked(
+    alloy, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    assert main(["ask", "alloy.toml", "--study", "lab.db", "--out", "asked.xlsx"]) == 2
+    assert "pip install openpyxl" in capsys.readouterr().err
+    assert not (tmp_path / "lab.db").exists()
+
+
 def test_two_files_in_turns_lose_nothing(alloy, told):
     first, second = asked("first.csv", "--points", 3), asked("second.xlsx", "--points", 2)
     assert [*first["test"], *second["test"]] == [1, 2, 3, 4, 5]

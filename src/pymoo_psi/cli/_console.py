@@ -420,6 +420,7 @@ def require_output(path: Path, suffixes: Names, *inputs: Path | None) -> Path:
 
     Raises:
         ArgumentValueError: The file has another suffix, is an input, or is no result of pymoo-psi.
+        PsiError: A package is missing that writes such files.
         OSError: Its folder does not exist or cannot be written to.
     """
     for source in inputs:
@@ -428,6 +429,9 @@ def require_output(path: Path, suffixes: Names, *inputs: Path | None) -> Path:
             raise invalid("--out", "another file than the one that is read", str(path))
     if path.suffix.lower() not in suffixes or path.is_dir():
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
+    for file_format in FORMATS:
+        if file_format.suffix == path.suffix.lower():
+            file_format.require_packages()
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
     for file in (path, metadata_path(path)):  # a CSV is written with its metadata

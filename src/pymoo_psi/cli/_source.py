@@ -166,7 +166,10 @@ def choice_warnings(table: TestTable) -> list[str]:
         return []
     warning = f"Warning: {chosen}, the chosen design,"
     if chosen not in table.names:
-        return [f"{warning} is not among these designs."]
+        remarks = [f"{warning} is not among these designs."]
+        if f"test {chosen}" in table.names:
+            remarks.append(f"Test {chosen} is called 'test {chosen}' in a decision.")
+        return remarks
     row = table.names.index(chosen)
     values = decision.page.get("values", {})
     changes = []

@@ -114,6 +114,9 @@ class FileFormat(ABC):
             UnfitError: The file holds no table.
         """
 
+    def require_packages(self) -> None:  # noqa: B027
+        """Refuse to write, before any work is done, if a package is missing that this takes."""
+
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write a new file; a format needs this method if it writes anything.
 

@@ -68,6 +68,10 @@ class WorkbookFile(FileFormat):
                 remarks.append(f"{name} has hundredths where the workbook shows per cent.")
         return replace(cells, remarks=remarks), head
 
+    def require_packages(self) -> None:
+        """Refuse to write workbooks without openpyxl."""
+        _openpyxl()
+
     def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
         import pandas as pd
