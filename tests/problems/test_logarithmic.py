@@ -131,7 +131,7 @@ def test_scaled_is_the_inverse_of_original():
 
 def test_requirements_hold_for_the_values_of_logarithmic_variables():
     wide = Wide()
-    wide.requirements, wide.units = ["area <= 1"], {"area": "m2", "height": "m"}
+    wide.requirements, wide.units = ["area <= 1"], {"x1": "m2", "height": "m"}
     table = investigate(LogScaled(wide), 64)
     assert table.schema.units == {"height": "m"}
     np.testing.assert_array_equal(table.feasible(), table["log10 area"] <= 0)

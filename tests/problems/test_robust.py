@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 from pymoo_psi import (
+    FailureTolerant,
     Required,
     Restricted,
     Robust,
@@ -95,8 +96,11 @@ RULED = Model(lambda x: {"F": x[0] if x[0] >= 0 else np.inf}, n_var=1, n_obj=1)
 RULED.requirements = ["x1 <= 1"]
 
 
-@pytest.mark.parametrize("problem", [BRITTLE, RULED], ids=["fails", "requirement"])
-def test_scenarios_that_fail_or_may_not_run_are_violated(problem):
+@pytest.mark.parametrize(
+    ("problem", "reasons"), [(BRITTLE, ["ArithmeticError: no convergence"]), (RULED, [])]
+)
+def test_scenarios_that_fail_or_may_not_run_are_violated(problem, reasons):
+    """A design that fails in all of them has failed."""
     robust = Robust(problem, tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
     F, G = robust.evaluate(np.array([[0.5], [0.25], [1.0], [9.0]]))
     assert G[:, 0] == pytest.approx([-0.1, 15 / 63 - 0.1, 31 / 63 - 0.1, 0.9])
@@ -104,6 +108,9 @@ def test_scenarios_that_fail_or_may_not_run_are_violated(problem):
     expected = [inside.mean(), (inside - 0.25)[inside >= 0.25].mean()]
     assert F[[0, 1, 3], 0] == pytest.approx([*expected, np.inf])
     assert set(investigate(robust, 32).status) == {"ok", "infeasible"}
+    tolerant = FailureTolerant(robust)
+    tolerant.evaluate(np.array([[0.5], [1.0], [9.0]]))
+    assert [failure.reason for failure in tolerant.failures] == reasons
 
 
 @pytest.mark.parametrize("n", [3, 10, 49])
@@ -146,10 +153,10 @@ def test_its_study_is_its_own(study_file, changed):
 def test_names_are_kept_but_those_of_constraints():
     problem = linear()
     problem.names = {"x1": "width", "f2": "yield", "g1": "stress"}
-    problem.maximize, problem.units = ("yield",), {"width": "mm", "stress": "MPa"}
+    problem.maximize, problem.units = ("yield",), {"x1": "mm", "yield": "%", "g1": "MPa"}
     table = investigate(Robust(problem, tolerances={"width": 0.1}), 4)
     assert table.schema.names == ("width", "x2", "f1", "yield", "g1")
-    assert table.schema.units == {"width": "mm"}
+    assert table.schema.units == {"width": "mm", "yield": "%"}
 
 
 CHUTE = SphereChute()

@@ -428,6 +428,13 @@ def column_titles(problem: Any) -> dict[str, str]:
     return {str(name): str(title) for name, title in titles.items()}
 
 
+def column_units(problem: Any) -> dict[str, str]:
+    """Return the units in a problem's attribute, by its own names for columns."""
+    titles = column_titles(problem)
+    units = unit_texts(getattr(problem, "units", None) or {})
+    return {titles.get(name, name): unit for name, unit in units.items()}
+
+
 def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, str]:
     """Return titles of columns by the default names of these, a letter and a number."""
     return {f"{letter}{j}": title for j, title in enumerate(titles, first)}
@@ -469,8 +476,8 @@ def problem_schema(
         rule = f"a list that includes the problem's own, {', '.join(own_maximize)}"
         raise invalid("maximize", rule, maximize, "or change the problem's attribute")
     if units is None:
-        own_units = unit_texts(getattr(problem, "units", None) or {})
-        units = {renamed.get(title, title): unit for title, unit in own_units.items()}
+        own_units = column_units(problem).items()
+        units = {renamed.get(title, title): unit for title, unit in own_units}
 
     schema = _default_schema(problem, space)
     for name in new_names:

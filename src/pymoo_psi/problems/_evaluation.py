@@ -200,7 +200,7 @@ class CheckedFunction:
                 return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)
         _WITH_ROWS[id(self.problem)] = self.problem
-        out["failure"] = _clear_failures(out)
+        out["failure"] = _clear_failures(out, self._stated(raw, len(X)))
         _warn_of_failure(raw)
         for name, value in raw.items():
             if name in out or not isinstance(value, (list, np.ndarray)):
@@ -208,6 +208,13 @@ class CheckedFunction:
             if len(value) == len(X):
                 out[name] = value_column(value)
         return out
+
+    def _stated(self, raw: Entries, n: int) -> AnyArray:
+        """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
+        reasons: Any = ""
+        if isinstance(self.problem, WrappedProblem) and not self.problem.tolerates_failures:
+            reasons = raw.get("failure", "")
+        return np.full(n, reasons, dtype=object)
 
     def _in_parts(self, X: Any) -> Values:
         """Evaluate designs in parts or one by one."""
@@ -244,16 +251,20 @@ def _warn_of_failure(raw: Entries) -> None:
         warnings.warn("out['failure'] is left out; give it another name", stacklevel=2)
 
 
-def _clear_failures(out: Values) -> AnyArray:
-    """Return the reasons why designs failed, and clear the values of those that did."""
+def _clear_failures(out: Values, reasons: AnyArray) -> AnyArray:
+    """Return the reasons why designs failed, and clear the values of those that did.
+
+    Args:
+        out: Values of n designs.
+        reasons: ``(n,)`` the reasons that are known already; texts are added.
+    """
     feasible = meets_constraints(out["G"], out["H"])
     doubtful = np.isnan(np.hstack([*out.values()])).any(axis=1)
     doubtful |= feasible & ~competes(out["F"], feasible)
-    reasons = np.full(len(doubtful), "", dtype=object)
-    for i in np.flatnonzero(doubtful):
+    for i in np.flatnonzero(doubtful & (reasons == "")):
         reasons[i] = _flaw({name: array[i] for name, array in out.items()})
-        for name, value in _FAILED.items():
-            out[name][i] = value
+    for name, value in _FAILED.items():
+        out[name][reasons != ""] = value
     return reasons
 
 

@@ -26,7 +26,13 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import DesignSpace, column_titles, design_space, numbered
+from pymoo_psi.problems._design_space import (
+    DesignSpace,
+    column_titles,
+    column_units,
+    design_space,
+    numbered,
+)
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._requirements import requirement_texts, with_requirements
@@ -49,11 +55,11 @@ class Robust(WrappedProblem):
     stays fast, and an elementwise one uses its runner.
 
     A scenario in which the model fails, or an objective is not finite, counts as violated; the
-    statistics are those of the other scenarios. The requirements of the problem hold in every
-    scenario; those given to PSI, or to a :class:`Required` around this problem, hold for the
-    designs themselves. Designs near a bound are evaluated beyond it,
-    within the tolerances. If the model does not allow this, narrow the bounds by
-    :class:`~pymoo_psi.Restricted`. Further outputs of a model are not kept.
+    statistics are those of the other scenarios. A design that fails in all of them has failed. The
+    requirements of the problem hold in every scenario; those given to PSI, or to a
+    :class:`Required` around this problem, hold for the designs themselves. Designs near a bound are
+    evaluated beyond it, within the tolerances. If the model does not allow this, narrow the bounds
+    by :class:`~pymoo_psi.Restricted`. Further outputs of a model are not kept.
 
     Args:
         problem: A pymoo problem of any kind; with ``uncertainty`` a function that is called with
@@ -149,7 +155,7 @@ class Robust(WrappedProblem):
         titles = column_titles(nominal)
         columns = [*self.space.variable_names, *numbered("f", self.statistics)]
         self.names = {name: titles.get(name, name) for name in columns}
-        units = getattr(nominal, "units", None) or {}
+        units = column_units(nominal)
         known = filter(units.get, self.names.values())
         self.units: dict[str, str] = {title: units[title] for title in known}
 
@@ -183,7 +189,8 @@ class Robust(WrappedProblem):
         }
 
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
-        F, valid, _ = self.in_scenarios(self.space.to_matrix(X), *args, **kwargs)
+        F, valid, failure = self.in_scenarios(self.space.to_matrix(X), *args, **kwargs)
+        out["failure"] = np.where((failure == "").any(axis=0), "", failure[0])
         out["F"] = self._statistics(F)
         # not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated
         out["G"] = (~valid).mean(axis=0)[:, None] - self.failure_probability

@@ -23,11 +23,16 @@ from pymoo_psi._validation import (
     real_array,
     require_shape,
 )
-from pymoo_psi.problems._design_space import DesignSpace, Variable, column_titles, design_space
+from pymoo_psi.problems._design_space import (
+    DesignSpace,
+    Variable,
+    column_titles,
+    column_units,
+    design_space,
+)
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
-from pymoo_psi.table import unit_texts
 
 
 class Transformed(WrappedProblem):
@@ -99,7 +104,7 @@ class LogScaled(Transformed):
         space = design_space(problem, log=log)
         variables = [*space.variables]
         self.names = column_titles(problem)
-        self.units = unit_texts(getattr(problem, "units", None) or {})
+        self.units = column_units(problem)
         self._log = {}
         for j, variable in enumerate(space.variables):
             if variable.kind is Kind.LOG and not variable.fixed:

@@ -26,7 +26,7 @@ class WrappedProblem(Problem):
       It wraps ``Required(problem)``, so that requirements of the problem hold for its own designs.
     - ``values_from(X, evaluate)`` if values differ, or if some designs are not evaluated.
     - ``do`` or ``_evaluate`` if it evaluates in its own way. The package then calls it like any
-      model.
+      model; ``out["failure"]`` may give the reasons of failures, empty where there is none.
     - ``fingerprint()`` if values depend on arguments of the wrapper: a study compares them.
 
     The rest of the package asks wrappers for nothing else and does not know their classes.
