@@ -191,6 +191,10 @@ class TextColumn(NamedTuple):
             self.require_numbers()
         return self.numbers is not None
 
+    def may_hold_numbers(self) -> bool:
+        """Say whether it holds numbers, or what a reader may take for some."""
+        return self.numbers is not None or self.codes is not None or self.problem != ""
+
     def require_numbers(self) -> Array:
         """Return the ``(n,)`` numbers.
 

@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import takewhile
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -81,15 +82,25 @@ from pymoo_psi.table import (
 # designs say better. The last ones do so only if they hold consecutive numbers, in any order: "no"
 # is also an exhaust gas.
 _NAMING = (TEST, "test_point", "label", "name", "id", "design")
-_COUNTING = (ROW, "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number")
-_TRIALS = ("no", "trial", "sample", "run", "case", "experiment", "iteration", "versuch", "probe")
+_COUNTING = (ROW, "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0", "number", "pos.")
+_TRIALS = (
+    "no",
+    "trial",
+    "sample",
+    "run",
+    "case",
+    "experiment",
+    "iteration",
+    "versuch",
+    "probe",
+    "pos",
+)
 _LABELS = (*_NAMING, *_COUNTING, *_TRIALS)
 # Names as papers and pymoo number them, with a unit or without: f1, X1, x_1, g1, "f1 [kg]".
 _NUMBERED = re.compile(r"(?P<letter>[fxugh])_?(?P<number>\d+)(?:\s*[\[(].*[\])])?", re.IGNORECASE)
 _ROLES = {"f": OBJECTIVE, "x": VARIABLE, "u": VARIABLE, "g": INEQUALITY, "h": EQUALITY}
 _MET = {INEQUALITY: Limit(upper=0.0), EQUALITY: Limit(-EQ_TOLERANCE, EQ_TOLERANCE)}
-# By these a ranking is recognized, and by its marks what a page has exported.
-_DISTANCES = ("mu1", "mu2", "mu3")
+# By its marks an export of the page is recognized.
 _MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
 # Words by which other programs say that a design has failed.
 _FAILURE = re.compile(
@@ -122,9 +133,10 @@ def read_table(
     A table of tests keeps its layout. Designs of other sources are feasible, have no bounds, and
     are numbered by their rows, from 1. Their objectives are the first of these that exist: those
     that the formulation names; those that the source states, as rankings and exports of the page
-    do; f1, f2, … beside x1, x2, …, also as F1, f_1 or f1 [kg]; all columns of numbers except
-    labels. Other columns of numbers become outputs, all others notes. ``remarks`` states what a
-    reader must know about rows and columns, such as missing shares.
+    do; f1, f2, … beside x1, x2, … or alone, also as F1, f_1 or f1 [kg]; all columns of numbers
+    except labels, codes such as 01067, and x1, x2, …, which are variables. Other columns of numbers
+    become outputs, all others notes. ``remarks`` states what a reader must know about rows and
+    columns, such as missing shares, or columns of numbers that are no objectives by these rules.
 
     An ambiguous number is refused, such as ``1.250`` if the point may be a thousands separator; the
     message names the option that decides. A column of numbers with other cells is refused, too. If
@@ -363,7 +375,7 @@ def _derived(columns: Mapping[str, list[Any]]) -> tuple[str, ...]:
         return RESULTS
     if {place, mark} <= {*columns} and all(map(_MARK.fullmatch, map(str, columns[mark]))):
         return place, mark
-    if {*_DISTANCES} <= {*columns}:
+    if {*RANKING_COLUMNS} <= {*columns}:
         return RANKING_COLUMNS
     return ()
 
@@ -391,6 +403,11 @@ def _labelled(
         label = _label(columns, labels)
     if label is not None:
         labels.append(label)
+        # Before names, 1, 2, 3, … number the rows; of two rows, they may be anything.
+        if columns[label].numbers is None and len(cells.rows) > 2:
+            for name in takewhile(label.__ne__, columns):
+                if name not in objectives and _number_rows(columns[name].numbers):
+                    labels.append(name)
     if label == TEST and RUN in columns:
         labels.append(RUN)
     require_designs(columns, labels, label, cells)
@@ -416,11 +433,12 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
-    "Model". So it does before numbers under "test" or "design" that do not increase. Otherwise a
-    column that numbers the rows does.
+    "Model". So it does before numbers under "test" or "design". Otherwise a column that numbers the
+    rows does.
     """
     best = next(iter(labels), None)
-    first = next((name for name in columns if name not in labels), None)
+    free = [name for name in columns if name not in labels]
+    first = next((name for name in free if not _number_rows(columns[name].numbers)), None)
     if first is None or columns[first].numbers is not None or columns[first].problem:
         return best
     cells = columns[first].cells
@@ -428,24 +446,26 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
         return best
     if best is None or _word(best) not in _NAMING:
         return first
-    numbers = columns[best].numbers
     is_before = [*columns].index(first) < [*columns].index(best)
-    if numbers is not None and is_before and not _are_counts(numbers):
+    if columns[best].numbers is not None and is_before:
         return first
     return best
-
-
-def _are_counts(numbers: Array, *, in_order: bool = True) -> bool:
-    """Whether numbers may be those of designs: different whole ones, which increase or not."""
-    ordered = numbers if in_order else np.sort(numbers)
-    return bool((ordered[1:] > ordered[:-1]).all() and (numbers % 1 == 0).all())
 
 
 def _are_consecutive(numbers: ArrayLike) -> bool:
     """Whether three numbers or more are consecutive, in any order."""
     ordered = np.sort(numbers)
-    follows = ordered[1:] == ordered[:-1] + 1  # unlike a difference, this never overflows
-    return len(ordered) > 2 and bool(follows.all())
+    return len(ordered) > 2 and _count_on(ordered)
+
+
+def _count_on(numbers: Array) -> bool:
+    """Whether each number is by 1 greater than the one before it."""
+    return bool((numbers[1:] == numbers[:-1] + 1).all())  # unlike a difference, never overflows
+
+
+def _number_rows(numbers: Array | None) -> bool:
+    """Whether numbers are those of rows, from 0 or 1."""
+    return numbers is not None and numbers[0] in (0, 1) and _count_on(numbers)
 
 
 def _stated_roles(
@@ -468,12 +488,13 @@ def _stated_roles(
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
     free = [name for name in columns if name not in labels and name not in variables]
-    numbered = _numbered_roles(free)
+    numbered = _numbered_roles({name: columns[name] for name in free})
     objectives = [name for name in named if name not in formulation.computed]
     if not objectives:
         objectives = [name for name in numbered if numbered[name] == OBJECTIVE]
     if not objectives:
-        objectives = [name for name in free if columns[name].has_numbers()]
+        others = [name for name in free if name not in numbered]
+        objectives = [name for name in others if columns[name].has_numbers()]
     if len(objectives) < (1 if named else 2):
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
@@ -492,22 +513,28 @@ def _stated_roles(
     return objectives, roles | dict.fromkeys(objectives, OBJECTIVE)
 
 
-def _numbered_roles(names: Names) -> dict[str, str]:
+def _numbered_roles(columns: Mapping[str, TextColumn]) -> dict[str, str]:
     """Return the roles of columns such as f1, x1 and g1, if they number objectives and variables.
 
-    One column called f1 without any x1 is no numbering, and says nothing about the others; nor are
-    F1 and f2 [Hz], which may be forces and frequencies.
+    They do beside x1, or if no other columns hold numbers: f1 and f2 beside cost and mass may be
+    frequencies. Without f1, none is an objective by its name.
     """
     roles = {}
-    has_first = False
-    for name in names:
+    firsts = set()
+    are_all = True
+    for name, column in columns.items():
         match = _NUMBERED.fullmatch(name)
         if match is not None:
-            roles[name] = _ROLES[match["letter"].lower()]
-            has_first |= roles[name] == OBJECTIVE and match["number"] == "1"
-    plain = [name for name in roles if re.fullmatch(r"f\d+", name)]
-    if has_first and (VARIABLE in roles.values() or len(plain) > 1):
+            letter = match["letter"].lower()
+            roles[name] = _ROLES[letter]
+            if match["number"] == "1":
+                firsts.add(letter)
+        elif column.may_hold_numbers():
+            are_all = False
+    if "f" in firsts and ("x" in firsts or are_all):
         return roles
+    if "x" in firsts:
+        return {name: role for name, role in roles.items() if role != OBJECTIVE}
     return {}
 
 
@@ -532,13 +559,7 @@ def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> t
         problem = column.problem or cells.place(name, int(gaps.argmax()))
         remark = f"{name} is no variable: {problem}."
     if stated == LABEL:
-        is_first = name == next(iter(cells.columns))
-        if is_guess and numbers is not None and not _are_counts(numbers, in_order=not is_first):
-            remedy = "name it in objectives"
-            if name == TEST:  # tables have such a column of their own
-                remedy = "rename the column"
-            remark = f"{name} is taken to number the designs; to rank by it, {remedy}."
-        return NOTE, remark
+        return NOTE, ""
     if numbers is not None:
         met = _MET.get(stated, Limit())
         n_beyond = int((met.excess(name, numbers) > 0).sum())
@@ -548,12 +569,34 @@ def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> t
                 f"is one, say --limits '{met.written(name)}', or limits= in Python."
             )
         return OUTPUT, remark
-    if is_guess and column.codes is not None:
-        return NOTE, f"{name} holds codes that begin with 0; to rank by it, name it in objectives."
     texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
     if is_guess and texts and all(map(_TIME.fullmatch, texts)):
         remark = f"{name} holds times; to rank by it, write them as numbers."
     return NOTE, remark
+
+
+def _is_left_out(
+    column: TextColumn, stated: str, columns: Collection[str], label: str | None
+) -> bool:
+    """Whether a column that the rules do not take for an objective may be one to the reader.
+
+    Args:
+        column: The column.
+        stated: Its role by :func:`_stated_roles`, or empty.
+        columns: The names of all columns.
+        label: The one that names the designs.
+    """
+    numbers = column.numbers
+    if stated != LABEL:
+        return stated in ("", *_MET) and column.may_hold_numbers()
+    if numbers is None:
+        return False
+    if _word(column.name) not in _LABELS:  # a guess by its numbers, unless the source says it
+        return column.name != label
+    if column.name == next(iter(columns)):
+        names = numbers.tolist()
+        return len({*names}) < len(names) or not all(map(float.is_integer, names))
+    return not _number_rows(numbers)
 
 
 # From columns to a table
@@ -575,19 +618,28 @@ def _table(
     objectives, roles = _stated_roles(columns, formulation, named, variables, labels)
     remarks = [*cells.remarks]
     first = columns[objectives[0]].require_numbers()
-    if not named and _are_consecutive(first) and _are_counts(first):
+    if not named and len(first) > 2 and first[0].is_integer() and _count_on(first):
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; if it only numbers designs, "
             "name the objectives."
         )
     data: Columns = {}
     described = {}
+    unranked = []
     for name in dict.fromkeys([*objectives, *columns]):
         column = columns[name]
         role, remark = _role(cells, column, roles.get(name, ""), is_guess=not named)
-        remarks += filter(None, [remark])
+        if remark:
+            remarks.append(remark)
+        elif not named and _is_left_out(column, roles.get(name, ""), columns, label):
+            unranked.append(name)
         data[name] = _values(column, role)
         described[name] = _described(column, role, data[name], stated, formulation)
+    if unranked:
+        n_others = len(unranked) - _FEW
+        if n_others > 0:
+            unranked[_FEW:] = [counted(n_others, "other column")]
+        remarks.append(f"Not ranked: {listed(unranked)}; to rank by others, name the objectives.")
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
