@@ -68,7 +68,7 @@ function showShares() {
   show("shares", isShown)
   if (!isShown) return
   const all = held.map(({answers}) => said(answers))
-  const rows = [...all[0].shares.keys()]
+  const rows = [...model.candidates]
   const [least, most] = [1, -1].map((sign) => rows.map((row) => endOf(all.map(({shares}) => shares.get(row)), sign)))
   const [common] = bySize(least)
   const shown = unique([common, ...bySize(most).slice(0, 5)]).map((k) => rows[k])

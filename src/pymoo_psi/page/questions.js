@@ -134,7 +134,8 @@ function ofUnbeaten(values, rows, answers) {
 function expectedValues(chances, values) {
   const result = new Float64Array(values[0].length)
   values.forEach((own, w) => {
-    for (let k = 0; k < own.length; k++) result[k] += chances[w] * own[k]
+    const chance = chances[w]
+    for (let k = 0; k < own.length; k++) result[k] += chance * own[k]
   })
   return result
 }
