@@ -433,8 +433,10 @@ class PSI(PointAlgorithm):
     termination: after so many evaluations for ``("n_eval", 100)``; where points may need none, as
     with a study, requirements or discrete variables, perhaps some later, at the end of a block. In
     the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible designs,
-    ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
-    ``res.algorithm.table`` the table of all tests.
+    ``res.opt.get("test_point")`` the numbers of their points, ``res.pop`` every tested design, and
+    ``res.algorithm.table`` the table of all tests. A test has the number of its point; but in a
+    study with other runs it has another one, and the column ``test_point`` of the table that of the
+    point.
 
     Ask and tell works as for every pymoo algorithm. ``ask()`` returns the same block until
     ``tell()`` receives its values, and ``None`` when no points are left. Evaluate with the

@@ -41,7 +41,7 @@ class Recorded(WithTable, WrappedProblem):
     It works with every algorithm whose random numbers follow the seed: in ``minimize``, with ask
     and tell (evaluate by ``algorithm.evaluator.eval(problem, designs, algorithm=algorithm)``), and
     from a checkpoint. pymoo breaks ties of NSGA-III and U-NSGA-III without the seed; here they
-    follow it. ``res.pop.get("test_point")`` gives the numbers of the designs.
+    follow it. ``res.pop.get("test_point")`` gives the numbers of their tests.
 
     Values must depend on the design alone. The study keeps F, G, H and every other output that is
     one number per design. A design that fails is stored with its reason and ends the run with an
