@@ -180,10 +180,9 @@ class Preferences(Shown):
     def _proposed(self) -> tuple[int, float]:
         """Return the row of the proposal, and its expected value."""
         rows, values = self._proposals()
-        open_ = _unbeaten(rows, self._worse())
-        expected = self._chances[-1] @ values[:, open_]
+        expected = _of_unbeaten(self._chances[-1] @ values, rows, self._worse())
         best = _first_greatest(expected)
-        return int(rows[open_[best]]), float(expected[best])
+        return int(rows[best]), float(expected[best])
 
     @property
     def row(self) -> int:
@@ -341,8 +340,8 @@ class Preferences(Shown):
             if not 1 - _CERTAIN < prefers.sum() < _CERTAIN:
                 continue
             in_favour = prefers @ values
-            after = in_favour[_unbeaten(rows, [*worse, rows[b]])].max()
-            after += (expected - in_favour)[_unbeaten(rows, [*worse, rows[a]])].max()
+            after = _of_unbeaten(in_favour, rows, [*worse, rows[b]]).max()
+            after += _of_unbeaten(expected - in_favour, rows, [*worse, rows[a]]).max()
             if after > most + _TIE:
                 most = after
                 question = a, b
@@ -364,7 +363,7 @@ class Preferences(Shown):
         steps = self._steps[np.searchsorted(self._front, pair)]
         differs = np.abs(np.diff(steps, axis=0)) >= _VISIBLE - _TIE
         answered = [{one, other} for one, _, other in self._answers]
-        return bool(differs.sum() >= 2 and {*pair.tolist()} not in answered)
+        return bool(differs.sum() >= 2 and {*pair} not in answered)
 
     def answer(self, better: Any, worse: Any) -> None:
         """Take an answer: one design is preferred to another one.
@@ -445,10 +444,10 @@ def _chance(values: Array, others: Array) -> Array:
     return (1 + (1 - _MISTAKES) * logistic) / 2
 
 
-def _unbeaten(rows: Rows, worse: list[int]) -> Rows:
-    """Return the positions of the rows that no answer puts below others; all if it leaves none."""
-    positions = np.flatnonzero(~np.isin(rows, worse))
-    return positions if len(positions) else np.arange(len(rows))
+def _of_unbeaten(values: Array, rows: Rows, worse: list[int]) -> Array:
+    """Return values, -inf for rows that an answer puts below others, unless that leaves none."""
+    left = np.where(np.isin(rows, worse), -np.inf, values)
+    return left if np.isfinite(left).any() else values
 
 
 def _first_greatest(values: Array) -> int:
