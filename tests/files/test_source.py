@@ -129,7 +129,7 @@ FILES = {
     "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number; .* skip_rows=.3"),
     **{
         text: (f"a,b,c\n1,3,{text}\n2,4,{text}\n", {}, f"{re.escape(text)}' in the column 'c', no plain number")
-        for text in ("$2.50", "2.5 €", "SEK 5200", "kr 5", "R$ 5", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)", "5 minutes")
+        for text in ("$2.50", "2.5 €", "SEK 5200", "kr 5", "R$ 5", "EUR 3", "EUR500", "HK$5", "Rp 500", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)", "5 minutes")
     },
     "numbers of one unit": ("a,b,c\n1,3,10k Euro\n2,4,20k Euro\n", {}, "no plain number"),
     # A last row that is the sum of all others
@@ -206,6 +206,7 @@ FILES = {
             ["3D printing,1,2", "2K moulding,3,1", "casting,2,2"],
             ["3D printing,1,2", "3D milling,3,1", "5-axis milling,2,2"],
             ["3D printing,1,2", "3D printing,3,1"],
+            ["INR18650,1,2", "RS485,3,1"],
             ["2-part,1,2", "0815-B,3,1", "3D\u2011printed,2,2"],
             ["1.1.2024,1,2", "2.1.2024,3,1"],
         )
