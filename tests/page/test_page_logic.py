@@ -449,6 +449,8 @@ def test_without_limits_designs_are_measured_by_the_same_fixed_ranges(cases):
         whole = case.table(ranges=fixed).ranking()
         first = whole.name_of(int(whole.salukvadze[0]))
         left = case.table(ranges=fixed, limits=case.states[k]["limits"]).feasible_ranking()
+        shares = np.array(found["verdict"]["shares"], dtype=float)
+        np.testing.assert_allclose(shares, explain(left).shares, rtol=1e-12, atol=1e-13)
         remark = found["verdict"]["remark"]
         if first in map(left.name_of, left.salukvadze):
             assert remark == ""

@@ -41,11 +41,9 @@ def test_given_ideal_and_nadir(ideal, is_narrow):
     distances = np.maximum(CURVE - ideal, 0) / np.where(lengths, lengths, 1)
     np.testing.assert_allclose(ranking.criteria[:, 0], np.hypot(*distances.T))
     assert ("ranges" in [caution.kind for caution in cautions(ranking)]) == is_narrow
-    best = np.maximum(CURVE.min(axis=0), ideal)
     for row in range(3):
-        np.testing.assert_array_equal(
-            explain(ranking, row).behind, np.maximum(CURVE[row] - best, 0)
-        )
+        behind = np.maximum(CURVE[row] - ideal, 0)
+        np.testing.assert_array_equal(explain(ranking, row).behind, behind)
     assert [explain(ranking, row).best_in for row in range(3)] == [["f1"], [], ["f2"]]
 
 

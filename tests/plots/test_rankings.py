@@ -112,8 +112,9 @@ def test_lines_go_from_worst_to_best_values(ranking, page):
 
 def test_a_figure_by_fixed_ranges_says_so():
     table = read_table(pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]}))
-    ranking = table.under(ranges={"cost": (0, 4), "mass": (0, 4)}).ranking()
-    assert "in the fixed range" in plot_ranking(ranking).caption
+    figure = plot_ranking(table.under(ranges={"cost": (0.5, 4), "mass": (0, 4.25)}).ranking())
+    assert "in the fixed range" in figure.caption
+    assert rows_of(figure)[1:] == [["cost", "4.0", "0.5", "2.0"], ["mass", "4.25", "0.00", "1.00"]]
 
 
 def test_more_than_three_decades_have_a_logarithmic_axis():

@@ -128,6 +128,9 @@ def test_the_key_has_the_marks_of_all_panels():
     x = np.linspace(0, 1, 30)
     table = TestTable.of(range(1, 31), x[:, None], np.column_stack([x, 1 - x]))
     assert "30 in all" in texts(plot_table(table, variables=["f1", "x1"]))
+    F = np.where(x[:, None] < 0.5, table.F, np.nan)  # tests fail
+    failing = TestTable.of(range(1, 31), x[:, None], F)
+    assert "15 not failed" in texts(plot_table(failing))
     figure = plot_objectives(table, objectives=["x1", "f1", "f2"])
     assert texts(figure).count("best trade-offs of the two") == 1
 

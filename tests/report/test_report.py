@@ -469,6 +469,17 @@ def test_a_report_opens_what_a_page_opens(tmp_path):
 
 
 @undrawn
+def test_distances_are_from_the_best_of_fixed_ranges_as_they_are_written():
+    frame = pd.DataFrame({"cost": [12, 16, 22], "noise": [61, 55, 50]}, index=["A", "C", "F"])
+    asked = Formulation(["cost", "noise"], ranges={"cost": [10.5, 22.5], "noise": [45, 65]})
+    sections = Reader(decision_report(read_table(frame, asked))).sections
+    rows = [row.split(" | ")[1:] for row in sections["Values"][1:3]]
+    assert rows[0] == ["22.5", "", "10.5", "16.0", "46 %"]
+    assert rows[1] == ["65", "", "45", "55", "50 %"]
+    assert sections["sheet"][2].endswith("10 in noise (50 % of its range) and 5.5 in cost (46 %).")
+
+
+@undrawn
 def test_a_repeated_test_is_the_design_of_its_first_one():
     """Each design is ranked once; a decision may name any of its tests."""
     table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.1]], [[0, 4], [1, 1], [0, 4]])

@@ -1,9 +1,9 @@
 """What the commands print and write: sentences, tables, the ranking, files.
 
 The ranking of a table is a head, the designs by place, and a few sentences. The objectives have one
-number format each; the best and the worst values of the designs that no other dominates are the
-last rows. Texts are cut to the width of the terminal, never numbers; objectives for which there is
-no room are counted.
+number format each; the best and the worst values by which they are ranked are the last rows. Texts
+are cut to the width of the terminal, never numbers; objectives for which there is no room are
+counted.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 from unicodedata import combining, east_asian_width
+
+import numpy as np
 
 from pymoo_psi._numbers import NumberFormat, number
 from pymoo_psi._output import is_marked
@@ -230,11 +232,8 @@ def _numbers_of_objectives(
     for j, (name, number_format) in enumerate(_formats(ranking).items()):
         values = objectives.values[optimal, j]
         text = number_format.text
-        ends = [values.min(), values.max()]
-        arrow = "↓"
-        if objectives.sign[j] < 0:
-            ends.reverse()
-            arrow = "↑"
+        ends = [ranking.ideal[j], ranking.nadir[j]]
+        arrow = "↑" if objectives.sign[j] < 0 else "↓"
         unit = _one_line(objectives.units.get(name, ""))
         texts = [unit, *map(text, [*values[:n_rows], *ends])]
         numbers.append((_one_line(name), arrow, texts))
@@ -244,7 +243,8 @@ def _numbers_of_objectives(
 def _formats(ranking: EfficiencyRanking) -> dict[Any, NumberFormat]:
     """Return by name how the objectives are written."""
     front = ranking.objectives.minimized[ranking.pareto]
-    formats = enough_digits(front, [NumberFormat.of(column) for column in front.T])
+    written = np.vstack([front, ranking.frame.ideal, ranking.frame.nadir])
+    formats = enough_digits(front, list(map(NumberFormat.of, written.T, front.T)))
     return dict(zip(ranking.objectives.names, formats, strict=True))
 
 

@@ -246,8 +246,8 @@ class Comparison(Shown):
         """Return one row per run.
 
         Returns:
-            Columns ``algorithm``, ``evaluations``, ``seed`` (missing if the algorithm is
-            deterministic), ``evaluated`` (number of designs, counted by the problem),
+            Columns ``algorithm``, ``evaluations``, ``seed`` (missing if the result
+            does not depend on it), ``evaluated`` (number of designs, counted by the problem),
             ``hypervolume`` (share of the box from U to the reference point), ``igd_plus``,
             ``epsilon``, ``optimum_distance``, ``n_nondominated``, ``seconds``,
             ``evaluation_seconds``.

@@ -244,12 +244,14 @@ def number_formats(table: TestTable, *others: TestTable) -> dict[str, NumberForm
 def _formats(tables: Sequence[TestTable], optimal: Mask) -> dict[str, NumberFormat]:
     """Return the formats of columns of numbers, see :func:`_columns` for the arguments."""
     designs = tables[0]
+    ranges = designs.formulation.ranges or {}
     formats = {}
     for _, name in roles(designs):
         values = values_of(name, *tables)
         if values.dtype != object:
             is_log = designs.schema[name].kind is Kind.LOG
-            formats[name] = _format(values, optimal, log=is_log)
+            ends = ranges.get(name, [])  # of a fixed range, which is written, too
+            formats[name] = _format(np.append(values, ends), optimal, log=is_log)
     objectives = [name for name in designs.schema.objectives if name in formats]
     longer = enough_digits(designs.F[optimal], [formats[name] for name in objectives])
     return formats | dict(zip(objectives, longer, strict=True))

@@ -84,9 +84,10 @@ function compareRows(ranking, rows, base) {
   return data.objectives.map((column, j) => ({column, gains: all.map(({gains}) => gains[j]), shares: all.map(({shares}) => shares[j])}))
 }
 
-// How far a row is from the best values, and this in shares of the ranges.
-function behindOf({frame: {reached, lengths}}, row) {
-  const behind = data.F.map((column, j) => column[row] - reached[j])
+// How far a row is from the best values, those of fixed ranges perhaps, and this in shares of the
+// ranges; negative where it is better.
+function behindOf({frame: {ideal, lengths}}, row) {
+  const behind = data.F.map((column, j) => column[row] - ideal[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   return {behind, shares, places: bySize(shares).filter((j) => behind[j] > 0)}
 }
@@ -148,13 +149,14 @@ function behindText(ranking, row) {
 
 // How far a design is from the best values, the greatest share of a range first; the rows have the shares.
 function costsOf(ranking, {behind, places}) {
-  if (!places.length) return sentence("all best")
+  const measure = ranking.fixed ? "fixed" : "best"
+  if (!places.length) return sentence(`all ${measure}`)
   const changes = places.slice(0, MOST_COSTS).map((j) => {
     const column = data.objectives[j]
     return sentence("bare change", {objective: column.name, amount: amount(column, behind[j], ranking)})
   })
   if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
-  return sentence("costs", {changes: listed(changes)})
+  return sentence(`costs ${measure}`, {changes: listed(changes)})
 }
 
 // In what the proposed design is the best.

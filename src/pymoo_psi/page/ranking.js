@@ -34,8 +34,7 @@ function frameOf(F, front, normalize, fixed) {
   const scale = normalize ? lengths : lengths.map(() => 1)
   const sizes = lengths.map((length, j) => length === Infinity ? 0
     : max(...[low, high, ideal, nadir].map((point) => abs(point[j]))) / scale[j])
-  const reached = low.map((value, j) => max(value, ideal[j])) // what is better than a fixed U counts as U
-  return {low, high, reached, ideal, nadir, lengths, scale, sizes}
+  return {low, high, ideal, nadir, lengths, scale, sizes}
 }
 
 // The distances of some rows to U, μ1, by row; NaN elsewhere. A value better than a fixed U counts as U.
@@ -55,7 +54,7 @@ function distances(F, {ideal, scale}, rows) {
 //   front, byPlace        the Pareto-optimal rows, and these by place
 //   pareto, place         by row; only Pareto-optimal rows have a place, others have 0
 //   mu1                   the distance to the ideal point by row, of prototypes too
-//   ideal, nadir, bestValues  in the original direction; the last are reached, or better than a fixed ideal
+//   ideal, nadir          in the original direction
 //   best                  the rows of the Salukvadze optimum, which have place 1
 //   frame                 the points U and N
 function ranked(mask, fixed = null) {
@@ -73,7 +72,7 @@ function ranked(mask, fixed = null) {
   let places // found when they are asked for: sorting takes long, and what decides needs the best only
   const found = () => places ??= placesOf(front, mu1, noise)
   return {mask, rows, count: rows.length, front, pareto, mu1,
-    ideal: turned(frame.ideal), nadir: turned(frame.nadir), bestValues: turned(frame.reached), best, frame, fixed,
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, fixed,
     get byPlace() { return found().byPlace }, get place() { return found().place }}
 }
 

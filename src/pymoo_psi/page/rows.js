@@ -198,7 +198,7 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   let value = verdict && cellText(column, verdict.row)
   if (verdict && error) value += ` ± ${valueText(column, error.values[verdict.row])}`
   renew(cells[0], value)
-  const ends = isRanked ? [ranking.nadir[j], ranking.bestValues[j]] : [scale.low, scale.high] // from left to right
+  const ends = isRanked ? [ranking.nadir[j], ranking.ideal[j]] : [scale.low, scale.high] // from left to right
   ends.forEach((end, k) => renew(cells[k + 1], (isRanked || j < 0) && valueText(column, end)))
   // Below the axis, on a narrow screen, each stands at its place.
   const [from, to] = ends.map((end) => isTurned(column) ? 1 - share(end) : share(end))

@@ -1,11 +1,11 @@
 """Why a design: how far it is from the best, and what others would gain and lose.
 
-Everything is measured against the Pareto set of the designs within the limits: the best value of
-an objective is that of the Pareto-optimal designs, and its range is theirs, unless ranges are
-fixed. Shares are of this range; a difference beyond it is given in units only. The step from a
-design that improves an objective goes to the Pareto-optimal design that gives up least: of those
-that are better in it by 1 % of its range or more (or, if there is none, better at all) the one
-whose greatest loss in another objective, in units of the ranges, is the least.
+Everything is measured against the Pareto set of the designs within the limits: the best value and
+the range of an objective are those of the Pareto-optimal designs, unless ranges are fixed. Shares
+are of this range; a difference beyond it is given in units only. The step from a design that
+improves an objective goes to the Pareto-optimal design that gives up least: of those that are
+better in it by 1 % of its range or more (or, if there is none, better at all) the one whose
+greatest loss in another objective, in units of the ranges, is the least.
 """
 
 from __future__ import annotations
@@ -209,8 +209,7 @@ class Explanation:
         ranking: The ranking of all n designs, with their objectives, names and labels.
         row: The row of the design in the ranking.
         behind: ``(m,)`` how far it is from the best value of each objective among the
-            Pareto-optimal designs, or of a fixed range that they exceed, in the unit of the
-            objective, >= 0.
+            Pareto-optimal designs, or of its fixed range, in the unit of the objective, >= 0.
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 as far as the worst of the
             Pareto set, more only for a dominated design. 0 in an objective that is equal for all,
             NaN if a dominated design differs in it.
@@ -329,11 +328,10 @@ class Explanation:
             'What it costs against the best: 8 in f2 (100 % of its range).'
         """
         changes = [f"{amount}{share}" for amount, share in self.amounts()]
-        if not changes and (self.neighbours >= 0).any():
-            return sentence("all reached")
+        measure = "fixed" if self.ranking.frame.is_fixed else "best"
         if not changes:
-            return sentence("all best")
-        return sentence("costs", changes=listed(changes))
+            return sentence(f"all {measure}")
+        return sentence(f"costs {measure}", changes=listed(changes))
 
     def amounts(self) -> list[tuple[str, str]]:
         """Return the parts of :attr:`costs`: amounts, each with its share of a range behind it.
@@ -344,14 +342,12 @@ class Explanation:
         """
         order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
-        measure = "fixed range" if self.ranking.frame.is_fixed else "range"
         amounts: list[tuple[str, str]] = []
         for j in columns[:_MOST_COSTS]:
             texts = {
                 "objective": self.ranking.objectives.names[j],
                 "amount": _amount(self.ranking, j, self.behind[j]),
                 "share": percent(self.shares[j]),
-                "range": measure,
             }
             amount = whole = sentence("bare change", **texts)
             if within_range(self.shares[j]):
@@ -474,7 +470,7 @@ def _explanation_of(
 
     best = values[1:].min(axis=0)
     if ranking.frame.is_fixed:
-        best = np.maximum(best, ranking.frame.ideal)  # what is better counts as equal to it
+        best = ranking.frame.ideal  # what is better counts as equal to it
     behind = np.maximum(values[0] - best, 0.0)
     shares = _shares(behind, ranking.lengths)
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])

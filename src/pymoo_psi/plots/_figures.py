@@ -221,7 +221,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     feasible = table.feasible()
     groups = [
         (len(table), "in all", bars.tested, _ALL),
-        (feasible.sum(), within_limits(table).strip(), bars.feasible, _WITHIN),
+        (feasible.sum(), within_limits(table).strip() or "not failed", bars.feasible, _WITHIN),
         (table.pareto().sum(), PARETO, bars.pareto, _OPTIMAL),
     ]
     is_variable = bars.variable in table.schema.variables
@@ -470,7 +470,8 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
         if is_log:
             heading += ", log"
             _draw_decades(ax, j, ends)
-        written = NumberFormat.of(column[ranking.pareto]).text
+        front = column[ranking.pareto]
+        written = NumberFormat.of(np.append(front, ends), front).text
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
         if not word:
             value = ""
