@@ -180,12 +180,15 @@ class Robust(WrappedProblem):
         # a hash, as scenarios have many numbers
         numbers = hashlib.sha256(self.offsets.tobytes() + self.parameters.tobytes()).hexdigest()
         names = self.space.variable_names
+        titles = column_titles(self.wrapped).items()
         return {
             "tolerances": [names[j] for j in self._columns],
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
             "statistics": self.statistics,
             "failure_probability": self.failure_probability,
             "requirements": requirement_texts(self.wrapped),
+            # those of a program say their limits
+            "constraints": [title for name, title in titles if name not in self.names],
         }
 
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
