@@ -434,6 +434,7 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
         ("car,number,a,b\nA,1,7,9\nB,2,8,7\nC,3,6,5\n", {}, {}, []),
         ("Rang,car,a,b\n1,A,7,9\n2,B,8,7\n3,C,6,5\n", {}, {}, ["^Not ranked: Rang;"]),
         ("x1,f1,f2,c,d,price\n1,3,1,3,01,$5\n2,1,3,9,02,$6\n", {}, {}, ["^Not ranked: c, d and price;"]),
+        ("article,a,b\n00712,6,9\n1002,5,7\n", {}, {}, ["^Not ranked: article;"]),
         ("site,zip,a,b\nA,01067,6,9\nB,80331,5,7\n", {}, {}, ["^Not ranked: zip;"]),
         ("car,price,time,range\nA,1,1:30,9\nB,2,0:45,7\n", {}, {}, ["time holds times"]),
         (workbook([["n", "eff", "cost"], ["A", 0.85, 3], ["B", 85, 2], ["C", 0.7, 0]], edit=in_per_cent), {}, {},

@@ -589,9 +589,10 @@ def _is_left_out(
     numbers = column.numbers
     if stated != LABEL:
         return stated in ("", *_MET) and column.may_hold_numbers()
+    is_known = _word(column.name) in _LABELS
     if numbers is None:
-        return False
-    if _word(column.name) not in _LABELS:  # a guess by its numbers, unless the source says it
+        return column.codes is not None and not is_known
+    if not is_known:  # a guess by its numbers, unless the source says it
         return column.name != label
     if column.name == next(iter(columns)):
         names = numbers.tolist()
