@@ -156,7 +156,10 @@ def test_any_number_of_objectives_has_a_whole_page(m):
     ranking = ranked(m)
     figure = plot_ranking(ranking, row=3)
     for row in (3, ranking.salukvadze[0]):
-        assert f"{ranking.place[row]}. {ranking.name_of(row)}" in texts(figure)
+        name = f"{ranking.place[row]}. {ranking.name_of(row)}"
+        if not ranking.pareto[row]:
+            name = f"{ranking.name_of(row)}, dominated"
+        assert name in texts(figure)
     assert_whole(figure, draw=True)
     assert_readable(figure)
 
@@ -165,6 +168,10 @@ def test_a_row_is_that_of_the_table():
     table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), [[9, 9], [0, 3], [1, 1], [3, 0]])
     table = table.under(limits={"f1": 8})
     assert "2. test 2" in texts(plot_ranking(table, row=1))
+    dominated = plot_ranking(table.under(limits={}), row=0)  # and far worse than the others
+    assert "test 1, dominated" in texts(dominated)
+    assert min(min(line.get_xdata(), default=0) for line in dominated.axes[0].lines) == 0
+    assert "An arrow marks a value" in dominated.caption
     refused("a feasible design", plot_ranking, table, row=0)
     refused("from 0 to 3", plot_ranking, table, row=4)
 

@@ -98,6 +98,8 @@ def test_limits_are_shaded_or_named(chute):
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
     assert ax.get_ylim()[1] < 60
     assert "Limits are dashed: f1<=2.2, f4<=60." in ax.figure.caption
+    other = plane(chute.under(limits={"f1": 2.2, "f4": 60}), objectives=["f1", "f2"]).figure
+    assert other.caption.endswith("Limits are dashed: f1<=2.2. Limits not drawn: f4<=60.")
     assert "limit 2.2" in texts(ax.figure)
     assert "limit 60" not in texts(ax.figure)
 

@@ -407,15 +407,28 @@ def plot_ranking(
     with new_figure(60 + n * height) as figure:  # its height follows from the names
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
+        edge = min(0.0, places[front].min())
+        is_beyond = places < edge  # of marked designs only; the others drawn are on the front
+        places = np.maximum(places, edge)
+        outside = ""
         for design, (label, style) in marks.items():
             ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
             ax.plot([], [], style["linestyle"], color=style["color"], label=label)
+            (beyond,) = np.nonzero(is_beyond[design])
+            if len(beyond):
+                outside = "An arrow marks a value that is worse than those of the axis."
+                arrow: Style = {"color": style["color"], "markersize": 9, "zorder": 6}
+                ax.plot(np.full(len(beyond), edge), beyond, "<", clip_on=False, **arrow)
         names = []
         for design in named:
             looks: Style = {"color": "0.2" if ranking.place[design] <= n_near else "0.45"}
             if design in marks:
                 looks = {"color": marks[design][1]["color"], "fontweight": "bold"}
-            text = f"{ranking.place[design]}. {literal(ranking.name_of(design), _NAME)}"
+            text = literal(ranking.name_of(design), _NAME)
+            if ranking.pareto[design]:
+                text = f"{ranking.place[design]}. {text}"
+            else:
+                text += ", dominated"
             names.append((*_name_and_pole(ax, text, looks), places[design, -1]))
         is_unmarked = ~np.isin(front, [*marks])  # the marked ones are in the key already
         label = _places_in_words(ranking.place[front[is_near & is_unmarked]])
@@ -426,9 +439,9 @@ def plot_ranking(
         if is_log or not is_near.all():
             figure.fit(add_key, figure, [ax])
         figure.fitted += ((_name_lines, figure, ax, names, n, height),)
-        ax.set(xlim=(min(0.0, places[front].min()), 1))
+        ax.set(xlim=(edge, 1))
         ax.axis("off")
-        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log))
+        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log), outside)
     figure.resize(width)
     return figure
 

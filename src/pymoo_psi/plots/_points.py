@@ -250,9 +250,17 @@ class Points:
             text += f". {counted(self.outside.sum(), 'design')} outside the axes"
         for row in list(self.named)[:1]:
             text += f". The blue dot is {table.names[row]}"
-        limits = written_limits(table.limits, table.schema.units)
-        if limits:
-            text += f". Limits are dashed: {', '.join(limits)}"
+        dashed: dict[str, Limit] = {}
+        others: dict[str, Limit] = {}
+        for name, limit in table.limits.items():
+            if name in self.columns and np.isfinite(self.columns[name].limits).any():
+                dashed[name] = limit
+            else:
+                others[name] = limit
+        for words, limits in (("Limits are dashed", dashed), ("Limits not drawn", others)):
+            written = written_limits(limits, table.schema.units)
+            if written:
+                text += f". {words}: {', '.join(written)}"
         return f"{text}."
 
 
