@@ -370,8 +370,13 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
     mattered = "hardly mattered"
     if max(nearer, 1 - share - 2 * before["hypervolume_error"]) > _WORTH:
         mattered = "still mattered"
+    proposal = "stayed the same"
+    if last["moved"] > 0:
+        moved = percent(last["moved"])
+        proposal = (
+            f"came {percent(nearer)} nearer to the best values and moved by {moved} of a range"
+        )
     return (
-        f"{doubling} {mattered}: the proposal came {percent(nearer)} nearer to the best values and "
-        f"moved by {percent(last['moved'])} of a range; the hypervolume was {percent(share)} of "
+        f"{doubling} {mattered}: the proposal {proposal}; the hypervolume was {percent(share)} of "
         f"its present value before. {unknown}"
     )
