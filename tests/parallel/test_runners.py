@@ -210,9 +210,8 @@ def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
         time.sleep(0.02)  # jobs that it has submitted wait meanwhile
 
     monkeypatch.setattr(joblib.parallel.BatchCompletionCallBack, "__call__", complete_slowly)
-    refused(
-        "", model(elementwise_runner=JoblibRunner(2)).evaluate, designs(3), error=EvaluationError
-    )
+    failing = model(elementwise_runner=JoblibRunner(2)).evaluate
+    refused("the mesh is torn", failing, designs(3), error=EvaluationError)
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons
