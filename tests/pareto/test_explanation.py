@@ -104,6 +104,9 @@ def test_rounding_is_no_difference():
     )
     assert explain(F, 1).dominated_by == -1
     assert explain(F, 1).neighbours.tolist() == [2, -1]
+    F = [[0.1 + 0.2, 1.0], [0.5, 0.5], [1.0, 0.3]]  # the first reaches the end of the fixed range
+    fixed = rank_of_efficiency(F, ideal=[0.3, 0.3], nadir=[1.0, 1.0])
+    assert explain(fixed, 0).behind.tolist() == [0.0, 0.7]
 
 
 DENSE = np.column_stack([np.arange(1025) / 1024, (np.arange(1025)[::-1] / 1024) ** 2])

@@ -89,7 +89,7 @@ function compareRows(ranking, rows, base) {
 function behindOf({frame: {ideal, lengths}}, row) {
   const behind = data.F.map((column, j) => column[row] - ideal[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
-  return {behind, shares, places: bySize(shares).filter((j) => behind[j] > 0)}
+  return {behind, shares, places: bySize(shares).filter((j) => behind[j] > NOISE * abs(ideal[j]))}
 }
 
 // Why a design: its distances from the best, and towards each objective the design that gives up

@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
     invalid,
     source_type,
 )
-from pymoo_psi.pareto._dominance import without_rounding
+from pymoo_psi.pareto._dominance import NOISE, without_rounding
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
     front_of,
@@ -471,7 +471,8 @@ def _explanation_of(
     best = values[1:].min(axis=0)
     if ranking.frame.is_fixed:
         best = ranking.frame.ideal  # what is better counts as equal to it
-    behind = np.maximum(values[0] - best, 0.0)
+    behind = values[0] - best
+    behind[behind <= NOISE * np.abs(best)] = 0.0  # equal but for rounding
     shares = _shares(behind, ranking.lengths)
     rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
     compared = _compared(ranking, [*rows])
