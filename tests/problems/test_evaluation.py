@@ -13,9 +13,10 @@ from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, FailureTolerant, lp_tau
-from pymoo_psi.problems import evaluate_designs
+from pymoo_psi.problems import WrappedProblem, evaluate_designs
 from tests.helpers.models import Model as OfFunction
 
 CULPRIT = 2
@@ -259,3 +260,11 @@ def test_an_output_called_failure_is_left_out_with_a_warning():
         out = evaluate_designs(model, X[:2, 1:])
     assert out["failure"].tolist() == ["", ""]
     assert "mass" in out
+
+    class Wrapper(WrappedProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            self.wrapped._evaluate(x, out)
+            out["failure"] = [0.1, "lost"]
+
+    out = evaluate_designs(Wrapper(get_problem("bnh")), X[:2, :2])
+    assert out["failure"].tolist() == ["", "lost"]

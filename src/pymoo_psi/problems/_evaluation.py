@@ -211,10 +211,12 @@ class CheckedFunction:
 
     def _stated(self, raw: Entries, n: int) -> AnyArray:
         """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
-        reasons: Any = ""
+        reasons = np.full(n, "", dtype=object)
         if isinstance(self.problem, WrappedProblem) and not self.problem.tolerates_failures:
-            reasons = raw.get("failure", "")
-        return np.full(n, reasons, dtype=object)
+            stated = np.full(n, raw.get("failure"), dtype=object)
+            is_text = [isinstance(reason, str) for reason in stated]
+            reasons[is_text] = stated[is_text]
+        return reasons
 
     def _in_parts(self, X: Any) -> Values:
         """Evaluate designs in parts or one by one."""
