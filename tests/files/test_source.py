@@ -207,6 +207,7 @@ FILES = {
             ["3D printing,1,2", "3D milling,3,1", "5-axis milling,2,2"],
             ["3D printing,1,2", "3D printing,3,1"],
             ["INR18650,1,2", "RS485,3,1"],
+            ["RP-1,1,2", "EUR1,3,1", "ILS 1,2,2"],
             ["2-part,1,2", "0815-B,3,1", "3D\u2011printed,2,2"],
             ["1.1.2024,1,2", "2.1.2024,3,1"],
         )
@@ -293,7 +294,11 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("Sample,a,NO\n3,1,4\n1,2,5\n2,3,1\n", ("a", "NO"), "Sample"),
         ("NO,a\n30,1\n10,2\n20,3\n", ("NO", "a"), "row"),
         ("car,a,design,b\nTown,20,6,5\nLane,24,7,6\nPass,21,9,4\n", ("a", "b"), "car"),
-        ("Rang,Typ,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("a", "b"), "Typ"),
+        ("Rang,Typ,a,b\n1,X,1,4\n2,Y,2,1\n3,Z,3,0\n", ("Rang", "a", "b"), "row"),
+        ("f1,name,f2\n1,X,3\n2,Y,2\n3,Z,1\n", ("f1", "f2"), "name"),
+        ("x1,x2,f1,f2\n1,Alu,1,4\n2,Oak,2,1\n3,Tin,3,0\n", ("f1", "f2"), "row"),
+        ("x1,f1,f2\n05,1,4\n10,2,1\n", ("f1", "f2"), "row"),
+        ("run,start,a,b\n1,08,1,4\n2,09,2,1\n3,10,3,0\n", ("a", "b"), "run"),
         ("Pos.,Typ,a,b\n1,X,1,4\n2,Y,2,1\n", ("a", "b"), "Typ"),
         ("name,mu1,mu2,mu3\nA,0.2,0.3,0.1\nB,0.3,0.1,0.2\n", ("mu1", "mu2", "mu3"), "name"),
         ("article,a,b\n00712,2,1\n1002,1,4\n", ("a", "b"), "article"),
@@ -313,7 +318,8 @@ def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
         ("x_1,f_1,f_2,g1", ("f_1", "f_2"), ("x_1",)),
         ("x1 [mm],f1 [kg],f2 (€),h1", ("f1 [kg]", "f2 (€)"), ("x1 [mm]",)),
         ("f1,mass,cost,g1", ("f1", "mass", "cost", "g1"), ()),
-        ("f1,f2,mass,cost", ("f1", "f2", "mass", "cost"), ()),
+        ("f1,f2,CV,rank", ("f1", "f2"), ()),
+        ("f1,f3,mass,cost", ("f1", "f3", "mass", "cost"), ()),
         ("f1,f2,g1,h1", ("f1", "f2"), ()),
         ("x1,x2,mass,cost", ("mass", "cost"), ("x1", "x2")),
         ("f1 [Hz],f2 [Hz],mass,cost", ("f1 [Hz]", "f2 [Hz]", "mass", "cost"), ()),
@@ -330,6 +336,7 @@ def test_names_tell_objectives_from_variables(read):
     schema = table.schema
     assert (schema.objectives, schema.variables) == (("f1", "f2"), ("x1", "x2"))
     assert table.names == ["test 4", "test 9"]
+    assert read(RANKED, Formulation(maximize=["x1"])).schema.objectives == ("x1", "f1", "f2")
     named = read(RANKED, Formulation(["x1", "f1"]), variables=["x2"]).schema
     assert (named.objectives, named.variables) == (("x1", "f1"), ("x2",))
     refused(r"formulation must be of type Formulation, got list; such as", read, RANKED, ["f3"])
@@ -431,8 +438,10 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
         ("material,price,range\ntin,1,9\nB,2,7\ntin,3,5\nB,6,3\n", {}, {}, []),
         ("car,price,design,range\nA,1,7,9\nB,2,9,7\nC,3,9,5\n", {}, {}, ["price, .*counts the rows", "^Not ranked: design;"]),
         ("car,price,design,range\nA,1,7,9\nB,5,8,7\nC,3,9,5\n", {}, {}, ["^Not ranked: design;"]),
+        ("car,id,a,b\nA,3,7,9\nB,19,8,7\nC,17,6,5\n", {}, {}, []),
         ("car,number,a,b\nA,1,7,9\nB,2,8,7\nC,3,6,5\n", {}, {}, []),
-        ("Rang,car,a,b\n1,A,7,9\n2,B,8,7\n3,C,6,5\n", {}, {}, ["^Not ranked: Rang;"]),
+        ("Rang,car,a,b\n1,A,7,9\n2,B,8,7\n3,C,6,5\n", {}, {}, ["^Rang, .*counts the rows"]),
+        ("width,height,f1,f2\n1,4,7,9\n3,2,8,7\n", {}, {}, ["^Not ranked: width and height;"]),
         ("x1,f1,f2,c,d,price\n1,3,1,3,01,$5\n2,1,3,9,02,$6\n", {}, {}, ["^Not ranked: c, d and price;"]),
         ("article,a,b\n00712,6,9\n1002,5,7\n", {}, {}, ["^Not ranked: article;"]),
         ("site,zip,a,b\nA,01067,6,9\nB,80331,5,7\n", {}, {}, ["^Not ranked: zip;"]),

@@ -75,7 +75,7 @@ def _choice(name: str, options: str, text: str, default: str | None = None) -> c
 
 # The formulation: objectives, directions, limits, computed columns.
 _FORMULATION = [
-    _names("objectives", "A,B,…", "Objective columns [f1,f2,… or all numeric columns]."),
+    _names("objectives", "A,B,…", "Objective columns [f1,f2,… or the other columns of numbers]."),
     _names("maximize", "A,…", "Objectives to maximize."),
     _names("limits", '"A<=2.5,T=yes"', "Limits in quotes: A<=2.5, 1<=X<=2, T=yes, T in a, b."),
     _names("compute", '"NAME=A/B"', "Add a column computed from others."),

@@ -63,10 +63,10 @@ _PLAIN = re.compile(rf"(?:[0-9.e+\-]{{1,{_LONGEST}}}(?:\n|\Z))*", re.IGNORECASE)
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
-    r"=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|AED|AUD|BGN|BRL|CAD|CZK|DKK|HUF|IDR|ILS|INR|KRW|MXN|MYR|NOK"
-    r"|NZD|PLN|RMB|RON|RUB|SAR|SEK|SGD|THB|TRY|TWD|UAH|VND|ZAR|Fr|kr|[A-Z]{1,3}(?=\$)|Rp|Rs|US|zł|ca"
-    # Without a gap, other codes may be names, such as INR18650, a battery.
-    r"|circa|approx|about)\b\W*|(?:EUR|USD|GBP|CHF)(?=\d))?\d"
+    r"=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|AED|AUD|BGN|BRL|CAD|CZK|DKK|HUF|IDR|INR|KRW|MXN|MYR|NOK"
+    r"|NZD|PLN|RMB|RON|RUB|SEK|SGD|THB|TRY|TWD|UAH|VND|ZAR|Fr|kr|[A-Z]{1,3}(?=\$)|Rs|US|zł|ca"
+    # Others may be names: RP-1 is a fuel, INR18650 a battery, EUR1 a pallet.
+    r"|Rp(?=[. ]+\d\d)|circa|approx|about)\b\W*|(?:EUR|USD|GBP|CHF)(?=\d\d))?\d"
     r"(?!\w*[-‐‑][^\W\d]|[\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,})",
     re.IGNORECASE,
 )

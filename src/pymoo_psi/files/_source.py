@@ -11,7 +11,6 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import takewhile
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -96,6 +95,8 @@ _TRIALS = (
     "pos",
 )
 _LABELS = (*_NAMING, *_COUNTING, *_TRIALS)
+# Those under which nobody writes what is ranked, as under "index" or "design".
+_IDS = {"id", "nr", "nr.", "no.", "nummer", "#", "pos."}
 # Names as papers and pymoo number them, with a unit or without: f1, X1, x_1, g1, "f1 [kg]".
 _NUMBERED = re.compile(r"(?P<letter>[fxugh])_?(?P<number>\d+)(?:\s*[\[(].*[\])])?", re.IGNORECASE)
 _ROLES = {"f": OBJECTIVE, "x": VARIABLE, "u": VARIABLE, "g": INEQUALITY, "h": EQUALITY}
@@ -133,7 +134,7 @@ def read_table(
     A table of tests keeps its layout. Designs of other sources are feasible, have no bounds, and
     are numbered by their rows, from 1. Their objectives are the first of these that exist: those
     that the formulation names; those that the source states, as rankings and exports of the page
-    do; f1, f2, … beside x1, x2, … or alone, also as F1, f_1 or f1 [kg]; all columns of numbers
+    do; f1, f2, … (beside x1, x2, … or alone, also F1, f_1 or f1 [kg]); all columns of numbers
     except labels, codes such as 01067, and x1, x2, …, which are variables. Other columns of numbers
     become outputs, all others notes. ``remarks`` states what a reader must know about rows and
     columns, such as missing shares, or columns of numbers that are no objectives by these rules.
@@ -403,11 +404,6 @@ def _labelled(
         label = _label(columns, labels)
     if label is not None:
         labels.append(label)
-        # Before names, 1, 2, 3, … number the rows; of two rows, they may be anything.
-        if columns[label].numbers is None and len(cells.rows) > 2:
-            for name in takewhile(label.__ne__, columns):
-                if name not in objectives and _number_rows(columns[name].numbers):
-                    labels.append(name)
     if label == TEST and RUN in columns:
         labels.append(RUN)
     require_designs(columns, labels, label, cells)
@@ -433,15 +429,17 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
 
     A column such as "id" names them. Without one, the first column that does not number rows names
     them if it holds texts that all differ: such lists are common, under "Variante" as under
-    "Model". So it does before numbers under "test" or "design". Otherwise a column that numbers the
-    rows does.
+    "Model", but not under "x1". So it does before numbers under "test" or "design". Otherwise a
+    column that numbers the rows does.
     """
     best = next(iter(labels), None)
-    free = [name for name in columns if name not in labels]
-    first = next((name for name in free if not _number_rows(columns[name].numbers)), None)
-    if first is None or columns[first].numbers is not None or columns[first].problem:
+    first = next((name for name in columns if name not in labels), None)
+    if first is None or _NUMBERED.fullmatch(first):
         return best
-    cells = columns[first].cells
+    column = columns[first]
+    if column.numbers is not None or column.problem or (best and column.codes is not None):
+        return best
+    cells = column.cells
     if len({cell for cell in cells if isinstance(cell, str) and not is_blank(cell)}) < len(cells):
         return best
     if best is None or _word(best) not in _NAMING:
@@ -495,6 +493,9 @@ def _stated_roles(
     if not objectives:
         others = [name for name in free if name not in numbered]
         objectives = [name for name in others if columns[name].has_numbers()]
+    if not named:  # what has a direction is an objective
+        asked = {*objectives, *formulation.maximize}.difference(variables)
+        objectives = [name for name in columns if name in asked]
     if len(objectives) < (1 if named else 2):
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
@@ -516,12 +517,15 @@ def _stated_roles(
 def _numbered_roles(columns: Mapping[str, TextColumn]) -> dict[str, str]:
     """Return the roles of columns such as f1, x1 and g1, if they number objectives and variables.
 
-    They do beside x1, or if no other columns hold numbers: f1 and f2 beside cost and mass may be
-    frequencies. Without f1, none is an objective by its name.
+    They do beside x1, if no other columns hold numbers, or as f1, f2, … without gaps: F1 and
+    f2 [Hz] beside cost and mass may be a force and a frequency. Without f1, none is an objective by
+    its name.
     """
     roles = {}
     firsts = set()
     are_all = True
+    plain = {name for name in columns if re.fullmatch(r"f\d+", name)}
+    is_series = len(plain) > 1 and plain == {f"f{j + 1}" for j in range(len(plain))}
     for name, column in columns.items():
         match = _NUMBERED.fullmatch(name)
         if match is not None:
@@ -531,7 +535,7 @@ def _numbered_roles(columns: Mapping[str, TextColumn]) -> dict[str, str]:
                 firsts.add(letter)
         elif column.may_hold_numbers():
             are_all = False
-    if "f" in firsts and ("x" in firsts or are_all):
+    if "f" in firsts and ("x" in firsts or are_all or is_series):
         return roles
     if "x" in firsts:
         return {name: role for name, role in roles.items() if role != OBJECTIVE}
@@ -575,26 +579,22 @@ def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> t
     return NOTE, remark
 
 
-def _is_left_out(
-    column: TextColumn, stated: str, columns: Collection[str], label: str | None
-) -> bool:
+def _is_left_out(column: TextColumn, stated: str, columns: Collection[str]) -> bool:
     """Whether a column that the rules do not take for an objective may be one to the reader.
 
     Args:
         column: The column.
         stated: Its role by :func:`_stated_roles`, or empty.
         columns: The names of all columns.
-        label: The one that names the designs.
     """
     numbers = column.numbers
     if stated != LABEL:
         return stated in ("", *_MET) and column.may_hold_numbers()
-    is_known = _word(column.name) in _LABELS
+    if _word(column.name) not in _LABELS:
+        return column.codes is not None
     if numbers is None:
-        return column.codes is not None and not is_known
-    if not is_known:  # a guess by its numbers, unless the source says it
-        return column.name != label
-    if column.name == next(iter(columns)):
+        return False
+    if column.name == next(iter(columns)) or _word(column.name) in _IDS:
         names = numbers.tolist()
         return len({*names}) < len(names) or not all(map(float.is_integer, names))
     return not _number_rows(numbers)
@@ -632,7 +632,7 @@ def _table(
         role, remark = _role(cells, column, roles.get(name, ""), is_guess=not named)
         if remark:
             remarks.append(remark)
-        elif not named and _is_left_out(column, roles.get(name, ""), columns, label):
+        elif not named and _is_left_out(column, roles.get(name, ""), columns):
             unranked.append(name)
         data[name] = _values(column, role)
         described[name] = _described(column, role, data[name], stated, formulation)
@@ -691,7 +691,7 @@ def _values(column: TextColumn, role: str) -> AnyArray:
     Raises:
         ArgumentValueError: An objective or output is not of numbers.
     """
-    if role in (OBJECTIVE, OUTPUT):
+    if role in (OBJECTIVE, OUTPUT) or (role == VARIABLE and column.codes is not None):
         return column.require_numbers()
     cells = list(map(_plain, column.cells))
     integers = _integers(cells)
