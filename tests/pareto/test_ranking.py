@@ -123,10 +123,15 @@ def test_mistakes(F, options, kind, message):
 
 
 @pytest.mark.parametrize("m", [4, 5])
-def test_large_sets_are_those_of_comparing_all_pairs(m):
-    """Few of them are different."""
+@pytest.mark.parametrize("kind", ["whole numbers", "few values of the first", "no ties"])
+def test_large_sets_are_those_of_comparing_all_pairs(m, kind):
+    """From 100 000 rows on, four objectives are filtered in slabs of the first; few are different."""
     rng = np.random.default_rng(m)
     designs = rng.integers(-3, 4, (200, m)) * np.array([1.0, 1e300, 1e-300, 1.0, 1.0])[:m]
+    if kind == "no ties":
+        designs = rng.dirichlet(np.ones(m), 200) + rng.integers(0, 2, (200, 1)) / 4
+    if kind == "few values of the first":
+        designs[:, 0] = rng.integers(0, 3, 200)
     rows = rng.integers(0, 200, 100_000)
     best = np.array(best_rows(designs))
     np.testing.assert_array_equal(nondominated(designs[rows]), best[rows])

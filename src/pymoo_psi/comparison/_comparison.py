@@ -486,14 +486,18 @@ def _independent(results: Sequence[RunResult]) -> Iterator[RunResult]:
     """Yield results, but one of an algorithm and a budget if they do not depend on the seed.
 
     The tests assume that runs are independent: with eleven copies of one run, any difference would
-    be significant. Surrogates have no seed before the first points of the sequence are spent.
+    be significant. Surrogates have no seed before the first points of the sequence are spent; runs
+    that first differ and then find the same are independent at all budgets.
     """
+    with_seeds = set()  # algorithms whose runs differ at a smaller budget
     for _, group in itertools.groupby(results, lambda result: replace(result.task, seed=None)):
         runs = list(group)
         first = runs[0]
-        is_repeated = len(runs) > 1
+        is_repeated = len(runs) > 1 and first.task.algorithm not in with_seeds
         for run in runs:
-            is_repeated &= np.array_equal(run.F, first.F)
+            if not np.array_equal(run.F, first.F):
+                with_seeds.add(first.task.algorithm)
+                is_repeated = False
         # Results without any feasible design are equal but show nothing.
         if is_repeated and len(first.F):
             yield replace(first, task=replace(first.task, seed=None))

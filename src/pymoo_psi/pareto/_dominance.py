@@ -21,6 +21,11 @@ from pymoo_psi._validation import AnyArray, Array, Mask, Received, Rows, invalid
 
 Levels = Rows
 
+# Rows of four objectives that are filtered in slabs, and these: on two cores it takes six tenths of
+# the time, on one core nine, if there are many rows. 8 slabs take 1.04 to 1.08 times as long, 4
+# take 1.3 to 1.7; 32 gain 4 % on the chute and lose 4 to 16 % on a simplex and a sphere.
+_WORTH_SLABS = 100_000
+_SLABS = 20
 _READ = 1000  # designs; of more, nobody compares all
 _PAIRS = 1_000_000  # that are compared at once: a few megabytes
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
@@ -97,6 +102,8 @@ def nondominated(F: Array) -> Mask:
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
     if n <= _FEW:
         return ~dominated_by(F, F)
+    if m == 4 and n >= _WORTH_SLABS:
+        return _nondominated_in_slabs(F)
     return _filtered(F)
 
 
@@ -137,8 +144,8 @@ def enough_digits(F: Array, formats: Sequence[NumberFormat]) -> list[NumberForma
     return longer
 
 
-def _filtered(F: Array) -> Mask:
-    """Return moocore's mask of ``(n, m)`` rows, m >= 2.
+def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
+    """Return moocore's mask of ``(n, m)`` rows, m >= 2, equal rows kept together or once.
 
     moocore (0.3) first sorts by one column: sorted rows save it an eighth to a half of the time.
     """
@@ -149,8 +156,46 @@ def _filtered(F: Array) -> Mask:
         column = F[:, 0]
     order = order_of(column)
     mask = np.empty(len(F), dtype=bool)
-    mask[order] = moocore.is_nondominated(F.take(order, axis=0), keep_weakly=True)
+    mask[order] = moocore.is_nondominated(F.take(order, axis=0), keep_weakly=keep_weakly)
     return mask
+
+
+def _nondominated_in_slabs(F: Array) -> Mask:
+    """Return :func:`nondominated` of rows of four objectives, by slabs of the first.
+
+    Rows are sorted by it and cut, with equal values together. What dominates a row is in its slab
+    or in one before, where all rows are better in the first objective. Of these the front of the
+    other three is enough. Slabs are filtered in threads, as moocore lets go of the interpreter's
+    lock; the first objective, of which they have little, is the last there.
+    """
+    order = order_of(F[:, 0])
+    F = F.take(order, axis=0)
+    # Whole numbers in the place of the first objective: there is always one below.
+    first = np.append(0.0, np.cumsum(F[1:, 0] > F[:-1, 0]))
+    starts = np.searchsorted(first, first[:: -(-len(F) // _SLABS)])
+    slabs = np.split(np.column_stack([F[:, 1:], first]), np.unique(starts)[1:])
+    before = [np.zeros((0, 3))]
+    for front in in_threads(_front, [slab[:, :3] for slab in slabs]):
+        before.append(_front(np.vstack([before[-1], front])))
+    mask = np.empty(len(F), dtype=bool)
+    mask[order] = np.concatenate(in_threads(_nondominated_in_slab, slabs, before))
+    return mask
+
+
+def _front(F: Array) -> Array:
+    """Return the different rows of ``(n, 3)`` objectives that no other dominates."""
+    return F[_filtered(F, keep_weakly=False)]
+
+
+def _nondominated_in_slab(slab: Array, before: Array) -> Mask:
+    """Mark the rows of a slab that neither its rows dominate nor those of slabs before.
+
+    Args:
+        slab: ``(n, 4)`` rows, the objective that is cut last.
+        before: ``(k, 3)`` the front of the slabs before, without that objective.
+    """
+    better = np.insert(before, 3, slab[0, 3] - 1, axis=1)
+    return _filtered(np.vstack([better, slab]))[len(better) :]
 
 
 def nondominated_pair(a: Levels, b: Levels, other: Levels) -> Mask:

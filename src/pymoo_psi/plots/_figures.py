@@ -97,6 +97,7 @@ _LIFT = 16.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
 _LINE = 9.5  # points from a line of text to the one above
 _BELOW = -5.0  # points from a row to the lower line beside it
+_TIE = 1e-9  # places that differ by rounding alone
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
 _TICK: Style = {"color": "0.4", "markersize": 5}  # of a logarithmic axis
 # A power of ten above its tick, below the marked lines.
@@ -408,7 +409,9 @@ def plot_ranking(
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
         edge = min(0.0, places[front].min())
-        is_beyond = places < edge  # of marked designs only; the others drawn are on the front
+        is_beyond = (
+            places < edge - _TIE
+        )  # of marked designs only; the others drawn are on the front
         places = np.maximum(places, edge)
         outside = ""
         for design, (label, style) in marks.items():

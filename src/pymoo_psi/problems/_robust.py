@@ -188,7 +188,7 @@ class Robust(WrappedProblem):
             "failure_probability": self.failure_probability,
             "requirements": requirement_texts(self.wrapped),
             # those of a program say their limits
-            "constraints": [title for name, title in titles if name not in self.names],
+            "constraints": [title for name, title in titles if re.fullmatch(r"[gh]\d+", name)],
         }
 
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
