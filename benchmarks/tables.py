@@ -233,7 +233,10 @@ def _front(table: TestTable) -> list[int]:
     names = [*table.evaluated.variables]
     notes = {*table.evaluated.notes} - {"run", "test_point", "row"}
     rows = np.flatnonzero(table.status == "ok").tolist()
-    columns = [table.data[name].tolist() for name in names]
+    columns = []
+    for name in names:
+        cells = table.data[name].tolist()
+        columns.append([0 if cell == 0 else cell for cell in cells])  # -0.0 is no other number
     columns += [[*map(str, table.data[name])] for name in notes]
     keys = [*map(repr, zip(table.F.tolist(), *columns, strict=True))]
     front = []
