@@ -135,9 +135,13 @@ def test_the_citation_is_that_of_this_version(capsys):
         assert title in " ".join(entries.split())
 
 
-def test_guides_are_listed_and_printed(said):
-    assert {line.split()[0] for line in said("guide").splitlines()[:-1]} == {*GUIDES} - {"index"}
-    assert said("guide", "tutorial").rstrip() == GUIDES["tutorial"].rstrip()
+def test_guides_are_listed_and_printed(capsys):
+    """With the wheel alone, too."""
+    assert main(["guide"]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert {line.split()[0] for line in listed[:-1]} == {*GUIDES} - {"index"}
+    assert main(["guide", "tutorial"]) == 0
+    assert capsys.readouterr().out.rstrip() == GUIDES["tutorial"].rstrip()
 
 
 def test_on_a_package_index_no_link_leads_nowhere():

@@ -218,7 +218,8 @@ def test_names_stand_beside_points_or_at_the_end_of_a_line_where_they_have_room(
     written = [text for text in ax.texts if text.get_visible()]
     assert sum("." in text.get_text() for text in written) == n_names
     assert len(written) == 7
-    assert any(text.arrow_patch.get_visible() for text in written)
+    # Numbers are so short that they may all be beside their points.
+    assert not n_names or any(text.arrow_patch.get_visible() for text in written)
 
 
 def test_names_are_not_on_the_front_or_a_limit():
