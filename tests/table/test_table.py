@@ -206,6 +206,7 @@ def test_tables_of_other_values_or_columns_are_not_equal(other):
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "of one problem and formulation .* got formulation"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], schema=Schema.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={0: "broken"}), ValueError, "reasons must be by the numbers of tests, got 0"),
         (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, "X, x1, must be finite, got nan"),
         (lambda: Schema.of(1, 1, units={"f1": "kg", "mas": "kg"}), ValueError, "column must be one of .*, got 'mas'"),
         (lambda: Schema.of(["a", "a"], 1), ValueError, "names of a table must be distinct, .* got 'a'"),

@@ -156,9 +156,8 @@ class Executor:
 
     def _reset(self) -> None:
         """Forget all points."""
-        self._outputs: dict[
-            int, list[str]
-        ] = {}  # of points without failure, while some are awaited
+        # The outputs of points without failure, by number, while some outputs are awaited.
+        self._outputs: dict[int, list[str]] = {}
         self._waiting: dict[str, list[int]] = {}  # points of the same design, by designs under way
         self._clear()
 

@@ -316,9 +316,8 @@ def rounded_text(
     rounded = value
     for digits in range(least_digits, _ALL_DIGITS + 1):
         context = Context(prec=digits, rounding=ROUND_CEILING if is_up else ROUND_FLOOR)
-        rounded = float(
-            context.create_decimal(safe if digits <= _SAFE_DIGITS else repr(float(value)))
-        )
+        text = safe if digits <= _SAFE_DIGITS else repr(float(value))
+        rounded = float(context.create_decimal(text))
         if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():
             break
     return number(rounded, digits, decimals)

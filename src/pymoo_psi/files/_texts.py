@@ -51,9 +51,8 @@ from pymoo_psi.table import (
 _SEPARATORS = ";\t|, "
 # A list must begin with an object, as a name in the header of a CSV may begin with a bracket.
 _JSON = re.compile(r"\s*(?:\{|\[\s*\{)")
-_STATED = re.compile(
-    r'\s*"?sep=([^\w"\r\n])"?\s*', re.IGNORECASE
-)  # the separator, as Excel writes it
+# A first line of Excel that states the separator.
+_STATED = re.compile(r'\s*"?sep=([^\w"\r\n])"?\s*', re.IGNORECASE)
 _COMMENT = re.compile(r'\s*"*#+|\s*"*%+')
 _BLANK = re.compile(r"\s*$")
 _PADDING = re.compile(r'"[ \t]+(?=[;,|\t]|$)', re.MULTILINE)  # behind a cell in quotation marks

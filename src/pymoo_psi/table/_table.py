@@ -174,7 +174,8 @@ class TestTable(View, Shown):
             label: The note that names the designs.
 
         Raises:
-            ArgumentValueError: The arrays do not fit one another or the schema.
+            ArgumentValueError: The arrays do not fit one another or the schema, or a reason is that
+                of no test.
             ArgumentTypeError: An array holds what it cannot.
 
         Example:
@@ -199,6 +200,8 @@ class TestTable(View, Shown):
                 data[column.name] = -cells if column.maximize else cells
         unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
         failures = _writable_reasons(reasons or {})
+        for number in failures.keys() - numbers.tolist():
+            raise invalid("reasons", "by the numbers of tests", number)
         table = cls(schema, data | unknown, numbers, failures)
         return table.with_outputs(outputs or {}).with_notes(notes or {}, label)
 
