@@ -6,12 +6,13 @@ import re
 import shlex
 import subprocess
 import sys
+import webbrowser
 from pathlib import Path
 
 import pytest
 
 import pymoo_psi
-from pymoo_psi import VectorizedSphereChute, investigate, paper
+from pymoo_psi import VectorizedSphereChute, guide, investigate, paper
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.cli import main
 from pymoo_psi.files import FORMATS
@@ -135,13 +136,26 @@ def test_the_citation_is_that_of_this_version(capsys):
         assert title in " ".join(entries.split())
 
 
-def test_guides_are_listed_and_printed(capsys):
-    """With the wheel alone, too."""
-    assert main(["guide"]) == 0
-    listed = capsys.readouterr().out.splitlines()
-    assert {line.split()[0] for line in listed[:-1]} == {*GUIDES} - {"index"}
-    assert main(["guide", "tutorial"]) == 0
-    assert capsys.readouterr().out.rstrip() == GUIDES["tutorial"].rstrip()
+def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
+    def printed(*words, code=0):
+        assert main(["guide", *words]) == code
+        return "".join(capsys.readouterr())
+
+    monkeypatch.chdir(tmp_path)
+    assert {line.split()[0] for line in printed().splitlines()[:-1]} == {*GUIDES} - {"index"}
+    assert printed("tutorial").rstrip() == GUIDES["tutorial"].rstrip()
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    page = Path("site", "board.html").absolute()
+    page.parent.mkdir()
+    page.touch()
+    printed("board", "--open")
+    assert opened == [page.as_uri()]
+    checkout = tmp_path / "src/pymoo_psi/guide"
+    checkout.mkdir(parents=True)
+    (checkout / "noise.md").touch()
+    monkeypatch.setattr(guide, "__file__", str(checkout / "__init__.py"))
+    assert "neither this folder nor a checkout has" in printed("noise", "--open", code=2)
 
 
 def test_on_a_package_index_no_link_leads_nowhere():

@@ -1,5 +1,6 @@
 """The ranking in the terminal: every number against slow loops in exact fractions, and its size."""
 
+import json
 import random
 import re
 import shlex
@@ -131,6 +132,16 @@ def test_a_test_has_one_name_everywhere_and_keeps_it_while_its_study_grows(said,
     assert all("2.4" in text for text in texts)
     assert "100000" not in "".join(texts[:4])
     assert "s.db: test 2.4 chosen of" in texts[2]
+
+
+def test_a_decision_of_other_directions_is_refused(said):
+    """Of a page that minimised what a ranking maximised."""
+    Path("cars.csv").write_text("car,price,range\nTown,20,200\nLane,24,310\nCountry,30,400\n")
+    said("rank", "cars.csv", "--maximize", "range", "--out", "ranked.csv")
+    page = {"objectives": ["price", "range"], "chosen": "Town", "page": {"values": {}}}
+    Path("d.json").write_text(json.dumps(page))
+    refusal = said("rank", "ranked.csv", "--decision", "d.json", code=2)
+    assert "the same directions as the designs, got range maximized" in refusal
 
 
 NAMES = {

@@ -198,6 +198,7 @@ def test_tables_of_other_values_or_columns_are_not_equal(other):
         (lambda: PLAIN.with_outputs({"heat": [1.0]}), ValueError, r"the output 'heat' must be of shape \(2,\), got shape \(1,\)"),
         (lambda: PLAIN.with_outputs({"x1": [1.0, 2.0]}), ValueError, "names of a table must be distinct, .* got 'x1'"),
         (lambda: PLAIN.with_outputs({"m": [1, 2]}).extended(PLAIN.with_notes({"m": ["x", "y"]})), ValueError, "got role of m output against note"),
+        (lambda: TestTable.of([1], 0.5, [[1.0]]), TypeError, "X must be .* rows, mappings or a frame, got 0.5"),
         (lambda: PLAIN.under(ranges={"f1": (1, 0)}), ValueError, "the range of 'f1' must be a pair .* got \\(1, 0\\)"),
         (lambda: PLAIN.take([]).row_of("A"), ValueError, "design must be the name of one design as a text, or the number .*, got 'A'"),
         (lambda: PLAIN.take([[True], [False]]), ValueError, "selection must be a mask or indices of rows"),

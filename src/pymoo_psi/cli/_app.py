@@ -500,9 +500,12 @@ def reproduce() -> None:
 @_command(
     "_console",
     click.Argument(["name"], required=False),
+    _flag("open", text="Open the page of the guide in the browser."),
 )
 def guide() -> None:
     """Print a guide, or the list of all guides.
+
+    --open opens its page instead, if this folder or the checkout has the built site.
 
     Examples:
       pymoo-psi guide

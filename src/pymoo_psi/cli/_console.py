@@ -29,7 +29,7 @@ from pymoo_psi._validation import Names, Rows, counted, invalid, known_name
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.files import FORMATS, designs_head, format_of
-from pymoo_psi.guide import guides
+from pymoo_psi.guide import guides, site_page
 from pymoo_psi.pareto import (
     Caution,
     EfficiencyRanking,
@@ -502,13 +502,21 @@ def _header(path: Path) -> list[str]:
 
 
 def run_guide(options: Options) -> int:
-    """Print a guide, or the names and titles of all of them."""
+    """Print a guide, or the names and titles of all of them, or open its page."""
+    import webbrowser
+
     texts = guides()
     if options.name is not None:
-        print_text(texts[known_name("NAME", options.name, texts)])
-        return 0
-    for name, text in texts.items():
-        title = text.partition("\n")[0].removeprefix("# ")
-        print_text(f"{name:18}{title}")
-    print_text("pymoo-psi guide NAME prints one of them.")
+        known_name("NAME", options.name, texts)
+    if options.open:
+        page = site_page(options.name or "index")
+        print_text(f"Opening {page}")
+        webbrowser.open(page.as_uri())
+    elif options.name is not None:
+        print_text(texts[options.name])
+    else:
+        for name, text in texts.items():
+            title = text.partition("\n")[0].removeprefix("# ")
+            print_text(f"{name:18}{title}")
+        print_text("pymoo-psi guide NAME prints one of them.")
     return 0

@@ -158,9 +158,18 @@ def decision_remarks(table: TestTable) -> list[str]:
 
 
 def choice_warnings(table: TestTable) -> list[str]:
-    """Warn if the chosen design is not there, or not as the page saved the decision."""
+    """Warn if the chosen design is not there, or not as the page saved the decision.
+
+    Raises:
+        ArgumentValueError: The page had other directions than the designs.
+    """
     schema = table.schema
     decision = table.decision
+    if decision.page:
+        for name in schema.objectives:
+            if name in schema.maximize and name not in decision.formulation.maximize:
+                rule = "about the same directions as the designs"
+                raise invalid("--decision", rule, Received(f"{name} maximized among these"))
     chosen = decision.chosen
     if chosen is None:
         return []

@@ -156,7 +156,9 @@ class Reference:
         1998), IGD+ that of Ishibuchi et al. (2015), epsilon that of Zitzler et al. (2003).
         ``optimum_distance`` is the distance, in the scale, from the Salukvadze optimum of the run
         to the best known one. The former is determined with U and N of the run, as a user would do.
-        An objective that is constant in all runs of the reference does not count.
+
+        Raises:
+            ArgumentValueError: An objective that is constant in all runs has another value here.
 
         Example:
             Of the result in the example of :class:`Reference`:
@@ -164,6 +166,12 @@ class Reference:
             >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
             0.0
         """
+        # Without a range nothing tells how much worse, or better, another value is.
+        constant = np.isinf(self.frame.lengths)
+        ends = np.array([self.frame.ideal, *F])[:, constant]
+        if len(F) > 0 and np.isfinite(unit_lengths(ends.min(axis=0), ends.max(axis=0))).any():
+            rule = "objectives of runs of the reference, where one of them is constant"
+            raise invalid("F", rule, F, "include these in Reference.of")
         scaled = self.frame.scaled(F)
         quality = {
             "hypervolume": hypervolume(scaled, _REFERENCE_POINT)[0],

@@ -7,6 +7,8 @@ a gallery and the reference. Their examples and commands run as tests of the pac
 
 from pathlib import Path
 
+from pymoo_psi.errors import PsiError
+
 __all__: list[str] = []
 
 
@@ -17,3 +19,19 @@ def guides() -> dict[str, str]:
         if path.stem != "index":  # the first page of the site
             texts[path.stem] = path.read_text(encoding="utf-8")
     return texts
+
+
+def site_page(name: str) -> Path:
+    """Return the page of a guide in the site that was built in this folder or in the checkout.
+
+    Raises:
+        PsiError: Neither has a built site.
+    """
+    for folder in (Path.cwd(), Path(__file__).parents[3]):
+        page = folder / "site" / f"{name}.html"
+        if page.is_file():
+            return page
+    raise PsiError(
+        "--open needs the built site, which neither this folder nor a checkout has; "
+        "'pymoo-psi guide install' says how to build it, 'pymoo-psi guide NAME' prints a guide"
+    )

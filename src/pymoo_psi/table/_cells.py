@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -113,6 +113,8 @@ def designs_of(
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
     rows: Any = value
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
     if source_type(value) == "frame":
         rows = value.to_dict("records")
     elif not isinstance(value, np.ndarray) or value.ndim == 1:

@@ -83,7 +83,8 @@ class Limit(NamedTuple):
         """
         argument = f"{column!r} in limits"
         if isinstance(value, Limit):
-            return value._checked(argument)
+            ends = _end(argument, value.lower), _end(argument, value.upper)
+            return value._replace(lower=ends[0], upper=ends[1])._checked(argument)
         if isinstance(value, str) and re.search("[<>=]", value):
             sides = sides_of_text(argument, value)
             value = (sides.get(">="), sides.get("<="))
