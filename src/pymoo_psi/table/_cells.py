@@ -112,13 +112,13 @@ def designs_of(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    rows: Any = value
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
-    if source_type(value) == "frame":
-        rows = value.to_dict("records")
-    elif not isinstance(value, np.ndarray) or value.ndim == 1:
-        rows = list(value)
+    rows: Any = value
+    if source_type(rows) == "frame":
+        rows = rows.to_dict("records")
+    elif not isinstance(rows, np.ndarray) or rows.ndim == 1:
+        rows = list(rows)
     if variables is None and len(rows) and isinstance(rows[0], Mapping):
         variables = [Column(name, VARIABLE, None) for name in rows[0]]
     array = _matrix(rows, variables or ())
