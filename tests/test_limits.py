@@ -131,9 +131,11 @@ class Example:
 def fixed(table):
     """Return a table under fixed ranges, in which not all designs are."""
     designs = table.take(table.feasible())
+    if len(designs) == 0:
+        return table
     ranges = {}
     for name in table.schema.objectives:
-        ends = np.quantile([*designs.column(name), *[0.0] * (not len(designs))], [0, 0.5, 1])
+        ends = np.quantile(designs.column(name), [0, 0.5, 1])
         ranges[name] = ends[1:] if name in table.schema.maximize else ends[:2]
         if not (np.diff(ends) > 0).all():
             return table

@@ -77,19 +77,18 @@ def test_limits_between_which_the_recommendation_stays(seed):
 
 
 @pytest.mark.parametrize(
-    ("end", "direction", "text"),
+    ("end", "direction", "value", "text"),
     [
-        ("upper", "looser", "1.23457"),
-        ("upper", "tighter", "1.23456"),
-        ("lower", "looser", "1.23456"),
-        ("lower", "tighter", "1.23457"),
-        ("upper", "tighter", "9.8"),
-        ("upper", "looser", "12\u00a0355.25"),
+        ("upper", "looser", 1.234565, "1.23457"),
+        ("upper", "tighter", 1.234565, "1.23456"),
+        ("lower", "looser", 1.234565, "1.23456"),
+        ("lower", "tighter", 1.234565, "1.23457"),
+        ("upper", "tighter", 10.1 - 0.3, "9.8"),
+        ("upper", "looser", 12355.25, "12\u00a0355.25"),
     ],
 )
-def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, text):
-    # Up to three decimals are as given, without the rounding of 9.799999999999999.
-    value = {"9.8": 10.1 - 0.3, "12\u00a0355.25": 12355.25}.get(text, 1.234565)
+def test_a_limit_is_rounded_so_that_it_has_the_effect(end, direction, value, text):
+    """Up to three decimals are as given, without the rounding of 9.799999999999999."""
     row = {"end": end, "direction": direction, "value": value, "column": "f1", "design": "A"}
     table = read_table(
         pd.DataFrame({"f1": [1.0, 2.0], "f2": [2.0, 1.0]}),

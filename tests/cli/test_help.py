@@ -48,7 +48,7 @@ def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, in_f
 
 
 @pytest.mark.parametrize(
-    "command", ["", *["solve", "ask", "tell", "rank", "page", "report", "export", *EXPERIMENTS]]
+    "command", ["", "solve", "ask", "tell", "rank", "page", "report", "export", *EXPERIMENTS]
 )
 def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")

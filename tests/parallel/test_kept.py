@@ -287,10 +287,8 @@ def test_workers_with_two_versions_are_refused(tmp_path, runner):
 
 def test_libraries_of_workers_share_the_cores(monkeypatch):
     """Unless the user limits them."""
-    expected = {
-        **{f"{name}_NUM_THREADS": "4" for name in ("OMP", "OPENBLAS", "BLIS", "NUMEXPR")},
-        **{"VECLIB_MAXIMUM_THREADS": "4", "LOKY_MAX_CPU_COUNT": "4", "MKL_NUM_THREADS": "3"},
-    }
+    expected = {f"{name}_NUM_THREADS": "4" for name in ("OMP", "OPENBLAS", "BLIS", "NUMEXPR")}
+    expected |= {"VECLIB_MAXIMUM_THREADS": "4", "LOKY_MAX_CPU_COUNT": "4", "MKL_NUM_THREADS": "3"}
     for name in expected:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("MKL_NUM_THREADS", "3")

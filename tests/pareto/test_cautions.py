@@ -266,7 +266,7 @@ def test_a_caution_is_given_beyond_its_limit_only(kind, F, options, is_given):
 
 
 def test_no_false_alarm_of_values(draws):
-    """Published sets, fronts of pymoo's problems, and random designs of these."""
+    """Published sets, tests of pymoo's problems, and random sets."""
     sets = [F for name in PUBLISHED for F in published(name)]
     for name in (
         "zdt1",

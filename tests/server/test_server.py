@@ -364,7 +364,8 @@ def test_any_algorithm_stops_and_is_continued(study_file):
     first, again = (Recorded(Steered(study_file, *STOPPED), study=study_file) for _ in range(2))
     interrupted(minimize, first, NSGA2(150), ("n_gen", 2), seed=1)
     search, stop = steering_answers(study_file)
-    assert ("refused" in search, stop) == (True, "done")
+    assert "refused" in search
+    assert stop == "done"
     n_tests = len(first.table)
     assert 0 < n_tests < 150
     minimize(again, NSGA2(150), ("n_gen", 2), seed=1)

@@ -137,6 +137,7 @@ class _Dialogue:
         is_proposed = True
         if not answered:  # all are taken back, and so is what was proposed after them
             choice = {"chosen": None, "reason": ""}
+            # as the first sentence of a person begins
             is_proposed = position.get("reason", "").startswith("Proposed after")
         if answered != self._counted and is_proposed:
             limits = {name: limit.plain for name, limit in self._table.limits.items()}

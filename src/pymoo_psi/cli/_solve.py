@@ -340,13 +340,14 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     if options.out is not None:
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
     source = [str(options.study or options.out or "FILE.db")]
-    if options.study is not None or options.out is None:  # no study has the formulation
+    if options.study is not None or options.out is None:  # a study keeps no formulation
         source += typed_options(OF_FORMULATION)
-    following = command("pymoo-psi", "page", *source)
     if options.study is None and options.out is None:
         typed = click.get_current_context().obj
         first, *others = command("pymoo-psi", *typed, "--study", source[0])
         following = [f"keep every test by {first}", *others]
+    else:
+        following = command("pymoo-psi", "page", *source)
     say_ranking(
         table,
         cautions_of_distances(ranking),

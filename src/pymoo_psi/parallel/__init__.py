@@ -23,9 +23,8 @@ runners are given jobs by ``submit``, which returns a future (``_engine``); jobl
 itself (``_joblib``). Guarded processes do the jobs of the last two (``_pool``, ``_worker``).
 
 Other subpackages also use :class:`Runner`, which all three are, :class:`FutureRunner`, which the
-last two are, :class:`Queue`,
-:func:`runner_of_jobs`, :func:`in_parallel` for tasks, :func:`raise_original`, :func:`run_program`,
-:func:`one_line` and :func:`same_folder`.
+last two are, :class:`Queue`, :func:`runner_of_jobs`, :func:`in_parallel` for tasks,
+:func:`raise_original`, :func:`run_program`, :func:`one_line` and :func:`same_folder`.
 """
 
 from pymoo_psi._names import attach_names

@@ -409,9 +409,8 @@ def plot_ranking(
         ax = figure.add_subplot()
         places = _draw_rows(ax, ranking, marked, word)
         edge = min(0.0, places[front].min())
-        is_beyond = (
-            places < edge - _TIE
-        )  # of marked designs only; the others drawn are on the front
+        # Of marked designs only: the others drawn are on the front.
+        is_beyond = places < edge - _TIE
         places = np.maximum(places, edge)
         outside = ""
         for design, (label, style) in marks.items():
@@ -441,7 +440,7 @@ def plot_ranking(
             ax.plot([], [], "|", label="log: drawn by logarithm, ranked by value", **_TICK)
         if is_log or not is_near.all():
             figure.fit(add_key, figure, [ax])
-        figure.fitted += ((_name_lines, figure, ax, names, n, height),)
+        figure.fit(_name_lines, figure, ax, names, n, height)
         ax.set(xlim=(edge, 1))
         ax.axis("off")
         figure.describe(title, *_ranking_in_words(ranking, is_near, is_log), outside)
@@ -590,7 +589,7 @@ def _draw_density(ax: Axes, places: Array) -> None:
     """Draw how many of ``(n, m)`` designs have their line where, the darker the more."""
     m = places.shape[1]
     margin = len(_BLUR) / _BINS
-    ends = (min(0.0, places.min()) - margin, max(1.0, places.max()) + margin)
+    ends = (min(0.0, places.min()) - margin, 1.0 + margin)
     shares = (np.arange(_LEVELS) + 0.5) / _LEVELS
     counts = []
     for above, below in pairwise(places.T):
@@ -771,6 +770,7 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
             "Sections through a design (dashed): what surrogates of the tests expect where one "
             "variable changes, with a band of two standard deviations. Nothing was evaluated.",
         )
+    figure.resize(WIDTH)
     return figure
 
 

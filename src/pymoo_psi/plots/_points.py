@@ -70,7 +70,8 @@ _PARETO: Style = _HOLLOW | {
     "zorder": 3.5,
 }
 _DOT = _DOMINATED | {"markeredgewidth": 0.0, "markerfacecolor": "0.75"}  # no ring is seen
-_FAINTEST = 0.6
+_FAINTEST = 0.6  # opacity of the markers of very many designs
+# Places in the order of drawing below the Pareto-optimal points, 3.5.
 _BELOW_POINTS = 3.4
 _BELOW_MARK = 3.3
 _FRONT: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}  # of two objectives

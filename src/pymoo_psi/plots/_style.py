@@ -188,9 +188,8 @@ class Drawing(Figure):
         self.caption = " ".join(filter(None, parts))
 
     def fit(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function of what follows from the width, now and in any other width."""
+        """Let :meth:`resize` call a function of what follows from the width."""
         self.fitted += ((function, *arguments),)
-        function(*arguments)
 
     def resize(self, width: float) -> None:
         """Set the width in mm; texts keep their size.
