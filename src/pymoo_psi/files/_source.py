@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -183,12 +184,9 @@ def read_table(
     """
     path = Path(source) if source_type(source) == "file" else None
     asked = decision_of(formulation)
-    remarks: list[str] = []
     try:
-        content = _content(source, encoding, frozenset(skip_rows), sheet)
+        content = _content(source, asked.formulation.units, encoding, frozenset(skip_rows), sheet)
         is_study = path is not None and isinstance(content, TestTable)
-        if not isinstance(content, TestTable) and MARK in content[1]:
-            content = tests_of_cells(path, content[1], content[0].columns)
         if isinstance(content, TestTable):
             table = content
             rule = "left out for a table of tests, which has its own columns and rows"
@@ -196,7 +194,6 @@ def read_table(
             _require_none(rule, skip_rows=skip_rows, variables=variables, sheet=unread)
         else:
             cells, head = content
-            cells = _named(cells, head, asked.formulation.units)
             head = {**head, "decimal": decimal or head.get("decimal")}
             if average_by in cells.columns:
                 head["label"] = average_by
@@ -206,7 +203,7 @@ def read_table(
             table = _table(cells, head, asked.formulation, variables)
             incomplete = _incomplete(cells, table, asked.formulation, drop_incomplete)
             if not average_by:  # else such a row is a test of a design that may have others
-                remarks = incomplete
+                table = replace(table, remarks=(*table.remarks, *incomplete))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     # One more limit, as a command adds it, must not drop those that are part of a file.
@@ -222,9 +219,10 @@ def read_table(
             raise
         raise ArgumentValueError(f"{path}: {error}") from None
     designs = table.take(table.feasible())
+    remarks = [*table.remarks]
     if average_by is None and not isinstance(source, TestTable):
         remarks += undeclared_repeats(designs)
-    return replace(table, remarks=(*table.remarks, *remarks, *_failures(designs)))
+    return replace(table, remarks=(*remarks, *_failures(designs)))
 
 
 def _require_none(rule: str, **options: Any) -> None:
@@ -239,31 +237,29 @@ def _require_none(rule: str, **options: Any) -> None:
 
 def _content(
     source: Any,
+    units: Entries,
     encoding: str | None = None,
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
 ) -> TestTable | tuple[Cells, Head]:
-    """Return what a source holds: a table, or cells and their head."""
+    """Return what a source holds: a table, or cells under names without units, and their head."""
     kind = source_type(source)
     if kind == "file":
         path = Path(source)
         if path.is_dir():
             return tests_of_folder(path)
         with path.open("rb") as stream:
-            return _content_of_file(SourceFile(path, stream, encoding, skip_rows, sheet))
-    rule = "left out for a source that is no file"
-    _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
-    if isinstance(source, TestTable):
-        return source
-    if kind == "frame":
-        return cells_of_frame(source)
-    if kind in ("result", "population"):
-        return _table_of_population(getattr(source, "opt", source))
-    F = real_array("source", source, "or give the path of a file")
-    if F.ndim != 2 or F.size == 0:
-        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-    columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
-    return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
+            content = _content_of_file(SourceFile(path, stream, encoding, skip_rows, sheet))
+    else:
+        rule = "left out for a source that is no file"
+        _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
+        content = _content_of_object(source, kind)
+    if isinstance(content, TestTable):
+        return content
+    cells, head = content
+    stated, _ = stated_by_designs(head)
+    names = names_of([*cells.columns], {**units, **stated.formulation.units})
+    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True))), head
 
 
 def _content_of_file(file: SourceFile) -> TestTable | tuple[Cells, Head]:
@@ -276,14 +272,24 @@ def _content_of_file(file: SourceFile) -> TestTable | tuple[Cells, Head]:
         import pandas as pd
 
         cells, _ = cells_of_frame(pd.DataFrame(dict(cells), dtype=object))
+    if MARK in head:
+        return tests_of_cells(file.path, head, cells.columns)
     return cells, head
 
 
-def _named(cells: Cells, head: Head, units: Entries) -> Cells:
-    """Return cells under the names of columns without units."""
-    stated, _ = stated_by_designs(head)
-    names = names_of([*cells.columns], {**units, **stated.formulation.units})
-    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True)))
+def _content_of_object(source: Any, kind: str) -> TestTable | tuple[Cells, Head]:
+    """Return what an object of Python holds, by its type."""
+    if isinstance(source, TestTable):
+        return source
+    if kind == "frame":
+        return cells_of_frame(source)
+    if kind in ("result", "population"):
+        return _table_of_population(getattr(source, "opt", source))
+    F = real_array("source", source, "or give the path of a file")
+    if F.ndim != 2 or F.size == 0:
+        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+    columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
+    return Cells(columns, range(1, len(F) + 1)), {"objectives": [*columns]}
 
 
 def _table_of_population(population: Any) -> TestTable:
@@ -323,11 +329,10 @@ def source_columns(
         OSError: The file cannot be opened.
         UnfitError: It is no table of named columns.
     """
-    content = _content(source, sheet=sheet)
-    if isinstance(content, TestTable) or MARK in content[1]:
+    content = _content(source, units, sheet=sheet)
+    if isinstance(content, TestTable):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
     cells, head = content
-    cells = _named(cells, head, units)
     columns = read_columns(cells, decimal, separator=head.get("separator", ""))
     for name, column in columns.items():
         if column.unit and column.unit != units.get(name):
@@ -466,14 +471,14 @@ def _number_rows(numbers: Array | None) -> bool:
     return numbers is not None and numbers[0] in (0, 1) and _count_on(numbers)
 
 
-def _stated_roles(
+def _claims(
     columns: Mapping[str, TextColumn],
     formulation: Formulation,
     named: Names,
     variables: Names,
     labels: Names,
-) -> tuple[Names, dict[str, str]]:
-    """Return the objectives, and the roles of columns, as names, source or user state them.
+) -> dict[str, str]:
+    """Return for what user, source and names take each column, "" for nothing; objectives first.
 
     Args:
         columns: The columns that follow from no others.
@@ -485,111 +490,120 @@ def _stated_roles(
     Raises:
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
-    free = [name for name in columns if name not in labels and name not in variables]
-    numbered = _numbered_roles({name: columns[name] for name in free})
+    free = {name: columns[name] for name in columns if name not in (*labels, *variables)}
+    numbered = _numbered(free)
     objectives = [name for name in named if name not in formulation.computed]
     if not objectives:
-        objectives = [name for name in numbered if numbered[name] == OBJECTIVE]
+        objectives = numbered[OBJECTIVE]
     if not objectives:
-        others = [name for name in free if name not in numbered]
+        others = [name for name in free if name not in chain(*numbered.values())]
         objectives = [name for name in others if columns[name].has_numbers()]
     if not named:  # what has a direction is an objective
         asked = {*objectives, *formulation.maximize}.difference(variables)
         objectives = [name for name in columns if name in asked]
+    variables = variables or numbered[VARIABLE]
     if len(objectives) < (1 if named else 2):
-        received = ", ".join(map(repr, objectives)) or "none"
+        others = [name for name in columns if name in (*labels, *variables)]
         raise UnfitError(
-            f"two columns or more must be of numbers, without labels and variables, got {received}",
-            f"to rank by one alone, name it by {argument('objectives')}",
+            "two columns or more must be of numbers, without labels and variables "
+            f"({', '.join(others) or 'none'}), got {', '.join(objectives) or 'none'}",
+            "to rank by one alone, or by those in parentheses, name them by "
+            f"{argument('objectives')}",
         )
-    variables = variables or [name for name in numbered if numbered[name] == VARIABLE]
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             known_name(group, name, columns)
-    roles = {name: role for name, role in numbered.items() if role in _MET}
-    # The last of its roles counts; an output is computed with, or limited.
-    roles |= dict.fromkeys(labels, LABEL)
-    roles |= dict.fromkeys(formulation.columns, OUTPUT)
-    roles |= dict.fromkeys(variables, VARIABLE)
-    return objectives, roles | dict.fromkeys(objectives, OBJECTIVE)
+    rules = (  # the first that has a column decides
+        (OBJECTIVE, objectives),
+        (VARIABLE, variables),
+        (OUTPUT, formulation.columns),  # it is computed with, or limited
+        (LABEL, labels),
+        (INEQUALITY, numbered[INEQUALITY]),
+        (EQUALITY, numbered[EQUALITY]),
+        ("", columns),
+    )
+    claims = {}
+    for name in (*objectives, *columns):
+        claims[name] = next(role for role, names in rules if name in names)
+    return claims
 
 
-def _numbered_roles(columns: Mapping[str, TextColumn]) -> dict[str, str]:
-    """Return the roles of columns such as f1, x1 and g1, if they number objectives and variables.
+def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, list[str]]:
+    """Return columns such as f1, x1 and g1 by role, if they number objectives and variables.
 
     They do beside x1, if no other columns hold numbers, or as f1, f2, … without gaps: F1 and
     f2 [Hz] beside cost and mass may be a force and a frequency. Without f1, none is an objective by
     its name.
     """
-    roles = {}
+    names: dict[str, list[str]] = {role: [] for role in _ROLES.values()}
     firsts = set()
     are_all = True
-    plain = {name for name in columns if re.fullmatch(r"f\d+", name)}
-    is_series = len(plain) > 1 and plain == {f"f{j + 1}" for j in range(len(plain))}
     for name, column in columns.items():
         match = _NUMBERED.fullmatch(name)
         if match is not None:
             letter = match["letter"].lower()
-            roles[name] = _ROLES[letter]
+            names[_ROLES[letter]].append(name)
             if match["number"] == "1":
                 firsts.add(letter)
         elif column.may_hold_numbers():
             are_all = False
+    plain = {name for name in columns if re.fullmatch(r"f\d+", name)}
+    is_series = len(plain) > 1 and plain == {f"f{j + 1}" for j in range(len(plain))}
     if "f" in firsts and ("x" in firsts or are_all or is_series):
-        return roles
+        return names
     if "x" in firsts:
-        return {name: role for name, role in roles.items() if role != OBJECTIVE}
-    return {}
+        return {**names, OBJECTIVE: []}
+    return {role: [] for role in names}
 
 
-def _role(cells: Cells, column: TextColumn, stated: str, *, is_guess: bool) -> tuple[str, str]:
-    """Return the role of a column, and a remark if a reader may take it for something else.
+def _role(column: TextColumn, claim: str) -> str:
+    """Return the role of a column: as it is claimed to be if it can be that, else as its cells.
 
-    Args:
-        cells: All cells.
-        column: The column.
-        stated: Its role by :func:`_stated_roles`, or empty; a variable must be without gaps.
-        is_guess: Whether nobody has said what the objectives are.
+    A label is a note until the table has it; a variable is without gaps; a constraint is an output,
+    as a file does not say that it is one.
     """
+    if claim in (OBJECTIVE, OUTPUT):
+        return claim
+    if claim == VARIABLE and not column.problem and not column.gaps().any():
+        return VARIABLE
+    if claim == LABEL or column.numbers is None:
+        return NOTE
+    return OUTPUT
+
+
+def _remark(cells: Cells, column: TextColumn, claim: str, role: str, *, is_guess: bool) -> str:
+    """Return a sentence on a column that a reader may take for something else, or ""."""
     name = column.name
     numbers = column.numbers
-    remark = ""
-    if stated in (OBJECTIVE, OUTPUT):
-        return stated, ""
-    if stated == VARIABLE:
-        gaps = column.gaps()
-        if not column.problem and not gaps.any():
-            return VARIABLE, ""
-        problem = column.problem or cells.place(name, int(gaps.argmax()))
-        remark = f"{name} is no variable: {problem}."
-    if stated == LABEL:
-        return NOTE, ""
-    if numbers is not None:
-        met = _MET.get(stated, Limit())
-        n_beyond = int((met.excess(name, numbers) > 0).sum())
-        if stated in _MET and n_beyond:
-            remark = (
+    if claim == VARIABLE and role != VARIABLE:
+        problem = column.problem or cells.place(name, int(column.gaps().argmax()))
+        return f"{name} is no variable: {problem}."
+    if claim in _MET and numbers is not None:
+        limit = _MET[claim]
+        n_beyond = int((limit.excess(name, numbers) > 0).sum())
+        if n_beyond:
+            return (
                 f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
-                f"is one, say --limits '{met.written(name)}', or limits= in Python."
+                f"is one, say --limits '{limit.written(name)}', or limits= in Python."
             )
-        return OUTPUT, remark
-    texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
-    if is_guess and texts and all(map(_TIME.fullmatch, texts)):
-        remark = f"{name} holds times; to rank by it, write them as numbers."
-    return NOTE, remark
+    if is_guess and role == NOTE and claim != LABEL:
+        texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+        if texts and all(map(_TIME.fullmatch, texts)):
+            return f"{name} holds times; to rank by it, write them as numbers."
+    return ""
 
 
-def _is_left_out(column: TextColumn, stated: str, columns: Collection[str]) -> bool:
+def _is_left_out(column: TextColumn, claim: str, columns: Collection[str]) -> bool:
     """Whether a column that the rules do not take for an objective may be one to the reader.
 
     Args:
         column: The column.
-        stated: Its role by :func:`_stated_roles`, or empty.
+        claim: What it is taken for by :func:`_claims`.
         columns: The names of all columns.
     """
     numbers = column.numbers
-    if stated != LABEL:
-        return stated in ("", *_MET) and column.may_hold_numbers()
+    if claim != LABEL:
+        return claim in ("", *_MET) and column.may_hold_numbers()
     if _word(column.name) not in _LABELS:
         return column.codes is not None
     if numbers is None:
@@ -598,6 +612,42 @@ def _is_left_out(column: TextColumn, stated: str, columns: Collection[str]) -> b
         names = numbers.tolist()
         return len({*names}) < len(names) or not all(map(float.is_integer, names))
     return not _number_rows(numbers)
+
+
+def _roles(
+    cells: Cells, columns: Mapping[str, TextColumn], claims: Mapping[str, str], *, is_guess: bool
+) -> tuple[dict[str, str], list[str]]:
+    """Return the roles of columns, and remarks on those that a reader may take for others.
+
+    Args:
+        cells: All cells.
+        columns: The columns.
+        claims: What they are taken for by :func:`_claims`.
+        is_guess: Whether nobody has said what the objectives are.
+    """
+    roles = {}
+    remarks = []
+    unranked = []
+    name, *_ = claims
+    first = columns[name].require_numbers()
+    if is_guess and len(first) > 2 and first[0].is_integer() and _count_on(first):
+        remarks.append(
+            f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
+            "objectives."
+        )
+    for name, claim in claims.items():
+        roles[name] = _role(columns[name], claim)
+        remark = _remark(cells, columns[name], claim, roles[name], is_guess=is_guess)
+        if remark:
+            remarks.append(remark)
+        elif is_guess and _is_left_out(columns[name], claim, columns):
+            unranked.append(name)
+    if unranked:
+        n_others = len(unranked) - _FEW
+        if n_others > 0:
+            unranked[_FEW:] = [counted(n_others, "other column")]
+        remarks.append(f"Not ranked: {listed(unranked)}; to rank by others, name the objectives.")
+    return roles, remarks
 
 
 # From columns to a table
@@ -615,37 +665,18 @@ def _table(
     directed = {*formulation.objectives, *formulation.maximize}
     columns, label, labels = _labelled(cells, head, directed)
     named = formulation.objectives or stated.objectives
-    variables = variables or stated_variables
-    objectives, roles = _stated_roles(columns, formulation, named, variables, labels)
-    remarks = [*cells.remarks]
-    first = columns[objectives[0]].require_numbers()
-    if not named and len(first) > 2 and first[0].is_integer() and _count_on(first):
-        remarks.append(
-            f"{objectives[0]}, taken as an objective, counts the rows; if it only numbers designs, "
-            "name the objectives."
-        )
+    claims = _claims(columns, formulation, named, variables or stated_variables, labels)
+    roles, remarks = _roles(cells, columns, claims, is_guess=not named)
     data: Columns = {}
     described = {}
-    unranked = []
-    for name in dict.fromkeys([*objectives, *columns]):
-        column = columns[name]
-        role, remark = _role(cells, column, roles.get(name, ""), is_guess=not named)
-        if remark:
-            remarks.append(remark)
-        elif not named and _is_left_out(column, roles.get(name, ""), columns):
-            unranked.append(name)
-        data[name] = _values(column, role)
-        described[name] = _described(column, role, data[name], stated, formulation)
-    if unranked:
-        n_others = len(unranked) - _FEW
-        if n_others > 0:
-            unranked[_FEW:] = [counted(n_others, "other column")]
-        remarks.append(f"Not ranked: {listed(unranked)}; to rank by others, name the objectives.")
+    for name, role in roles.items():
+        data[name] = _values(columns[name], role)
+        described[name] = _described(columns[name], role, data[name], stated, formulation)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
         del described[TEST]
-    stated = stated.with_objectives(objectives)
+    stated = stated.with_objectives([name for name in claims if claims[name] == OBJECTIVE])
     asked = Formulation(
         limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
     )
@@ -657,7 +688,7 @@ def _table(
         decision=replace(decision, formulation=asked),
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
-        remarks=tuple(remarks),
+        remarks=(*cells.remarks, *remarks),
     )
     if label == TEST:
         return table
