@@ -233,7 +233,7 @@ def ranked(cases, answers):
 
 
 def person_of(case, k):
-    """A person of hidden weights who has answered six questions on the designs of a state."""
+    """A person of hidden weights who has answered questions on the designs of a state."""
     state = case.states[k]
     person = Preferences(case.table(limits=state["limits"], ranges=case.ranges(state)))
     rng = np.random.default_rng(case.seed)
@@ -247,6 +247,10 @@ def person_of(case, k):
         better, worse = sorted(pair, key=lambda name: losses[person.ranking.row_of(name)])
         relation = rng.choice([">", ">", ">", "=", "?"])
         person.add(*((worse, ">", better) if rng.random() < 0.3 else (better, relation, worse)))
+        if len(said) == 5:  # all answers are contradicted
+            for one, _, other in person.answers:
+                said.append((person.best, person.regret, person.shares, person.question()))
+                person.add(other, ">", one)
     return person, said
 
 

@@ -148,12 +148,16 @@ def test_no_design_that_an_answer_puts_below_another_is_proposed(asks, seed):
         assert person.best in person.to_frame().index
 
 
-def test_contradictions_count_against_each_other():
+@pytest.mark.parametrize("circle", [(2, 1, 3), (1, 2), (3, 1, 2, 4)])
+def test_answers_in_a_circle_put_no_design_below_another(circle):
     person = Preferences(FIVE)
-    for pair in ((0, 1), (1, 2), (2, 0)) * 20:
-        person.answer(*pair)
-    assert np.isfinite(person.regret)
+    for one, other in zip(circle, [*circle[1:], circle[0]], strict=True):
+        person.answer(one, other)
+    assert person.best in circle
+    assert 0 < person.regret < 1
     assert person.shares.sum() == pytest.approx(1)
+    person.answer(0, circle[0])  # and so to all of them
+    assert person.best not in circle
 
 
 @pytest.mark.parametrize("F", [[[1.0, 2.0]], [[1.0, 2.0]] * 3, [[1.0], [2.0]]])
@@ -224,6 +228,8 @@ TWINS = Preferences(pd.DataFrame(FIVE, list("ABCDD")))
         (lambda: SIX.add(0, "<", 1), ArgumentValueError, "one of > = ?"),
         (lambda: TWINS.answer("D", "A"), ArgumentValueError, "the name of one design"),
         (lambda: Preferences(np.eye(40), factor=1.05), ArgumentValueError, "factor must be larger"),
+        (lambda: Preferences(1 - np.eye(53)), ArgumentValueError, "at most 52 objectives"),
+        (lambda: acceptability(np.eye(60)), ArgumentValueError, "at most 52 objectives"),
         (lambda: Preferences(FIVE, p=np.nan), PsiError, "p must be"),
         (lambda: Preferences(FIVE, factor=1), PsiError, "factor"),
         (lambda: Preferences([[np.nan, 1.0]]), PsiError, "F"),
@@ -234,9 +240,15 @@ def test_what_cannot_be_answered_is_refused(call, kind, message):
     assert SIX.answers == TWINS.answers == []
 
 
-def test_designs_of_one_name_are_proposed_all_the_same():
-    frame = pd.DataFrame(FIVE, list("AAAAA"))
+def test_designs_of_one_name_are_told_apart_by_their_numbers():
+    frame = pd.DataFrame(FIVE, ["A", "A", "A", "A #1", "B"])
     assert Preferred([]).do(frame) == Preferred([]).do(FIVE)
-    person = Preferences(frame)
-    assert person.question() == ("A", "A")
-    assert explain(person).row == person.row == Preferences(FIVE).row
+    person, by_row = Preferences(frame), Preferences(FIVE)
+    assert person.question() == ("A #3", "A #2")
+    person.answer(*person.question())
+    by_row.answer(2, 1)
+    assert explain(person).row == person.row == by_row.row
+    names = ["A #1 #1", "A #2", "A #3", "A #1 #4", "B"]
+    assert sorted(person.to_frame().index) == sorted(names)
+    assert explain(frame, "A #1 #4").row == 3
+    assert {*read_table(frame).names} == {*names}

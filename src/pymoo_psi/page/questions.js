@@ -103,7 +103,7 @@ class Preferences {
     const values = this.valued(likeliest)
     const expected = expectedValues(chances, values)
     const rows = likeliest.slice(0, ASKED)
-    const best = (list, loser) => endOf(ofUnbeaten(list, likeliest, [...answers, [null, ">", loser]]), -1)
+    const best = (list, winner, loser) => endOf(ofUnbeaten(list, likeliest, [...answers, [winner, ">", loser]]), -1)
     let question = null
     let most = -Infinity
     rows.forEach((one, a) => rows.forEach((other, b) => {
@@ -115,7 +115,7 @@ class Preferences {
       const share = sum(prefers)
       if (!(share > 1 - CERTAIN && share < CERTAIN)) return
       const favoured = expectedValues(prefers, values)
-      const after = best(favoured, other) + best(expected.map((value, k) => value - favoured[k]), one)
+      const after = best(favoured, one, other) + best(expected.map((value, k) => value - favoured[k]), other, one)
       if (after <= most + TIE) return
       question = pair
       most = after
@@ -124,10 +124,16 @@ class Preferences {
   }
 }
 
-// The values of rows without those that an answer puts below others; all if it leaves none.
+// The values of rows without those that answers put below others, and not above these again.
 function ofUnbeaten(values, rows, answers) {
-  const left = values.map((value, k) => answers.some(([, relation, other]) => relation === ">" && other === rows[k]) ? -Infinity : value)
-  return endOf(left, -1) > -Infinity ? left : values
+  const preferred = answers.filter(([, relation]) => relation === ">")
+  const below = (row) => {
+    const list = new Set([row])
+    for (const one of list) for (const [better, , worse] of preferred) if (better === one) list.add(worse)
+    return list
+  }
+  const beaten = preferred.flatMap(([one]) => [...below(one)].filter((row) => !below(row).has(one)))
+  return values.map((value, k) => beaten.includes(rows[k]) ? -Infinity : value)
 }
 
 // The sums over all weights of their chances times the values of designs.

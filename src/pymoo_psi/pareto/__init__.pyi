@@ -49,6 +49,7 @@ from ._ranking import nearest_to_ideal as nearest_to_ideal
 from ._ranking import ranking_frame as ranking_frame
 from ._ranking import ranking_of as ranking_of
 from ._ranking import row_of_design as row_of_design
+from ._ranking import unique_names as unique_names
 from ._ranking import with_units as with_units
 from ._representatives import spread_subset as spread_subset
 from ._sentences import SENTENCES as SENTENCES

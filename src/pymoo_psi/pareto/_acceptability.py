@@ -16,7 +16,7 @@ import numpy as np
 
 from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percents
-from pymoo_psi._validation import Array, Integers, Rows, integer, invalid
+from pymoo_psi._validation import Array, Integers, Received, Rows, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
@@ -31,6 +31,7 @@ _P_MOST = 32  # the exponent from which on powers of distances would underflow
 CHEBYSHEV_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _MOST_BLOCKS = 256  # so many weights of the simplex are tried for each one within a factor
 _FACTOR = 2.0  # the factor between weights in the sentence
+_MOST_WEIGHTS = MAX_DIMENSIONS + 1  # of sum 1, so that the last one follows from the others
 
 
 def acceptability(
@@ -53,7 +54,8 @@ def acceptability(
 
     Args:
         F: ``(n, m)`` objective values, or anything else that
-            :func:`pymoo_psi.rank_of_efficiency` accepts, or a ranking; m at most 52.
+            :func:`pymoo_psi.rank_of_efficiency` accepts, or a ranking. The Pareto-optimal designs
+            differ in at most 52 objectives.
         factor: Only weights between 1 / factor and factor times equal ones; all unless given. It is
             any number above 1 with up to 16 objectives, and from 2 on with 52.
         p: Order of the norm, from 1 to 32, or ``numpy.inf``; 2 is that of the Salukvadze optimum.
@@ -100,7 +102,7 @@ def weight_shares(ranking: EfficiencyRanking) -> Array:
     They are 0 for all designs where there is nothing to weigh.
     """
     _, values = front_of(ranking)
-    if not 2 <= np.count_nonzero(np.ptp(values, axis=0)) <= MAX_DIMENSIONS:
+    if not 2 <= np.count_nonzero(np.ptp(values, axis=0)) <= _MOST_WEIGHTS:
         return np.zeros(len(ranking.pareto))
     return acceptability(ranking, factor=_FACTOR, places=1)[:, 0]
 
@@ -160,9 +162,17 @@ def weighted_terms(ranking: EfficiencyRanking) -> tuple[Rows, Array, Rows]:
 
 
 def simplex_weights(n: int, m: int, factor: float | None) -> Array:
-    """Return ``(n, m)`` weights of sum 1, uniformly distributed; n is a power of 2."""
+    """Return ``(n, m)`` weights of sum 1, uniformly distributed; n is a power of 2.
+
+    Raises:
+        ArgumentValueError: There are more than 52, or hardly any are within the factor.
+    """
     if m == 1:
         return np.ones((n, 1))
+    if m > _MOST_WEIGHTS:
+        rule = f"of at most {_MOST_WEIGHTS} objectives in which Pareto-optimal designs differ"
+        remedy = "rank by fewer objectives: Formulation(objectives=[...]) of a table, or F[[...]]"
+        raise invalid("F", rule, Received(f"{m}"), remedy)
     low = 0.0
     high = 1.0
     if factor is not None:

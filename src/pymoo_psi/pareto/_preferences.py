@@ -66,9 +66,10 @@ class Preferences(Shown):
     The value of a design for some weights is linear in the weighted distance of
     :class:`pymoo_psi.CompromiseProgramming`: 1 for the best design, 0 for the average distance of
     the Pareto set. The proposal has the greatest expected value of the designs that no answer puts
-    below another one, or of all if answers contradict each other and put each below one. Its
-    expected regret is what this value lacks of 1. An objective that nearly repeats an earlier one
-    has no weight of its own, so that nothing counts twice.
+    below another one, directly or through others. Where answers contradict each other, as of three
+    designs each is preferred to the next in a circle, none of these is below another. The expected
+    regret of the proposal is what its value lacks of 1. An objective that nearly repeats an earlier
+    one has no weight of its own, so that nothing counts twice.
 
     Args:
         F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
@@ -166,13 +167,14 @@ class Preferences(Shown):
         """
         return [(self._name(a), relation, self._name(b)) for a, relation, b in self._answers]
 
-    def _worse(self) -> list[int]:
-        """Return the rows of the designs that answers put below another one."""
-        return [other for _, relation, other in self._answers if relation == ">"]
+    @property
+    def _preferred(self) -> list[tuple[int, int]]:
+        """The rows of the designs of which an answer prefers the first to the second."""
+        return [(one, other) for one, relation, other in self._answers if relation == ">"]
 
     def _proposals(self) -> tuple[Rows, Array]:
         """Return the rows of what can be proposed, and the values; an answer may prefer others."""
-        preferred = [one for one, relation, _ in self._answers if relation == ">"]
+        preferred = [one for one, _ in self._preferred]
         rows = np.array([*dict.fromkeys([*self._rows.tolist(), *preferred])])
         others = np.searchsorted(self._front, rows[len(self._rows) :])
         return rows, np.hstack([self._values, self._values_of(others)])
@@ -180,7 +182,7 @@ class Preferences(Shown):
     def _proposed(self) -> tuple[int, float]:
         """Return the row of the proposal, and its expected value."""
         rows, values = self._proposals()
-        expected = _of_unbeaten(self._chances[-1] @ values, rows, self._worse())
+        expected = _of_unbeaten(self._chances[-1] @ values, rows, self._preferred)
         best = _first_greatest(expected)
         return int(rows[best]), float(expected[best])
 
@@ -328,7 +330,7 @@ class Preferences(Shown):
         if self.regret < _ENOUGH:
             return None
         chances = self._chances[-1]
-        worse = self._worse()
+        preferred = self._preferred
         rows, values = self._likeliest()
         expected = chances @ values
         question = None
@@ -340,15 +342,13 @@ class Preferences(Shown):
             if not 1 - _CERTAIN < prefers.sum() < _CERTAIN:
                 continue
             in_favour = prefers @ values
-            after = _of_unbeaten(in_favour, rows, [*worse, rows[b]]).max()
-            after += _of_unbeaten(expected - in_favour, rows, [*worse, rows[a]]).max()
+            one, other = rows[[a, b]].tolist()
+            after = _of_unbeaten(in_favour, rows, [*preferred, (one, other)]).max()
+            after += _of_unbeaten(expected - in_favour, rows, [*preferred, (other, one)]).max()
             if after > most + _TIE:
                 most = after
-                question = a, b
-        if question is None:
-            return None
-        one, other = rows[[*question]].tolist()
-        return self._name(one), self._name(other)
+                question = self._name(one), self._name(other)
+        return question
 
     def _likeliest(self) -> tuple[Rows, Array]:
         """Return the rows and values of what is probably the best, the proposal in any case."""
@@ -444,10 +444,19 @@ def _chance(values: Array, others: Array) -> Array:
     return (1 + (1 - _MISTAKES) * logistic) / 2
 
 
-def _of_unbeaten(values: Array, rows: Rows, worse: list[int]) -> Array:
-    """Return values, -inf for rows that an answer puts below others, unless that leaves none."""
-    left = np.where(np.isin(rows, worse), -np.inf, values)
-    return left if np.isfinite(left).any() else values
+def _of_unbeaten(values: Array, rows: Rows, preferred: list[tuple[int, int]]) -> Array:
+    """Return values, -inf for rows that answers put below others, and not above these again."""
+    below = {row: _below(row, preferred) for pair in preferred for row in pair}
+    beaten = [row for one in below for row in below[one] if one not in below[row]]
+    return np.where(np.isin(rows, beaten), -np.inf, values)
+
+
+def _below(row: int, preferred: list[tuple[int, int]]) -> list[int]:
+    """Return a row, and those that answers put below it, directly or through others."""
+    below = [row]
+    for one in below:
+        below += [worse for better, worse in preferred if better == one and worse not in below]
+    return below
 
 
 def _first_greatest(values: Array) -> int:

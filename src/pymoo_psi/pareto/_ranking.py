@@ -28,6 +28,7 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -209,8 +210,8 @@ class Objectives:
         values: ``(n, m)`` finite objective values in the original directions; a copy.
         sign: ``(m,)`` 1 for an objective to be minimised, -1 for one to be maximised.
         names: The m column names of a data frame; f1, f2, … for an array.
-        labels: The row labels of a data frame, the names of the designs of a table; 0, 1, … for an
-            array.
+        labels: The row labels of a data frame, where several rows have one with the number of the
+            row from 1 appended; the names of the designs of a table; 0, 1, … for an array.
         numbers: The n numbers of the tests of a table, or of the rows of an array, from 0; none if
             a data frame has other labels.
         units: Units by name, those of a table.
@@ -253,6 +254,10 @@ class Objectives:
             labels = F.index
             if list(labels) != list(numbers):  # an integer may be a label or a row
                 numbers = range(0)
+            if labels.has_duplicates:
+                import pandas as pd
+
+                labels = pd.Index(unique_names(labels, range(1, n + 1)), name=F.index.name)
         objectives = cls(values, np.ones(m), tuple(names), labels, numbers)
         for entry in maximize:
             objectives.sign[objectives.column("maximize", entry)] = -1.0
@@ -304,6 +309,18 @@ class Objectives:
         point = finite_array(name, self.in_order(name, value))
         require_shape(name, point, self.sign.shape)
         return point * self.sign
+
+
+def unique_names(names: Iterable[Any], numbers: Sequence[int]) -> list[Any]:
+    """Return names of designs, those that several designs share with their numbers appended."""
+    names = list(names)
+    repeated = [*range(len(names))]
+    while repeated:  # "A #1" may itself be the name of another design
+        count = Counter(map(str, names))
+        repeated = [row for row, name in enumerate(names) if count[str(name)] > 1]
+        for row in repeated:
+            names[row] = f"{names[row]} #{numbers[row]}"
+    return names
 
 
 def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[Any]) -> int:

@@ -12,7 +12,6 @@ both are those of :class:`View`; :meth:`TestTable.under` returns the same column
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -50,6 +49,7 @@ from pymoo_psi.pareto import (
     probabilities,
     ranking_of,
     row_of_design,
+    unique_names,
 )
 from pymoo_psi.table._cells import blank, cells_of_kind, designs_of
 from pymoo_psi.table._decision import Decision, decision_of
@@ -538,14 +538,7 @@ class TestTable(View, Shown):
             if _is_value(label):
                 label = f"{word} {label}"
             names.append(label)
-        numbers = self.numbers.tolist()
-        repeated = [*range(len(names))]
-        while repeated:  # "A #1" may itself be the label of another design
-            count = Counter(names)
-            repeated = [row for row, name in enumerate(names) if count[name] > 1]
-            for row in repeated:
-                names[row] += f" #{numbers[row]}"
-        return names
+        return unique_names(names, self.numbers.tolist())
 
     def _labels(self) -> list[Any]:
         """Return the cells of the column that names the designs, or else the numbers of tests."""
