@@ -129,6 +129,38 @@ def test_constants_in_objects_belong_to_a_study(study_file, made):
     refused(ANOTHER, investigate, made(210.0), 4, error=StudyMismatchError, study=study_file)
 
 
+@dataclass
+class Node:
+    """A node of a mesh, which knows the others."""
+
+    x: float
+    others: list
+
+
+def mesh(n, x):
+    nodes = [Node(float(k), []) for k in range(n)]
+    nodes[-1].x = x
+    for node in nodes:
+        node.others = [other for other in nodes if other is not node]
+    return nodes
+
+
+def test_objects_that_hold_each_other_are_compared_once(study_file):
+    """Each of its 60 nodes, not each of the ways through them."""
+    for _ in range(2):
+        investigate(Model(weights=mesh(60, 1.0)), 4, study=study_file)
+    other = Model(weights=mesh(60, 2.0))
+    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study_file)
+
+
+def test_a_long_chain_of_objects_is_named(study_file):
+    chain = []
+    for _ in range(5000):
+        chain = [chain]
+    with pytest.warns(UserWarning, match="does not compare what the problem's title is made"):
+        investigate(Model(title=chain), 4, study=study_file)
+
+
 @pytest.mark.parametrize(
     "path",
     [

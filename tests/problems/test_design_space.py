@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
+from pymoo_psi import LPTauSampling
 from pymoo_psi.problems import design_space
 
 
@@ -24,3 +25,12 @@ def test_places_go_on_outside_the_bounds():
     np.testing.assert_allclose(space.points(matrix[:4]), np.clip(expected, 0, 1), atol=1e-12)
     assert space.are_near(matrix).tolist() == [True, True, False, False, False]
     assert space.are_near(matrix, 1.01).tolist() == [True, True, True, True, False]
+
+
+def test_integers_with_names_are_no_places_in_a_permutation():
+    """Without one, integers with such bounds may be, and a warning asks."""
+    problem = Problem(n_var=4, n_obj=1, xl=0, xu=3, vtype=int)
+    with pytest.warns(UserWarning, match="an attribute permutation"):
+        LPTauSampling()(problem, 4)
+    problem.names = {"x2": "teeth"}
+    assert len(LPTauSampling()(problem, 4)) == 4

@@ -113,6 +113,14 @@ def test_scenarios_that_fail_or_may_not_run_are_violated(problem, reasons):
     assert [failure.reason for failure in tolerant.failures] == reasons
 
 
+@pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
+def test_the_values_that_a_tolerant_problem_gives_to_failed_designs_do_not_count(failed_as):
+    options = {"tolerances": {"x1": 0.5}, "n_scenarios": 63, "failure_probability": 0.5}
+    tolerant = FailureTolerant(BRITTLE, failed_as=failed_as)
+    expected = investigate(Robust(BRITTLE, **options), 32)
+    assert investigate(Robust(tolerant, **options), 32).equals(expected)
+
+
 @pytest.mark.parametrize("n", [3, 10, 49])
 def test_the_share_of_violations_may_equal_the_probability(n):
     """1 - 0.7 is more than 0.3 in float64; 3 of 10 are not."""

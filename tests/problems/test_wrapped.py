@@ -121,6 +121,13 @@ def test_a_study_tells_wrappers_apart(study_file, first, second, message):
     refused(message, investigate, second, 4, study=study_file)
 
 
+@pytest.mark.parametrize("kept", [lambda problem, _: problem, Recorded])
+def test_wrappers_that_use_values_are_within_the_tolerant_one(kept, study_file):
+    """Failed designs would have values there."""
+    problem = kept(FailureTolerant(model()), study_file)
+    refused("FailureTolerant around Required, not within it", Required, problem, RULE)
+
+
 def test_a_wrapper_that_changes_values_has_no_front():
     problem = get_problem("bnh")
     assert Priced(problem, 2.0).pareto_front() is None

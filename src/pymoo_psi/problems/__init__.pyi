@@ -24,7 +24,6 @@ from ._evaluation import CheckedFunction as CheckedFunction
 from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import streams as streams
-from ._evaluation import untolerant as untolerant
 from ._program import ProgramRun as ProgramRun
 from ._program import known_limits as known_limits
 from ._pymoo import NO_OUTPUTS as NO_OUTPUTS
@@ -39,4 +38,5 @@ from ._requirements import without_requirements as without_requirements
 from ._settings import Output as Output
 from ._wrapped import layers as layers
 from ._wrapped import require_model as require_model
+from ._wrapped import untolerant as untolerant
 from ._wrapped import within_same_columns as within_same_columns

@@ -403,12 +403,17 @@ def require_no_permutation(problem: Any) -> None:
 
 
 def _may_be_permutation(problem: Any) -> bool:
-    """Whether the bounds are those of permutations, and the problem does not say what it is."""
+    """Whether the bounds are those of permutations, and the problem does not say what it is.
+
+    Variables with names of their own are no places in a permutation.
+    """
     if isinstance(getattr(problem, "permutation", None), bool) or problem.vtype is not int:
         return False
     if problem.n_var < _LEAST_PERMUTED or not problem.has_bounds():
         return False
     lower, upper = problem.bounds()
+    if not numbered("x", lower).keys().isdisjoint(column_titles(problem)):
+        return False
     return np.ptp(lower) == 0 and bool(np.all(upper - lower == problem.n_var - 1))
 
 
@@ -577,48 +582,68 @@ def own_parameters(problem: Any, others: list[str]) -> Values:
         default = argument.default
         kept = getattr(problem, name, getattr(problem, f"_{name}", default))
         objects: list[Any] = []
-        constant = _constant(kept, (problem,), objects)
+        try:
+            constant = _constant(kept, {id(problem): (problem, _UNKNOWN)}, objects)
+        except RecursionError:  # a long chain of objects, of which each holds the next one
+            constant = _UNKNOWN
+            objects.append(kept)
         if objects:
             others.append(name)
         # An array, or another object, may have changed since: its values count.
         is_plain = default is None or isinstance(default, (str, bool, int, float, list, tuple))
-        is_default = is_plain and constant == _constant(default, (), [])
-        if constant is _UNKNOWN or is_default:
-            continue
-        text = repr(constant)
-        if len(text) > _LONGEST:
-            constant = hashlib.sha256(text.encode()).hexdigest()[:16]
-        parameters[name] = constant
+        is_default = is_plain and constant == _constant(default, {}, [])
+        if constant is not _UNKNOWN and not is_default:
+            parameters[name] = constant
     return parameters
 
 
-def _constant(value: Any, owners: tuple[Any, ...], objects: list[Any]) -> Any:
-    """Return a constant as numbers, texts, lists and mappings; or ``_UNKNOWN``.
+def _constant(value: Any, described: dict[int, tuple[Any, Any]], objects: list[Any]) -> Any:
+    """Return a constant as numbers, texts, lists and mappings, or a hash; or ``_UNKNOWN``.
 
     Args:
         value: The constant.
-        owners: What it is in, which is not looked into again.
+        described: By their ids, the objects that were met before, each with its description. While
+            one is being described, it stands for itself by its number: objects may hold each other.
         objects: Objects of other kinds, to which those in it are added; they may change.
     """
     plain = _plain(value)
-    if plain is None or isinstance(plain, (str, bool, int, float)):
+    if plain is None or plain is _UNKNOWN or isinstance(plain, (bool, int, float)):
         return plain
-    if plain is _UNKNOWN or any(value is owner for owner in owners):
-        return _UNKNOWN
-    is_list = isinstance(plain, list)
-    if is_list:
-        plain = dict(enumerate(plain))
-    elif not isinstance(plain, Mapping):
+    if isinstance(plain, str):
+        return _shortened(plain)
+    if id(value) not in described:
+        described[id(value)] = value, f"object {len(described)}"
+        described[id(value)] = value, _contents(plain, described, objects)
+    return described[id(value)][1]
+
+
+def _contents(plain: Any, described: dict[int, tuple[Any, Any]], objects: list[Any]) -> Any:
+    """Return the constants in a list or a mapping; see :func:`_constant`."""
+    if isinstance(plain, Mapping):
+        items = plain.items()
+    elif isinstance(plain, list):
+        items = dict(enumerate(plain)).items()
+    else:
         objects.append(plain)
         return _UNKNOWN
-    known = {}
-    for name, item in plain.items():
-        constant = _constant(item, (*owners, value), objects)
+    constants = {}
+    for name, item in items:
+        constant = _constant(item, described, objects)
         if constant is not _UNKNOWN:
-            known[str(name)] = constant
-    if not is_list:
-        return dict(sorted(known.items()))
-    return [*known.values()] if known or not plain else _UNKNOWN
+            constants[str(name)] = constant
+    if isinstance(plain, Mapping):
+        return _shortened(dict(sorted(constants.items())))
+    if plain and not constants:
+        return _UNKNOWN
+    return _shortened([*constants.values()])
+
+
+def _shortened(constant: Any) -> Any:
+    """Return a constant, or the hash of one that is too long for a study to show."""
+    text = repr(constant)
+    if len(text) <= _LONGEST:
+        return constant
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _plain(value: Any) -> Any:

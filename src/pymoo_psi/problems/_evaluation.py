@@ -32,6 +32,7 @@ from pymoo_psi.problems._wrapped import (
     WrappedProblem,
     changes_designs_only,
     require_model,
+    untolerant,
     uses_wrapped_values,
 )
 
@@ -56,7 +57,8 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
     design even if the model changes a design, or returns the same array again and again.
 
     Args:
-        problem: A pymoo problem, elementwise or not.
+        problem: A pymoo problem, elementwise or not; a :class:`FailureTolerant` around it, which
+            would give failed designs values, is left out.
         X: n designs as the problem takes them.
         *args: For the model, as pymoo passes them.
         **kwargs: For the model, as pymoo passes them.
@@ -66,6 +68,7 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
         ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
         fail; and further values of the model, NaN or None where it gives none.
     """
+    problem = untolerant(problem)
     if uses_wrapped_values(problem):
         values: Values = problem.values_from(
             X, lambda designs: evaluate_designs(problem.wrapped, designs, *args, **kwargs)
@@ -212,7 +215,7 @@ class CheckedFunction:
     def _stated(self, raw: Entries, n: int) -> AnyArray:
         """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
         reasons = np.full(n, "", dtype=object)
-        if isinstance(self.problem, WrappedProblem) and not self.problem.tolerates_failures:
+        if isinstance(self.problem, WrappedProblem):
             stated = np.full(n, raw.get("failure"), dtype=object)
             is_text = [isinstance(reason, str) for reason in stated]
             reasons[is_text] = stated[is_text]
@@ -377,7 +380,6 @@ class FailureTolerant(WrappedProblem):
     """
 
     same_front = True
-    tolerates_failures = True
 
     def __init__(self, problem: Any, *, failed_as: FailedAs = "constraint") -> None:
         require_problem(problem)
@@ -430,11 +432,3 @@ class FailureTolerant(WrappedProblem):
         # designs out of its optimum
         violation = constraint_violation(out["G"], out["H"])
         out["CV"] = np.where(failed, _VIOLATION, violation)[:, None]
-
-
-def untolerant(problem: Any) -> Any:
-    """Return a problem without the ``FailureTolerant`` around it, or in a ``Recorded``.
-
-    Tables record failures themselves: there no constraint is to be added for them.
-    """
-    return problem.untolerant() if isinstance(problem, WrappedProblem) else problem

@@ -41,7 +41,6 @@ class WrappedProblem(Problem):
             they are unknown.
         same_columns: Whether variables, objectives and outputs in a table are the wrapped
             problem's, so that expressions between them hold, too.
-        tolerates_failures: Whether failed designs get values, as by :class:`FailureTolerant`.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -56,7 +55,6 @@ class WrappedProblem(Problem):
 
     same_front = False
     same_columns = False
-    tolerates_failures = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         """Make pymoo's ``do`` call a subclass's ``_evaluate``, which would have no effect here."""
@@ -65,7 +63,7 @@ class WrappedProblem(Problem):
             cls.do = Problem.do  # type: ignore[method-assign]
 
     def __init__(self, problem: Any, **changed: Any) -> None:
-        if uses_wrapped_values(self) and getattr(problem, "tolerates_failures", False):
+        if uses_wrapped_values(self) and untolerant(problem) is not problem:
             rule = f"FailureTolerant around {type(self).__name__}, not within it"
             raise invalid("problem", rule, Received(type(problem).__name__))
         self.wrapped = problem
@@ -149,6 +147,14 @@ class WrappedProblem(Problem):
 
     def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
         return self.wrapped._calc_pareto_set(*args, **kwargs) if self.same_front else None
+
+
+def untolerant(problem: Any) -> Any:
+    """Return a problem without the ``FailureTolerant`` around it, or in a ``Recorded``.
+
+    Tables record failures themselves: there no constraint is to be added for them.
+    """
+    return problem.untolerant() if isinstance(problem, WrappedProblem) else problem
 
 
 def layers(problem: Any) -> list[Any]:
