@@ -97,7 +97,9 @@ def test_limits_are_shaded_or_named(chute):
     shade = ax.patches[0]
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
     assert ax.get_ylim()[1] < 60
-    assert "Limits are dashed: f1<=2.2, f4<=60." in ax.figure.caption
+    assert ax.figure.caption.endswith("Limits are dashed: f1<=2.2. Limits not drawn: f4<=60.")
+    one = plane(chute.under(limits={"f1": (-9, 2.2)}), objectives=["f1", "f4"]).figure
+    assert one.caption.endswith("Limits are dashed: f1<=2.2. Limits not drawn: f1>=-9.")
     other = plane(chute.under(limits={"f1": 2.2, "f4": 60}), objectives=["f1", "f2"]).figure
     assert other.caption.endswith("Limits are dashed: f1<=2.2. Limits not drawn: f4<=60.")
     assert "limit 2.2" in texts(ax.figure)
@@ -142,6 +144,9 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
     frame = pd.DataFrame({"cost": [1.0, 2, 3, 3.3, 90], "mass": [5.0, 4, 2, 1, 3.5]})
     ax = plane(read_table(frame).under(limits={"cost": 3}))
     assert ax.get_xlim()[1] < 90
+    F = [[50.0, 6], [2.0, 4], [3, 2], [3.3, 1], [1e9, 0.5]]  # the last one is beyond the edge
+    stairs = line_of(plane(read_table(pd.DataFrame(F))), "best trade-offs")
+    assert stairs[-1].tolist() == [1e9, 0.5]
     (arrow,) = (line for line in ax.lines if line.get_marker() == ">")
     np.testing.assert_array_equal(arrow.get_xydata(), [[ax.get_xlim()[1], 3.5]])
     assert sum(map(len, [*points(ax).values(), line_of(ax, "proposed")])) == 4
@@ -291,10 +296,10 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
 @pytest.mark.parametrize("n", [0, 1])
 @pytest.mark.parametrize("plot", [plot_table, plot_objectives])
 def test_little_is_drawn_as_well(n, plot):
-    schema = Schema.of(2, 2)
-    assert_whole(
-        plot(TestTable.of(range(1, n + 1), np.ones((n, 2)), np.ones((n, 2)), schema=schema))
-    )
+    X = np.ones((n, 2))
+    table = TestTable.of(range(1, n + 1), X, X, schema=Schema.of(2, 2))
+    assert_whole(plot(table))
+    assert "best trade-offs of the two" not in texts(plot(table))  # a point has no line
 
 
 def test_any_name_can_be_drawn():

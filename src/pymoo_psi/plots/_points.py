@@ -7,7 +7,7 @@ drawn. The key says what the markers mean, and the best designs have their names
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -45,7 +45,7 @@ NAMED = 8  # designs that all have names; of more only the marked one has
 _LETTERS = 26  # of their names
 _MANY = 50  # from here on the markers of a group shrink and fade, so that their density shows
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
-_OPEN = (-np.inf, np.inf)  # no limit
+_OPEN = Limit()[:2]  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
 _NARROW = 0.12  # share of a vertical axis that has no room for the name of a limit
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
@@ -112,11 +112,15 @@ class Column:
     errors: Array | None = None
     unit: str = ""
 
-    @property
-    def visible(self) -> Mask:
-        """``(n,)`` which designs are within the ends of the axis."""
+    def shows(self, values: Array) -> Mask:
+        """Return which of ``(n,)`` values are within the ends of the axis."""
         low, high = self.ends
-        return (self.places >= low) & (self.places <= high)
+        return (values >= low) & (values <= high)
+
+    @property
+    def dashed(self) -> Mask:
+        """``(2,)`` whether the lower and the upper limit have a line within the axis."""
+        return self.shows(np.array(self.limits))
 
     def set_axis(self, axes: Axes, letter: str) -> None:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
@@ -126,12 +130,12 @@ class Column:
         across = {"x": "v", "y": "h"}[letter]
         draw_span = getattr(axes, f"ax{across}span")
         draw_line = getattr(axes, f"ax{across}line")
-        for limit, end in zip(self.limits, self.ends, strict=True):
+        for limit, is_dashed, end in zip(self.limits, self.dashed, self.ends, strict=True):
             if np.isfinite(limit):
                 draw_span(*sorted((limit, end)), facecolor=_REJECTED, linewidth=0, zorder=0)
+            if is_dashed:
                 draw_line(limit, color="0.4", ls="--", lw=0.8, zorder=1.5)
-                if self.ends[0] < limit < self.ends[1]:
-                    self._name_limit(axes, letter, limit)
+                self._name_limit(axes, letter, limit)
         figure: Any = axes.figure
         figure.fit(name_axis, axes, letter, self.label, self.options, self.sign)
 
@@ -168,6 +172,11 @@ class Points:
     named: Mapping[int, Sequence[str]] = field(default_factory=dict)
     word: str = ""
 
+    @property
+    def marked(self) -> list[int]:
+        """The row of the design that is marked; empty if there is none."""
+        return [*self.named][:1]
+
     def draw(self, axes: Axes, first: str, second: str, *, is_marked_apart: bool = False) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them.
 
@@ -179,24 +188,22 @@ class Points:
         """
         x = self.columns[first]
         y = self.columns[second]
-        visible = x.visible & y.visible
-        marked = list(self.named)[:1]
-        mark: Style = {}
-        front: Style = {}
-        if is_marked_apart and len(visible) <= _MANY:  # the mark hides none of its neighbours
-            mark = {"zorder": _BELOW_POINTS}
-            front = {"zorder": _BELOW_MARK}
-        for row in marked:
+        mark = _MARKED
+        front = _FRONT
+        if is_marked_apart and len(x.places) <= _MANY:  # the mark hides none of its neighbours
+            mark = mark | {"zorder": _BELOW_POINTS}
+            front = front | {"zorder": _BELOW_MARK}
+        for row in self.marked:
             label = f"{self.word}: {self.named[row][0]}"
-            axes.plot(x.places[row], y.places[row], label=label, **_MARKED | mark)
+            axes.plot(x.places[row], y.places[row], label=label, **mark)
         if PARETO in self.groups and x.sign * y.sign != 0:
-            _draw_front(axes, x, y, visible & self.groups[PARETO][1], _FRONT | front)
+            _draw_front(axes, x, y, self.groups[PARETO][1], front)
         for name, (style, mask) in self.groups.items():
+            rows = mask & x.shows(x.places) & y.shows(y.places)
             n = int(mask.sum())
-            rows = mask & visible
             label = f"{n} {name}"
-            if is_marked_apart and mask[marked].any():
-                rows[marked] = False
+            if is_marked_apart and mask[self.marked].any():
+                rows[self.marked] = False
                 n -= 1
                 label = f"{counted(n, 'other')} {name}"
             if n:
@@ -226,8 +233,8 @@ class Points:
     def outside(self) -> Mask:
         """``(n,)`` which designs of the groups are outside the ends of a column."""
         is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
-        is_visible = np.all([column.visible for column in self.columns.values()], axis=0)
-        return np.asarray(is_drawn & ~is_visible)
+        is_visible = [column.shows(column.places) for column in self.columns.values()]
+        return np.asarray(is_drawn & ~np.all(is_visible, axis=0))
 
     def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
         """Write names beside designs, or places for want of room; the first one in the accent."""
@@ -236,10 +243,10 @@ class Points:
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
-        has_failed = table.status == "failed"
+        n_failed = int(np.sum(table.status == "failed"))
         text = counted(len(table), "design")
-        if has_failed.any():
-            text += f", {has_failed.sum()} {table.schema.words['failed']}"
+        if n_failed:
+            text += f", {n_failed} {table.schema.words['failed']}"
         if not self.columns:
             return f"{text}."
         groups = groups_in_words(self.groups)
@@ -249,15 +256,17 @@ class Points:
             text += f": {groups}"
         if self.outside.any():
             text += f". {counted(self.outside.sum(), 'design')} outside the axes"
-        for row in list(self.named)[:1]:
+        for row in self.marked:
             text += f". The blue dot is {table.names[row]}"
         dashed: dict[str, Limit] = {}
         others: dict[str, Limit] = {}
         for name, limit in table.limits.items():
-            if name in self.columns and np.isfinite(self.columns[name].limits).any():
-                dashed[name] = limit
-            else:
-                others[name] = limit
+            is_dashed = np.full(2, False)
+            if name in self.columns:
+                is_dashed = self.columns[name].dashed
+            dashed[name] = Limit(*np.where(is_dashed, limit[:2], _OPEN).tolist())
+            lower, upper = np.where(is_dashed, _OPEN, limit[:2]).tolist()
+            others[name] = Limit(lower, upper, limit.texts)
         for words, limits in (("Limits are dashed", dashed), ("Limits not drawn", others)):
             written = written_limits(limits, table.schema.units)
             if written:
@@ -281,17 +290,19 @@ def _markers(style: Style, n: int) -> Style:
 def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask, style: Style) -> None:
     """Draw the staircase of two objectives: there is no design between two of them.
 
-    A single one, the best in both objectives, is a corner of what all of them reach.
+    A single one, the best in both objectives, is a corner of what all of them reach. Designs
+    outside the axes count, too.
     """
     F = np.column_stack([x.places[rows], y.places[rows]]) * [x.sign, y.sign]
-    front = F[nondominated(F)]
-    front = front[np.argsort(front[:, 0], kind="stable")]
-    stairs = front.repeat(2, axis=0)
-    across, up = stairs[1:, 0], stairs[:-1, 1]
-    if len(front) == 1:
-        worst = F.max(axis=0)
-        across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
-    axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **style)
+    if len(np.unique(F, axis=0)) > 1:  # a single point has no line
+        front = F[nondominated(F)]
+        front = front[np.argsort(front[:, 0], kind="stable")]
+        stairs = front.repeat(2, axis=0)
+        across, up = stairs[1:, 0], stairs[:-1, 1]
+        if len(front) == 1:
+            worst = F.max(axis=0)
+            across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
+        axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **style)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(
@@ -323,36 +334,35 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         names: Names of the columns.
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
-    word = "marked"
+    feasible = table.feasible()
+    pareto = table.pareto()
     named = {row: [literal(table.names[row], _LETTERS)] for row in marked}
-    if names and table.schema.objectives and table.feasible().any():
+    word = "marked"
+    if names and table.schema.objectives and feasible.any():
         ranking = table.feasible_ranking()
         front = ranking.by_place[: ranking.pareto.sum()]
         is_few = len(front) <= NAMED
-        for ranked, row in zip(front, ranking.rows[front].tolist(), strict=True):
-            if is_few or not named:
-                named[row] = [literal(table.names[row], _LETTERS)]
+        for place, row in zip(ranking.place[front], ranking.rows[front].tolist(), strict=True):
+            name = literal(table.names[row], _LETTERS)
             if is_few:
-                place = str(ranking.place[ranked])
-                named[row] = [f"{place}. {named[row][0]}", place]
+                named[row] = [f"{place}. {name}", str(place)]
+            elif not named:
+                named[row] = [name]
         if next(iter(named)) in ranking.rows[ranking.salukvadze]:
             word = "proposed"
-    columns = {name: _column(table, name, list(named)[:1]) for name in names}
-    feasible = table.feasible()
-    pareto = table.pareto()
     beyond = within_limits(table).replace(" within", "beyond")
     groups = {
         PARETO: (_PARETO, pareto),
         "dominated": (_DOMINATED if feasible.sum() <= _MANY else _DOT, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    return Points(columns, groups, named, word)
+    points = Points({}, groups, named, word)
+    return replace(points, columns={name: _column(table, name, points.marked) for name in names})
 
 
 def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
     """Return a column of tests, whose axis shows the marked row, if there is one."""
     column = table.schema[name]
-    limit = table.limits.get(name, Limit())
     values = table.column(name)
     is_variable = name in table.schema.variables
     if is_variable and column.kind in (Kind.BINARY, Kind.CHOICE):
@@ -360,34 +370,33 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return Column(ranks + aside, (-0.5, len(options) - 0.5), column.heading, options)
     values = values.astype(np.float64)
-    further = values[list(marked)]
+    shown = values[marked]
     if is_variable:
-        is_log = column.kind is Kind.LOG
         inner = values
-        further = np.append(further, [column.lower, column.upper]).astype(float)  # NaN if unknown
+        shown = np.append(shown, [column.lower, column.upper]).astype(float)  # NaN if unknown
+        is_log = column.kind is Kind.LOG
     else:
         inner = values[table.feasible()]
         is_log = spans_decades(inner)
-    if is_log:
-        further = further[further > 0]  # a marked design need not be feasible
-        low, high = np.exp(view(np.log(inner), *np.log(further))).tolist()
-    elif is_variable:
-        low, high = view(inner, *further)
-        if column.kind is Kind.INTEGER:
-            low, high = np.floor(low) + 0.5, np.ceil(high) - 0.5
-    else:
-        low, high = _ends_of_dependent(values, inner, further)
+    label = column.heading
     sign = 0
     errors = None
-    label = column.heading
     if name in table.schema.objectives:
-        sign = -1 if column.maximize else 1
         label = with_unit(name, column.unit)
+        sign = -1 if column.maximize else 1
         if has_errors(table):
             errors = table.column(error_column(name))
     if is_log:
         label += ", log"
-    limits = (limit.lower, limit.upper)
+        shown = np.log(shown[shown > 0])  # a marked design need not be feasible
+        low, high = np.exp(view(np.log(inner), *shown)).tolist()
+    elif is_variable:
+        low, high = view(inner, *shown)
+        if column.kind is Kind.INTEGER:
+            low, high = np.floor(low) + 0.5, np.ceil(high) - 0.5
+    else:
+        low, high = _ends_of_dependent(values, inner, shown)
+    limits = table.limits.get(name, Limit())[:2]
     return Column(values, (low, high), label, (), is_log, limits, sign, errors, column.unit)
 
 
