@@ -376,15 +376,21 @@ class ExecutorRunner(FutureRunner):
         if hasattr(executor, "get_executor"):  # a client of Dask
             executor = executor.get_executor(pure=False)
         if isinstance(executor, type) or not hasattr(executor, "submit"):
-            rule = "an executor, which has a method submit, such as Dask's client.get_executor()"
-            raise wrong_type("executor", rule, executor)
+            raise wrong_type(
+                "executor",
+                "an executor, which has a method submit, such as Dask's client.get_executor()",
+                executor,
+            )
         if workers is None:
             workers = _count_in(executor)
         elif not callable(workers):
             workers = partial(int, integer("workers", workers, minimum=1))
         if workers is None:
-            rule = "a number, or a function that returns one, as the executor does not say how many"
-            raise invalid("workers", rule, Received(type(executor).__name__))
+            raise invalid(
+                "workers",
+                "a number, or a function that returns one, as the executor does not say how many",
+                Received(type(executor).__name__),
+            )
         super().__init__(timeout)
         self.executor = executor
         self._count = workers

@@ -333,8 +333,12 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     for row in space.equalities:
         for variable in compress(variables, row):
             if variable.kind is not Kind.REAL:
-                rule = "real and on a linear scale, as it is in an equality of requirements"
-                raise invalid(variable.title, rule, Received(variable.kind.value), "change either")
+                raise invalid(
+                    variable.title,
+                    "real and on a linear scale, as it is in an equality of requirements",
+                    Received(variable.kind.value),
+                    "change either",
+                )
     space = replace(space, variables=tuple(variables))
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
@@ -345,8 +349,9 @@ def _own_log(problem: Any, names: Collection[str]) -> Collection[str]:
     """Return the names in a problem's attribute ``log``; none if it has another purpose."""
     log = getattr(problem, "log", None)
     if isinstance(log, str) and log in names:
-        rule = "a list of variables"
-        raise wrong_type("log of the problem", rule, log, "or an attribute of another name")
+        raise wrong_type(
+            "log of the problem", "a list of variables", log, "or an attribute of another name"
+        )
     if not isinstance(log, (list, tuple, set, frozenset)):
         return ()
     return log
@@ -385,14 +390,15 @@ def require_no_permutation(problem: Any) -> None:
         ArgumentValueError: It is one.
     """
     if is_permutation(problem):
-        rule = "one whose variables are chosen independently"
-        remedy = (
+        received = f"{problem_name(problem)} of permutations"
+        raise invalid(
+            "problem",
+            "one whose variables are chosen independently",
+            Received(received),
             "search permutations by nsga3(problem, n, sampling=PermutationRandomSampling()), or, "
             "also for a single objective, by another algorithm of pymoo with such operators, on "
-            "Recorded(problem, study)"
+            "Recorded(problem, study)",
         )
-        received = f"{problem_name(problem)} of permutations"
-        raise invalid("problem", rule, Received(received), remedy)
     if _may_be_permutation(problem):
         warnings.warn(
             f"{problem_name(problem)} has as many integers as each of them has values, as "
@@ -478,8 +484,12 @@ def problem_schema(
     if maximize is None:
         maximize = own_maximize
     if maximize and names is None and not {*own_maximize} <= {*maximize}:
-        rule = f"a list that includes the problem's own, {', '.join(own_maximize)}"
-        raise invalid("maximize", rule, maximize, "or change the problem's attribute")
+        raise invalid(
+            "maximize",
+            f"a list that includes the problem's own, {', '.join(own_maximize)}",
+            maximize,
+            "or change the problem's attribute",
+        )
     if units is None:
         own_units = column_units(problem).items()
         units = {renamed.get(title, title): unit for title, unit in own_units}
@@ -703,7 +713,10 @@ def _variable(name: str, where: str, variable: Any) -> Variable:
         high = float(np.floor(high))
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        received = Received(" and ".join(map(str, variable.bounds)))
-        remedy = "give the problem bounds within which to search"
-        raise invalid(f"bounds of {where}", "finite and in increasing order", received, remedy)
+        raise invalid(
+            f"bounds of {where}",
+            "finite and in increasing order",
+            Received(" and ".join(map(str, variable.bounds))),
+            "give the problem bounds within which to search",
+        )
     return Variable(name, kind, low, high)

@@ -233,19 +233,31 @@ class ProgramProblem(ElementwiseProblem):
         template = self._template
         if program.template:
             if not template.is_dir():
-                remedy = "make it, with the files that the program needs; or leave template out"
-                raise invalid("template", f"a folder in {self.base}", program.template, remedy)
+                raise invalid(
+                    "template",
+                    f"a folder in {self.base}",
+                    program.template,
+                    "make it, with the files that the program needs; or leave template out",
+                )
             if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
                 raise invalid("folder", "outside of the template, which is copied", program.folder)
         word = shlex.split(program.command)[0]
         in_template = bool(program.template) and (template / word).is_file()
         if not shutil.which(word) and not in_template:
-            rule = "a program that is on PATH or in the template"
-            raise invalid("command", rule, word, "install it, or give its whole path")
+            raise invalid(
+                "command",
+                "a program that is on PATH or in the template",
+                word,
+                "install it, or give its whole path",
+            )
         for file in program.files:
             if not program.template or not (template / file).is_file():
-                remedy = "put it there, or leave it out of files"
-                raise invalid("files", "files in the folder of the template", file, remedy)
+                raise invalid(
+                    "files",
+                    "files in the folder of the template",
+                    file,
+                    "put it there, or leave it out of files",
+                )
 
     def _check_placeholders(self) -> None:
         """Refuse what could be a placeholder and is none, and variables that are used nowhere.
@@ -255,9 +267,11 @@ class ProgramProblem(ElementwiseProblem):
         values: Values = {"seed": 1}
         for name, variable in self.variables.items():
             if not _NAME.fullmatch(name):
-                rule = "letters, digits and _ that do not begin with a digit"
                 raise invalid(
-                    "the name of a variable", rule, name, "rename it, such as t_web for t-web"
+                    "the name of a variable",
+                    "letters, digits and _ that do not begin with a digit",
+                    name,
+                    "rename it, such as t_web for t-web",
                 )
             if isinstance(variable, Choice):
                 values[name] = variable.options[0]
@@ -275,8 +289,12 @@ class ProgramProblem(ElementwiseProblem):
             if name not in used:
                 rule = "in the command, in one of files or in an expression"
                 placeholder = self._placeholders.marks.replace("name", name)
-                remedy = f"write {placeholder} where its value belongs, in UTF-8"
-                raise invalid(f"the variable {name}", rule, Received("in none"), remedy)
+                raise invalid(
+                    f"the variable {name}",
+                    rule,
+                    Received("in none"),
+                    f"write {placeholder} where its value belongs, in UTF-8",
+                )
 
     # What a study depends on
 
@@ -412,8 +430,9 @@ class ProgramProblem(ElementwiseProblem):
         for requirement in self._required:
             if requirement.violation(columns)[0] > 0:
                 remedy = "give the algorithm Required(problem)"
-                reason = f"it violates the requirement {requirement.name}; {remedy}"
-                raise EvaluationError(x, reason)
+                raise EvaluationError(
+                    x, f"it violates the requirement {requirement.name}; {remedy}"
+                )
         if "seed" in kwargs:
             design["seed"] = kwargs["seed"]
         run = self.run(design)

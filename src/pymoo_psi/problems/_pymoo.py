@@ -148,9 +148,12 @@ def require_inequalities(algorithm: Any) -> None:
     space = getattr(problem, "space", None)
     if getattr(space, "equalities", ()):
         where = f"the problem of {type(algorithm).__name__}"
-        rule = "one whose requirements have no equality, which its designs would not meet"
-        received = problem_name(problem)
-        raise invalid(where, rule, received, "search it by PSI or SurrogatePSI")
+        raise invalid(
+            where,
+            "one whose requirements have no equality, which its designs would not meet",
+            problem_name(problem),
+            "search it by PSI or SurrogatePSI",
+        )
 
 
 def leave_failed_out(algorithm: Any) -> None:

@@ -258,15 +258,19 @@ def _column(space: DesignSpace, title: str) -> int:
     j = space.titles.index(title)
     variable = space.variables[j]
     if any(row[j] for row in space.equalities):  # no scenario would meet it
-        rule = "of variables that are in no equality of the problem's requirements"
-        remedy = (
-            "to keep one for the nominal values alone, give Required(Robust(problem, ...), rule)"
+        raise invalid(
+            "tolerances",
+            "of variables that are in no equality of the problem's requirements",
+            title,
+            "to keep one for the nominal values alone, give Required(Robust(problem, ...), rule)",
         )
-        raise invalid("tolerances", rule, title, remedy)
     if variable.fixed or not variable.kind.real:
-        rule = "of real variables that are not fixed"
-        remedy = "to fix one, give Restricted(Robust(problem, ...), bounds)"
-        raise invalid("tolerances", rule, title, remedy)
+        raise invalid(
+            "tolerances",
+            "of real variables that are not fixed",
+            title,
+            "to fix one, give Restricted(Robust(problem, ...), bounds)",
+        )
     return j
 
 
@@ -275,8 +279,7 @@ def _for_each(statistics: str | Names, n_obj: int) -> list[str]:
     if isinstance(statistics, str):
         return [statistics] * n_obj
     if len(statistics) != n_obj:
-        rule = f"one for all or each of {n_obj} objectives"
-        raise invalid("statistics", rule, statistics)
+        raise invalid("statistics", f"one for all or each of {n_obj} objectives", statistics)
     return [*statistics]
 
 
@@ -318,8 +321,9 @@ def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
     # SciPy has both names: ppf for its old distributions, icdf for its new ones
     quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
     if quantile is None:
-        rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
-        raise wrong_type(argument, rule, distribution)
+        raise wrong_type(
+            argument, "a distribution such as scipy.stats.uniform(0.3, 0.2)", distribution
+        )
     quantiles: Array = quantile(probabilities)
     if not np.isfinite(quantiles).all():  # SciPy has NaN for a scale of 0 or below
         raise invalid(argument, "a distribution with finite quantiles", quantiles)
@@ -332,8 +336,11 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
         require_problem(problem)
         return [with_requirements(problem)]
     if not callable(problem):
-        rule = f"a function of {', '.join(parameters)} that returns a pymoo problem"
-        raise wrong_type("problem", rule, problem)
+        raise wrong_type(
+            "problem",
+            f"a function of {', '.join(parameters)} that returns a pymoo problem",
+            problem,
+        )
     problems = []
     for row in rows:
         of_row = problem(**dict(zip(parameters, row, strict=True)))
@@ -341,8 +348,11 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
         for name in parameters:
             # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
             if isinstance(of_row.data, dict) and name in of_row.data:
-                rule = f"of parameters that {type(of_row).__name__} takes"
-                remedy = "pymoo only keeps it; name an argument so, or correct the name"
-                raise invalid("uncertainty", rule, name, remedy)
+                raise invalid(
+                    "uncertainty",
+                    f"of parameters that {type(of_row).__name__} takes",
+                    name,
+                    "pymoo only keeps it; name an argument so, or correct the name",
+                )
         problems.append(with_requirements(of_row))
     return problems

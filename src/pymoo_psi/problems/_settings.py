@@ -69,8 +69,12 @@ class Placeholders:
     def __init__(self, marks: str, names: Names) -> None:
         parts = _MARKS.fullmatch(marks)
         if parts is None:
-            rule = "'name' between marks that are no letters, digits, blanks or quotation marks"
-            raise invalid("marks", rule, marks, "write them such as '@name@'")
+            raise invalid(
+                "marks",
+                "'name' between marks that are no letters, digits, blanks or quotation marks",
+                marks,
+                "write them such as '@name@'",
+            )
         self.marks = marks
         self.used: set[str] = set()
         before, after = map(re.escape, parts.groups())
@@ -238,10 +242,13 @@ class Output:
             except re.error as error:
                 problem = str(error)
             if problem != "1 groups":
-                rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
                 received = Received(f"'{self.pattern}', {problem}")  # as typed: a backslash is one
-                remedy = r"write \( and \) for brackets of the text"
-                raise invalid("the pattern of an output", rule, received, remedy)
+                raise invalid(
+                    "the pattern of an output",
+                    r"a regular expression with one group, the number, such as 'mass = (\S+)'",
+                    received,
+                    r"write \( and \) for brackets of the text",
+                )
 
     def read(self, folder: Path) -> float:
         """Return the number that a program has left in a folder.
@@ -354,8 +361,11 @@ def _require_inside(argument: str, file: str) -> None:
     """Refuse a file that is not in the folder of a run, where no design meets another one."""
     path = PureWindowsPath(file)  # it knows the separators of all systems
     if path.anchor or ".." in path.parts:
-        rule = "a relative path inside the folder in which the program runs, without '..'"
-        raise invalid(argument, rule, file)
+        raise invalid(
+            argument,
+            "a relative path inside the folder in which the program runs, without '..'",
+            file,
+        )
 
 
 @dataclass(frozen=True)
@@ -394,8 +404,12 @@ class Program:
         except ValueError:  # a quotation mark has no partner
             words = []
         if not words or {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
-            rule = "one program with its arguments, quotation marks in pairs, without a shell"
-            raise invalid("command", rule, self.command, 'or write a script, "sh run.sh"')
+            raise invalid(
+                "command",
+                "one program with its arguments, quotation marks in pairs, without a shell",
+                self.command,
+                'or write a script, "sh run.sh"',
+            )
         known_name("keep", self.keep, ("failed", "all", "none"))
         if self.timeout is not None:
             positive_number("timeout", self.timeout)
@@ -460,14 +474,20 @@ def outputs_of(entries: Any, variables: Entries, by_people: bool) -> dict[str, O
     outputs: dict[str, Output] = sections("outputs", Output, entries)
     for name, output in outputs.items():
         if name in NO_OUTPUTS:
-            rule = "named unlike the entries that pymoo has for a design"
-            raise invalid("an output", rule, name, "rename it, such as 'force' instead of 'F'")
+            raise invalid(
+                "an output",
+                "named unlike the entries that pymoo has for a design",
+                name,
+                "rename it, such as 'force' instead of 'F'",
+            )
         if name in variables:
             raise invalid("the name of an output", "unlike those of variables", name)
         if not output.expression and by_people == bool(output.file):
-            rule = f"{_WAYS}; without [program], as expression or without a way"
-            received = Received(output.file or "no file")
-            raise invalid(f"outputs: {name}: an output", rule, received)
+            raise invalid(
+                f"outputs: {name}: an output",
+                f"{_WAYS}; without [program], as expression or without a way",
+                Received(output.file or "no file"),
+            )
     return outputs
 
 
@@ -501,8 +521,7 @@ def limits_on_outputs(texts: Any, outputs: Entries) -> dict[str, Limit]:
     if texts is None:
         return limits
     for output, text in mapping("limits", texts, "outputs to texts, as '<= 250'").items():
-        remedy = "variables have bounds and requirements"
-        known_name("what is limited", output, outputs, remedy)
+        known_name("what is limited", output, outputs, "variables have bounds and requirements")
         sides = sides_of_text(f"the limit on {output}", text)
         limits[output] = Limit.of(output, (sides.get(">="), sides.get("<=")))
     return limits

@@ -219,8 +219,7 @@ class Restricted(Transformed):
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
         space = replace(space, variables=tuple(variables))
         if not space.free.variables:
-            received = Received("all of them fixed")
-            raise invalid("bounds", "such that a variable is free", received)
+            raise invalid("bounds", "such that a variable is free", Received("all of them fixed"))
         super().__init__(problem, space)
 
 
@@ -272,8 +271,9 @@ def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
     texts = [*map(option_text, chosen)]
     options = tuple(option for option in variable.options if option_text(option) in texts)
     if not options or len(options) != len(chosen):
-        rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
-        raise invalid(where, rule, part)
+        raise invalid(
+            where, f"one of {', '.join(map(repr, variable.options))}, or a list of some", part
+        )
     return replace(variable, upper=len(options) - 1.0, options=options)
 
 

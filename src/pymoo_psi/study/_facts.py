@@ -336,9 +336,12 @@ def require_other_names(head: Head) -> None:
     """Check that no column of a head has the name of one that a study adds."""
     for name in columns_of_head(head):
         if name in NOT_VALUES:
-            rule = f"named unlike the columns that a study adds: {', '.join(NOT_VALUES)}"
-            remedy = "give the problem, or the program, another name for it"
-            raise invalid("a column of a study", rule, name, remedy)
+            raise invalid(
+                "a column of a study",
+                f"named unlike the columns that a study adds: {', '.join(NOT_VALUES)}",
+                name,
+                "give the problem, or the program, another name for it",
+            )
 
 
 def beside(head: Head, stored: Head) -> Values:

@@ -133,8 +133,7 @@ def intact(db: sqlite3.Connection, path: str) -> Iterator[None]:
         raise
     except (LookupError, TypeError, ValueError) as error:
         (found,) = db.execute("PRAGMA integrity_check(1)").fetchone()
-        problem = str(error) if found == "ok" else found
-        raise unreadable(path, problem) from error
+        raise unreadable(path, str(error) if found == "ok" else found) from error
 
 
 def unreadable(path: str, problem: str) -> StudyCorruptError:

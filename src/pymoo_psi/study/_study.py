@@ -102,9 +102,12 @@ class Study:
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         self.path: str = os.path.realpath(path)
         if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
-            rule = "a database with a name such as designs.db"
-            remedy = "tables are read by --from and written by 'pymoo-psi export'"
-            raise invalid("study", rule, os.fspath(path), remedy)
+            raise invalid(
+                "study",
+                "a database with a name such as designs.db",
+                os.fspath(path),
+                "tables are read by --from and written by 'pymoo-psi export'",
+            )
         self.wait = wait
         self.stays_open = False
         self._id: str | None = None  # the study in use, as another file may take its place
@@ -475,8 +478,7 @@ def _require_same_results(
                 continue
             former = results.setdefault(key, row)
             if (np.abs(row - former) > _ROUNDED * largest).any():
-                detail = f"test {test}: {row.tolist()}, before {former.tolist()}"
-                raise _other_results(file, detail)
+                raise _other_results(file, f"test {test}: {row.tolist()}, before {former.tolist()}")
 
 
 def _other_results(file: str, detail: object) -> StudyMismatchError:
