@@ -128,6 +128,21 @@ def test_wrappers_that_use_values_are_within_the_tolerant_one(kept, study_file):
     refused("FailureTolerant around Required, not within it", Required, problem, RULE)
 
 
+@pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
+def test_the_wrapped_problem_has_its_callback(wrap):
+    """As where pymoo evaluates it alone."""
+    seen = []
+    problem = Model(lambda x: {"F": x}, n_var=2, callback=lambda X, out: seen.extend(out["F"]))
+    wrap(problem).evaluate(np.array([[0.3, 0.4], [0.6, 0.5]]))
+    assert len(seen) == len(problem.calls) > 0
+
+
+def test_the_wrapped_problem_replaces_nan():
+    problem = Model(lambda x: {"F": [np.nan, x[0]]}, n_var=2, replace_nan_values_by=9.0)
+    F = Restricted(problem, BOX).evaluate(np.array([[0.3, 0.4]]))
+    np.testing.assert_array_equal(F, [[9.0, 0.3]])
+
+
 def test_a_wrapper_that_changes_values_has_no_front():
     problem = get_problem("bnh")
     assert Priced(problem, 2.0).pareto_front() is None

@@ -136,7 +136,15 @@ class WrappedProblem(Problem):
         """Evaluate designs; pymoo calls this for every batch."""
 
         def evaluate(designs: Any) -> Values:
-            return dict(self.wrapped.do(designs, ["F", "G", "H"], *args, **kwargs))
+            # its evaluate, as its do neither calls its callback nor replaces NaN
+            values: Values = self.wrapped.evaluate(
+                designs,
+                *args,
+                return_values_of=["F", "G", "H"],
+                return_as_dictionary=True,
+                **kwargs,
+            )
+            return values
 
         return self.formatted(X, self.values_from(X, evaluate), return_values_of)
 
