@@ -57,10 +57,6 @@ class Block(NamedTuple):
     is_called: bool = False
     seconds: ArrayLike = 0.0
 
-    def n_up_to(self, last: int) -> int:
-        """Return how many of the points have at most this number."""
-        return int(np.count_nonzero(self.numbers <= last))
-
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
         return Block(self.numbers[rows], self.tests.take(rows), self.is_called)

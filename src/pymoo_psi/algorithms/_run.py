@@ -14,13 +14,14 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pymoo_psi._validation import (
+    Mask,
     Numbers,
     Received,
     Values,
@@ -55,72 +56,79 @@ SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
-@dataclass
+# How far a point has come.
+_PLANNED = 0  # its source has returned it
+_STARTED = 1  # it was looked up, and is evaluated if it had no test
+_STORED = 2  # its test is stored
+
+
 class Ledger:
     """The points of a run that its source has returned, until their tests are taken.
 
-    Points are added, started, and ready when their tests are stored. Some of the first are awaited.
+    Args:
+        points: The points, of which none is started.
 
     Attributes:
-        points: The points whose tests were not taken, by number.
-        last_started: Up to this number, they are submitted to the executor or have a test.
-        ready: The tests that are stored and not taken.
-        n_awaited: Of how many of the points the tests are awaited.
-        last_awaited: The number of the last of these.
-        n_missing: How many of these have no stored test.
+        points: ``(n,)`` the points, by number.
+        stages: ``(n,)`` how far each has come. They are started in their order.
+        blocks: The tests that are stored and not taken.
     """
 
-    points: Points = field(default_factory=Points.none)
-    last_started: int = 0
-    ready: list[Block] = field(default_factory=list)
-    n_awaited: int = 0
-    last_awaited: int = 0
-    n_missing: int = 0
-
-    def await_first(self, count: int) -> None:
-        """Await the tests of the first points, so many of them."""
-        self.n_awaited = count
-        self.last_awaited = int(self.points.numbers[:count].max(initial=0))
-        n_ready = sum(block.n_up_to(self.last_awaited) for block in self.ready)
-        self.n_missing = count - n_ready
+    def __init__(self, points: Points) -> None:
+        self.points = points
+        self.stages = np.full(len(points), _PLANNED, dtype=np.int8)
+        self.blocks: list[Block] = []
 
     @property
     def n_started(self) -> int:
-        """How many of the points are started."""
-        return int(np.searchsorted(self.points.numbers, self.last_started, "right"))
+        """How many points are started; these are the first ones."""
+        return int(np.count_nonzero(self.stages != _PLANNED))
+
+    def n_missing(self, count: int) -> int:
+        """Return how many of the first points, so many of them, have no stored test."""
+        return int(np.count_nonzero(self.stages[:count] != _STORED))
+
+    def add(self, points: Points) -> None:
+        """Add points, numbered above all earlier ones."""
+        planned = Ledger(points)
+        self.points = self.points.joined(points)
+        self.stages = np.concatenate([self.stages, planned.stages])
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
         first = self.n_started
-        points = self.points.at(slice(first, first + count))
-        self.last_started = points.numbers.max(initial=self.last_started)
-        return points
+        rows = slice(first, first + count)
+        self.stages[rows] = _STARTED
+        return self.points.at(rows)
 
-    def report(self, block: Block) -> None:
-        """Add tests that are stored."""
-        self.ready.append(block)
-        self.n_missing -= block.n_up_to(self.last_awaited)
+    def store(self, block: Block) -> None:
+        """Note tests that are stored."""
+        self.stages[np.searchsorted(self.points.numbers, block.numbers)] = _STORED
+        self.blocks.append(block)
 
     def take(self, last: int) -> Iterator[Block]:
-        """Take the ready tests of the points up to a number."""
-        ready = self.ready
-        self.ready = []
-        for block in ready:
+        """Take the stored tests of the points up to a number."""
+        blocks = self.blocks
+        self.blocks = []
+        for block in blocks:
             is_due = block.numbers <= last
             if not is_due.all():  # otherwise a filter may have left out some of its tests
-                self.ready.append(block.rows(~is_due))
+                self.blocks.append(block.rows(~is_due))
                 block = block.rows(is_due)
             self.drop(block.numbers)
             yield block
 
     def drop(self, numbers: Numbers) -> None:
         """Drop points by their numbers."""
-        self.points = self.points.at(~np.isin(self.points.numbers, numbers))
+        self._keep(~np.isin(self.points.numbers, numbers))
 
     def drop_untested(self) -> None:
-        """Drop the points that have no test."""
-        numbers = [block.numbers for block in self.ready]
-        self.points = self.points.at(np.isin(self.points.numbers, np.concatenate([[], *numbers])))
+        """Drop the points without a stored test."""
+        self._keep(self.stages == _STORED)
+
+    def _keep(self, rows: Mask) -> None:
+        self.points = self.points.at(rows)
+        self.stages = self.stages[rows]
 
 
 class Run:
@@ -155,7 +163,7 @@ class Run:
         self.n_taken = 0
         self.n_called = 0
         self.remarks: list[str] = []
-        self._ledger = Ledger()
+        self._ledger = Ledger(Points.none())
         # Of the study, while points are evaluated, which may go on between two calls.
         self._lock: ExitStack | None = None
         self._last_commit = 0.0  # its time, or that of the beginning
@@ -188,9 +196,8 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._ledger.await_first(LAST)
         try:
-            while self._advance():
+            while self._advance(LAST):
                 yield from self._take(LAST)
         finally:
             self.close()
@@ -202,14 +209,13 @@ class Run:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         ledger = self._ledger
-        ledger.await_first(0)
         least = count or 1
         while len(ledger.points) < least:
             self._follow_requests()
             if self._steered == "stop":
                 break
             if self._steered == "pause":
-                self._advance()
+                self._advance(0)
             elif self._ask(least - len(ledger.points)) == 0:
                 break
         return ledger.points.at(slice(0, count))
@@ -224,18 +230,18 @@ class Run:
             All their tests, by number, unless the run was stopped.
         """
         points = self.next_points(count)
-        ledger = self._ledger
-        ledger.await_first(len(points))
+        n_points = len(points)
         with stored_at_termination(self.store):
             try:
-                while ledger.n_missing > 0 and self._advance():
+                while self._ledger.n_missing(n_points) > 0 and self._advance(n_points):
                     pass
                 if self.executor.queue.n_pending == 0:
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        return by_number([*self._take(ledger.last_awaited)] or [self.store.empty])
+        last = int(points.numbers.max(initial=0))
+        return by_number([*self._take(last)] or [self.store.empty])
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
@@ -259,7 +265,7 @@ class Run:
             self._lock = None
 
     def _take(self, last: int) -> Iterator[TestTable]:
-        """Take the ready tests of the points up to a number."""
+        """Take the stored tests of the points up to a number."""
         for block in self._ledger.take(last):
             self.n_taken += len(block.numbers)
             if block.is_called:
@@ -332,16 +338,20 @@ class Run:
         if len(points) and self.executor.has_designs:
             # they are computed once, for the model and for the tests
             points = replace(points, designs=points.matrix(self.model.space))
-        self._ledger.points = self._ledger.points.joined(points)
+        self._ledger.add(points)
         return len(points)
 
-    def _advance(self) -> bool:
-        """Follow requests; then store tests, start points, or wait; return whether any was left."""
+    def _advance(self, n_awaited: int) -> bool:
+        """Follow requests; then store tests, start points, or wait; return whether any was left.
+
+        Args:
+            n_awaited: Of how many points, the first ones, the tests are awaited.
+        """
         self._follow_requests()
-        if self._is_commit_due():
+        if self._is_commit_due(n_awaited):
             self._keep_evaluated()
             return True
-        points = self._next_to_start()
+        points = self._next_to_start(n_awaited)
         if len(points):
             self._start(points)
             return True
@@ -355,7 +365,7 @@ class Run:
             self._ledger.drop_untested()
         return False
 
-    def _is_commit_due(self) -> bool:
+    def _is_commit_due(self, n_awaited: int) -> bool:
         """Whether to store the evaluated tests now."""
         executor = self.executor
         queue = executor.queue
@@ -365,17 +375,18 @@ class Run:
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
         is_complete = queue.n_pending == 0
-        if self._ledger.n_missing <= executor.n_evaluated:
-            is_complete = is_complete or queue.first_pending > self._ledger.last_awaited
+        if self._ledger.n_missing(n_awaited) <= executor.n_evaluated:
+            awaited = self._ledger.points.numbers[:n_awaited]
+            is_complete = is_complete or queue.first_pending > awaited.max(initial=0)
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
-    def _next_to_start(self) -> Points:
+    def _next_to_start(self, n_awaited: int) -> Points:
         """Return the points to start next; ask the source if it has not returned them yet."""
         if self._steered != "continue":
             return Points.none()
         ledger = self._ledger
-        count = self.executor.n_accepted(ledger.n_awaited - ledger.n_started)
+        count = self.executor.n_accepted(n_awaited - ledger.n_started)
         if count <= 0:
             return Points.none()
         if ledger.n_started == len(ledger.points) and self.source.n_left > 0:
@@ -407,9 +418,9 @@ class Run:
         self._computed = 0.0
 
     def _report(self, block: Block) -> None:
-        """Report stored tests to the source; they are ready."""
+        """Report stored tests to the source."""
         self.source.tell(block.tests)
-        self._ledger.report(block)
+        self._ledger.store(block)
 
 
 def run_of_sequence(
