@@ -13,7 +13,7 @@ from pymoo_psi import (
     investigate,
     read_table,
 )
-from tests.helpers.models import Model
+from tests.helpers.models import Model, asked_and_told
 from tests.helpers.refusals import interrupted
 
 
@@ -70,6 +70,14 @@ def test_failed_tests_of_designs_that_recur_are_made_again(study_file):
 
 def test_each_test_of_a_noisy_model_counts_in_a_budget():
     assert minimize(die(), PSI(1000), ("n_eval", 10)).algorithm.evaluator.n_eval == 10
+
+
+@pytest.mark.parametrize("options", [{}, {"requirements": ["x1 + x2 >= 0.5"]}])
+def test_asking_and_telling_gives_the_model_the_same_seeds(options):
+    within = {"x1": (0.2, 1.0)}
+    problem = Restricted(queue(), within)
+    algorithm = asked_and_told(problem, PSI(20, block_size=7, **options))
+    assert algorithm.table.equals(investigate(Restricted(queue(), within), 20, **options))
 
 
 def test_designs_that_are_not_run_stay_infeasible():

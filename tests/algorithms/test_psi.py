@@ -16,6 +16,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     ExecutorRunner,
+    FailureTolerant,
     Formulation,
     LPTauSampling,
     ProcessRunner,
@@ -27,7 +28,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
-from tests.helpers.models import Model
+from tests.helpers.models import Model, asked_and_told
 from tests.helpers.refusals import flaw, refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
@@ -38,16 +39,26 @@ def test_individuals_are_those_of_pymoos_own_loop():
     osy = get_problem("osy")
     options = {"block_size": 33, "limits": {"f1": -20}}  # a last block of one
     ours = minimize(osy, PSI(100, **options))
-    algorithm = PSI(100, evaluator=Evaluator(), **options)
-    algorithm.setup(osy)
-    while algorithm.has_next():
-        algorithm.tell(infills=algorithm.evaluator.eval(osy, algorithm.ask()))
+    algorithm = asked_and_told(osy, PSI(100, evaluator=Evaluator(), **options))
     theirs = algorithm.result()
     assert ours.algorithm.evaluator.n_eval == algorithm.evaluator.n_eval == 100
     for name in ("X", "F", "G", "H", "CV", "FEAS", "test_point", "n_gen", "n_iter", "rank"):
         np.testing.assert_array_equal(ours.pop.get(name), theirs.pop.get(name), err_msg=name)
     assert ours.opt.get("test_point").tolist() == theirs.opt.get("test_point").tolist()
     assert ours.algorithm.table.equals(algorithm.table)
+
+
+@pytest.mark.parametrize("wrapper", [lambda problem: problem, FailureTolerant])
+def test_asking_and_telling_evaluates_a_discrete_design_once(wrapper):
+    def failing(x):
+        if x.sum() == 2:
+            raise ValueError
+        return {"F": [x[0], 2 - x[1]], "heat": x.sum()}
+
+    problem = Model(failing, n_var=2, xu=2, vtype=int)
+    algorithm = asked_and_told(wrapper(problem), PSI(40, block_size=7))
+    assert len(problem.calls) == algorithm.evaluator.n_eval == 9
+    assert algorithm.table.equals(investigate(problem, 40))
 
 
 def test_telling_something_else_is_refused():

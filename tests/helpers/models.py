@@ -44,3 +44,12 @@ class Sum(ElementwiseProblem):
     def _evaluate(self, x, out, *args, **kwargs):
         self.before(x)
         out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+
+
+def asked_and_told(problem, algorithm):
+    """Return an algorithm after it was asked and told until it has no more points."""
+    algorithm.setup(problem)
+    while algorithm.has_next():
+        designs = algorithm.ask()
+        algorithm.tell(infills=algorithm.evaluator.eval(algorithm.problem, designs))
+    return algorithm

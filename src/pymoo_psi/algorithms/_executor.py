@@ -14,12 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Mask, Numbers, Received, Values, invalid
+from pymoo_psi._validation import Designs, Mask, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Queue, Runner, raise_original
-from pymoo_psi.problems import CheckedFunction, streams
+from pymoo_psi.problems import (
+    CheckedFunction,
+    columns_of_values,
+    streams,
+    without_requirements,
+)
 from pymoo_psi.study import LAST
 from pymoo_psi.table import TestTable
 
@@ -38,6 +43,8 @@ _SMALLEST = 64
 _LARGEST = 65_536
 # Pieces for each worker that may wait for it.
 _PIECES_AHEAD = 4
+# What is known of a design that violates a requirement.
+_NOT_RUN: Values = {"failure": ""}
 # Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
 _PREDICTIVE = 4096
 
@@ -136,11 +143,8 @@ class Executor:
         self._model = model
         self.has_designs = streams(model.inner)
         if self.has_designs:
-            runner = model.problem.elementwise_runner
-            if not isinstance(runner, Runner):  # pymoo's, which is a loop
-                runner = None
             function = CheckedFunction(model.inner, (), {}, seeded=model.noisy)
-            self.queue = Queue(function, runner)
+            self.queue = Queue(function, _runner_of(model.problem))
         else:
             self.queue = _queue_of_points(model, options, together)
         self.may_end_early = True
@@ -148,7 +152,7 @@ class Executor:
         self._reset()
         if known is not None:
             self._known = {}
-            self._learn(known)
+            self.learn(known)
 
     def _reset(self) -> None:
         """Forget all points."""
@@ -190,44 +194,62 @@ class Executor:
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate, numbered above all earlier ones."""
-        space = self._model.space
-        if self._model.has_requirements or self._known is not None:
-            points = self._without_answer(points)
+        points = self._without_answer(points)
         if len(points) == 0:
             return
         if not self.has_designs:
             self.queue.add([(int(points.numbers[0]), points)])
             return
         numbers = points.numbers.tolist()
+        space = self._model.space
         designs: Any = space.designs(points.matrix(space))
         if self._model.noisy:
-            repeat = self._model.repeat
-            # from 0 to 2³¹ - 1
-            seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
-            designs = zip(designs, seeds, strict=True)
+            designs = _with_seeds(designs, numbers, self._model.repeat)
         self.queue.add(zip(numbers, designs, strict=True))
+
+    def answers(self, points: Points) -> dict[int, Values]:
+        """Return values of the points for which the model is not called, by their numbers."""
+        model = self._model
+        if not model.has_requirements and self._known is None:
+            return {}
+        X = points.matrix(model.space)
+        is_met = model.meets_requirements(X).tolist()
+        keys = self._keys(X)
+        known = self._known or {}
+        answers: dict[int, Values] = {}
+        for number, meets, key in zip(points.numbers.tolist(), is_met, keys, strict=True):
+            if not meets:
+                answers[number] = _NOT_RUN
+            elif key in known:
+                answers[number] = known[key]
+        return answers
+
+    def _keys(self, X: Designs) -> list[str]:
+        """Return a key of each design, by which it is recognised; "" where designs do not recur."""
+        if self._known is None:
+            return [""] * len(X)
+        return self._model.keys(X)
 
     def _without_answer(self, points: Points) -> Points:
         """Return the points for which the model is to be called; note answers of the others."""
-        X = points.matrix(self._model.space)
-        is_new = np.logical_not((self._model.violations(X) > 0).any(axis=1))
-        unmet = points.numbers[~is_new].tolist()
-        if unmet:
-            self._model.problem.n_not_run += len(unmet)
-            self._answers |= {number: {"failure": ""} for number in unmet}
-        if self._known is not None:
-            keys = self._model.keys(X)
-            for row in np.flatnonzero(is_new).tolist():
-                number = int(points.numbers[row])
-                key = keys[row]
-                is_new[row] = key not in self._known and key not in self._waiting
-                if key in self._known:
-                    self._answers[number] = self._known[key]
-                else:
-                    self._waiting.setdefault(key, []).append(number)
-        return points.at(is_new)
+        answers = self.answers(points)
+        self._answers |= answers
+        n_not_run = sum(values is _NOT_RUN for values in answers.values())
+        if n_not_run:
+            self._model.problem.n_not_run += n_not_run
+        if answers:
+            points = points.at(~np.isin(points.numbers, [*answers]))
+        if self._known is None:
+            return points
+        is_first = []
+        keys = self._keys(points.matrix(self._model.space))
+        for number, key in zip(points.numbers.tolist(), keys, strict=True):
+            same_design = self._waiting.setdefault(key, [])
+            is_first.append(not same_design)
+            same_design.append(number)
+        return points.at(np.array(is_first, dtype=bool))
 
-    def _learn(self, tests: TestTable) -> None:
+    def learn(self, tests: TestTable) -> None:
         """Learn the results of tests, where designs recur; answer the points that wait for them."""
         if self._known is None:
             return
@@ -273,7 +295,7 @@ class Executor:
                 blocks.append(block._replace(is_called=True, seconds=seconds))
             else:
                 blocks.append(_block_of_pieces(values, seconds))
-            self._learn(blocks[0].tests)
+            self.learn(blocks[0].tests)
         if self._answers:
             answers = [*self._answers.values()]
             blocks.append(self._block(points, [*self._answers], answers))
@@ -289,6 +311,40 @@ class Executor:
         """Drop points that are pending or not taken; workers with nothing to do are kept."""
         self.queue.close()
         self._reset()
+
+
+def values_with_seeds(problem: Any, X: Any, numbers: Sequence[int]) -> Values:
+    """Return values of a noisy problem as the executor of a run evaluates them.
+
+    Args:
+        problem: The problem, with requirements that all designs meet.
+        X: n designs as the problem takes them.
+        numbers: ``(n,)`` the numbers of their points.
+    """
+    inner = without_requirements(problem)
+    function = CheckedFunction(inner, (), {}, seeded=True)
+    rows = _runner_of(inner)(function, _with_seeds(X, numbers))
+    out = columns_of_values(inner, rows)
+    if inner is not problem:
+        out = problem.values_from(X, lambda _: out)
+    return out
+
+
+def _with_seeds(
+    designs: Sequence[Any], numbers: Sequence[int], repeat: int = 1
+) -> list[tuple[Any, int]]:
+    """Return designs of a noisy model, each with the seed of its test."""
+    # from 0 to 2³¹ - 1
+    seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
+    return [*zip(designs, seeds, strict=True)]
+
+
+def _runner_of(problem: Any) -> Runner:
+    """Return the runner of a problem whose designs are evaluated one by one."""
+    runner = problem.elementwise_runner
+    if not isinstance(runner, Runner):  # pymoo's, which is a loop
+        return Runner()
+    return runner
 
 
 def _block_of_pieces(

@@ -207,8 +207,7 @@ def _points_of_sequence(
     space = model.space
     n_points = len(known) + n * _TRIED
     X = unit_points(options, n_points, len(space.searched)).matrix(space)
-    is_met = (model.violations(X) <= 0).all(axis=1)
-    designs = _unknown_designs(model, X[is_met], known, n)
+    designs = _unknown_designs(model, X[model.meets_requirements(X)], known, n)
     if len(designs) < n:
         others = f"all others up to point {n_points} are known or violate requirements"
         rule = f"at most {len(designs)}, as {others}"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Entries, Names, Values, known_name, mapping
+from pymoo_psi._validation import Array, Designs, Entries, Mask, Names, Values, known_name, mapping
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
@@ -176,6 +176,10 @@ class Model:
             return np.zeros((len(X), 0))
         violations: Array = self.problem.amounts(X)
         return violations
+
+    def meets_requirements(self, X: Designs) -> Mask:
+        """``(n,)`` which of n designs violate no requirement."""
+        return np.asarray((self.violations(X) <= 0).all(axis=1))
 
     def designs(self, columns: Entries) -> Designs:
         """Return ``(n, n_var)`` designs of ``(n,)`` variables by name, choices as texts."""

@@ -23,15 +23,20 @@ from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
+from pymoo_psi._kinds import first_of
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
+    Designs,
+    Numbers,
     Received,
+    Rows,
+    Values,
     instance,
     integer,
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import PieceTask
+from pymoo_psi.algorithms._executor import PieceTask, values_with_seeds
 from pymoo_psi.algorithms._progress import progress_bar
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._sources import AlgorithmSettings, Keep, RunOptions, RunSettings
@@ -269,17 +274,8 @@ class PointAlgorithm(WithTable, Algorithm):
         points = self._run.next_points(self._block_size)
         if len(points) == 0:
             return None
-        space = self._run.model.space
-        designs = space.designs(points.matrix(space))
-        block = Population.new("X", designs, "test_point", points.numbers)
-        stored = self._run.store.recall(points)
-        block[np.searchsorted(points.numbers, stored.numbers)] = self._individuals(stored)
-        is_unmet = (self._run.model.violations(points.matrix(space)) > 0).any(axis=1)
-        if is_unmet.any():  # nobody evaluates these
-            unmet = points.at(is_unmet)
-            tests = self._run.model.tests(unmet, [{"failure": ""}] * len(unmet))
-            block[is_unmet] = self._individuals(tests)
-        return block
+        X = points.matrix(self._run.model.space)
+        return self._individuals(points.numbers, X, self._run.known(points))
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
         """Add a block that a user has evaluated."""
@@ -328,34 +324,44 @@ class PointAlgorithm(WithTable, Algorithm):
         X = self._run.model.space.to_matrix(infills.get("X"))
         return self._run.model.tests(replace(points, designs=X), values)
 
-    def _individuals(self, tests: TestTable) -> Population:
-        """Return individuals with the values of tests; pymoo then does not evaluate them."""
+    def _individuals(self, numbers: Numbers, X: Designs, tests: TestTable) -> Population:
+        """Return individuals of points, with the values of those that are tested.
+
+        pymoo does not evaluate these.
+        """
         model = self._run.model
+        values_by_number = dict(zip(tests.numbers.tolist(), self._values(tests), strict=True))
         config = Individual.default_config()  # one for all, which takes less time
-        designs = model.space.designs(tests.X.copy())
-        violation = model.total_violation(tests)[:, None]
+        individuals = []
+        for number, x in zip(numbers.tolist(), model.space.designs(X.copy()), strict=True):
+            individual = Individual(config)  # `set` takes twice as long
+            individual.X = x
+            individual.data = {"test_point": number}
+            values = values_by_number.get(number)
+            if values is not None:
+                for name in ("F", "G", "H", "CV"):
+                    setattr(individual, name, values.pop(name))
+                individual.data = values | individual.data
+                individual.evaluated.update("FGH")
+            individuals.append(individual)
+        return Population.create(*individuals)
+
+    def _values(self, tests: TestTable) -> list[Values]:
+        """Return the values of each test for pymoo, by name."""
+        model = self._run.model
         values_of_tests = model.values(tests)
         if isinstance(self.problem, FailureTolerant):  # failed ones have other values for pymoo
             out = columns_of_values(model.problem, values_of_tests)
-            out = self.problem.tolerated(designs, out, ["F", "G"])
+            out = self.problem.tolerated(model.space.designs(tests.X.copy()), out, ["F", "G"])
             for values, F, G in zip(values_of_tests, out["F"], out["G"], strict=True):
                 values |= {"F": F, "G": G}
-        rows = zip(tests.numbers.tolist(), designs, violation, values_of_tests, strict=True)
-        individuals = []
-        for number, x, cv, values in rows:  # `set` takes twice as long
-            individual = Individual(config)
-            individual.X = x
-            individual.F = values.pop("F")
-            individual.G = values.pop("G")
-            individual.H = values.pop("H")
-            individual.CV = cv
-            individual.data = values
-            values["test_point"] = number
+        violation = model.total_violation(tests)[:, None]
+        rows = zip(tests.numbers.tolist(), violation, values_of_tests, strict=True)
+        for number, cv, values in rows:
+            values["CV"] = cv
             values["failure"] = tests.reasons.get(number, "")
             values["outputs"] = tests.schema.outputs
-            individual.evaluated.update("FGH")
-            individuals.append(individual)
-        return Population.create(*individuals)
+        return values_of_tests
 
     # What pymoo's tools read: individuals, made from the table when they are first asked for.
     # pymoo also assigns these attributes, which changes nothing.
@@ -367,7 +373,8 @@ class PointAlgorithm(WithTable, Algorithm):
         """Every tested design."""
         n_known = len(self._population)
         if n_known < self.n_tested:
-            block = self._individuals(self._tests.take(np.arange(n_known, self.n_tested)))
+            tests = self._tests.take(np.arange(n_known, self.n_tested))
+            block = self._individuals(tests.numbers, tests.X, tests)
             iterations = np.repeat(np.arange(1, len(self._block_sizes) + 1), self._block_sizes)
             for individual, iteration in zip(block, iterations[n_known:].tolist(), strict=True):
                 individual.data["n_gen"] = iteration
@@ -402,11 +409,22 @@ class PointAlgorithm(WithTable, Algorithm):
 
 
 class _Evaluator(Evaluator):
-    """pymoo's evaluator for asking and telling, which keeps designs that fail as failed."""
+    """pymoo's evaluator for asking and telling, which keeps designs that fail as failed.
+
+    It evaluates designs as the run does: those of a noisy model with the seeds of their tests, and
+    of others a discrete one once.
+    """
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
         X = pop.get("X")
-        out = evaluate_designs(untolerant(problem), X)
+        evaluated = untolerant(problem)
+        if getattr(evaluated, "noisy", False):
+            out = values_with_seeds(evaluated, X, pop.get("test_point"))
+        else:
+            first, row = np.unique(_first_of_each(evaluated, X), return_inverse=True)
+            self.n_eval -= len(X) - len(first)
+            out = evaluate_designs(evaluated, X[first])
+            out = {name: column[row] for name, column in out.items()}
         if isinstance(problem, FailureTolerant):
             out = problem.tolerated(X, out, ["F", "G", "H"])
         for name, column in out.items():
@@ -415,6 +433,14 @@ class _Evaluator(Evaluator):
         for individual in pop:
             individual.data["outputs"] = outputs
             individual.evaluated.update("FGH")
+
+
+def _first_of_each(problem: Any, X: Any) -> Rows:
+    """Return ``(n,)`` the first of n designs that equals each, where designs recur."""
+    space = design_space(problem)
+    if not space.finite:
+        return np.arange(len(X))
+    return first_of(map(repr, space.to_matrix(X).tolist()))
 
 
 class _PointsTested(Termination):

@@ -246,8 +246,19 @@ class Run:
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
+        self.executor.learn(tests)
         self._ledger.drop(tests.numbers)
         self.source.tell(tests)
+
+    def known(self, points: Points) -> TestTable:
+        """Return the tests of the points that need no evaluation, by number."""
+        stored = self.store.recall(points)
+        points = points.at(~np.isin(points.numbers, stored.numbers))
+        answers = self.executor.answers(points)
+        if not answers:
+            return stored
+        points = points.at(np.isin(points.numbers, [*answers]))
+        return by_number([stored, self.model.tests(points, [*answers.values()])])
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
