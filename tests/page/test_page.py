@@ -56,10 +56,12 @@ def test_a_page_has_what_its_table_knows():
         reasons={4: "no mesh"},
         schema=schema,
     )
-    sent = payload_of(decision_page(table))
+    page = decision_page(table)
+    sent = payload_of(page)
     assert sent["names"] == ["test 1", "test 2"]
     assert [column_of(sent, name).tolist() for name in ("gain", "heat")] == [[1, 4], [5, 6]]
-    assert sent["remarks"] == ["2 of 4 tests are on the page (2 ok, 1 infeasible, 1 failed)."]
+    remark = "2 of 4 tests are on the page (2 ok, 1 infeasible, 1 failed)."
+    assert f'<p class="hint">{remark}</p>' in page.html()
 
 
 def test_existing_designs_have_names_of_their_own():
@@ -119,15 +121,22 @@ def test_a_page_needs_a_feasible_design(table, received):
             },
             r"\(0.5, None\) for at least",
         ),
+        (
+            {
+                "source": beams().assign(proposal_round=1),
+                "formulation": Formulation(OBJECTIVES, limits={"proposal_round": 1}),
+            },
+            "a limit of a page must be one of .* got 'proposal_round'; leave out the rows",
+        ),
         ({"source": beams().iloc[:0]}, "a frame with rows"),
-        ({"asked": "r.html"}, "formulation .* got 'r.html'; .*save"),
     ],
 )
 def test_mistakes(change, message):
-    if "asked" in change:
-        refused(message, decision_page, beams(), change["asked"])
-    else:
-        refused(message, page_of_beams, **change)
+    refused(message, page_of_beams, **change)
+
+
+def test_a_path_is_no_formulation_of_a_page():
+    refused("formulation .* got 'r.html'; .*save", decision_page, beams(), "r.html")
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from base64 import b64encode
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
@@ -57,6 +58,7 @@ class DecisionPage(Document):
         prototype: Existing designs to compare with; None if there are none.
         decision: The objectives, limits, choice and reason that the page opens with.
         cautions: Reasons not to rely on the optimum within the limits of the decision.
+        weights: How often the optimum is the best with other weights, unless this is a caution.
         confidence: How sure it is that the optimum is the best, if errors are known.
         origin: Name of the file with the designs, for the print; empty if there is none.
         further: The command that makes further tests; empty if no command has begun the study.
@@ -74,6 +76,7 @@ class DecisionPage(Document):
     prototype: TestTable | None
     decision: Decision
     cautions: tuple[str, ...]
+    weights: str = ""
     confidence: tuple[str, ...] = ()
     origin: str = ""
     further: str = ""
@@ -101,25 +104,25 @@ class DecisionPage(Document):
         if live is None:
             source = "'none'"
         style = fonts() + _asset("page.css")
-        content = payload(
-            self.title,
-            self.table,
-            self.prototype,
-            self.decision,
-            self.confidence,
-            self.origin,
-            self.further,
-            live,
-        )
+        file = _file_name(self.title)
+        content = {
+            "title": self.title,
+            "file": file,
+            "origin": self.origin,
+            "live": live,
+            "confidence": self.confidence,
+            **payload(self.table, self.prototype, self.decision),
+        }
         data = json.dumps(content, allow_nan=False, separators=(",", ":"))
         further = ""
         if self.further:
-            further = _FURTHER.format(escape(content["further"]))
+            further = _FURTHER.format(escape(f"{self.further} --decision {file}-decision.json"))
+        certainty = filter(None, [self.weights, *self.confidence])
         parts = {
             "title": escape(self.title),
-            "remarks": _paragraphs("hint", content["remarks"]),
-            "cautions": _paragraphs("caution", [*self.cautions, *self.confidence]),
-            "scale": _SCALES[content["normalize"]],
+            "remarks": _paragraphs("hint", self.table.remarks),
+            "cautions": _paragraphs("caution", self.cautions) + _paragraphs("hint", certainty),
+            "scale": _SCALES[self.decision.formulation.normalize],
             "further": further,
             "policy": _POLICY.format(
                 source, " ".join(map(_digest, scripts.values())), _digest(style)
@@ -235,12 +238,15 @@ def page_of_tests(
         prototype: Existing designs to compare with.
     """
     reasons: list[str] = []
+    weights = ""
     confidence: list[str] = []
     if table.feasible().any():
         ranking = table.feasible_ranking()
         best = int(ranking.salukvadze[0])
         reasons += map(str, cautions(ranking))
-        reasons += filter(None, [weights_sentence(ranking, best)])
+        weights = weights_sentence(ranking, best)
+        if weights in reasons:
+            weights = ""
         confidence += confidence_sentences(table, best)
     formulation = replace(table.formulation, limits=_limits_of_page(table))
     return DecisionPage(
@@ -248,7 +254,8 @@ def page_of_tests(
         table=designs,
         prototype=prototype,
         decision=replace(table.decision, formulation=formulation),
-        cautions=tuple(dict.fromkeys(reasons)),
+        cautions=tuple(reasons),
+        weights=weights,
         confidence=tuple(confidence),
         origin=origin,
     )
@@ -319,7 +326,13 @@ def fonts() -> str:
     return style
 
 
-def _paragraphs(kind: str, texts: Names) -> str:
+def _file_name(title: str) -> str:
+    """Return a title as a file name of letters, digits and underscores."""
+    words = re.findall(r"[^\W_]+", title)
+    return "_".join(words)[:60] or "page"
+
+
+def _paragraphs(kind: str, texts: Iterable[str]) -> str:
     """Return texts as paragraphs of HTML."""
     return "".join(f'<p class="{kind}">{escape(text)}</p>' for text in texts)
 

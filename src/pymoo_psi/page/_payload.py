@@ -5,7 +5,6 @@ Numbers are little-endian float64 in base64, which keeps every digit in a third 
 
 from __future__ import annotations
 
-import re
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._numbers import NumberFormat
-from pymoo_psi._validation import AnyArray, Array, Entries, Mask, Values
+from pymoo_psi._validation import AnyArray, Array, Mask, Values
 from pymoo_psi.pareto import SENTENCES, enough_digits, nondominated
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import (
@@ -37,20 +36,13 @@ _FENCE = 2.5
 _DECADES = 2.0  # a logarithmic scale spans at least these
 
 
-def payload(
-    title: str,
-    table: TestTable,
-    prototype: TestTable | None,
-    decision: Decision,
-    confidence: Sequence[str],
-    origin: str,
-    further: str,
-    live: Entries | None,
-) -> Values:
-    """Return the data that the script of the page reads, see ``decode`` in ``data.js``.
+def payload(table: TestTable, prototype: TestTable | None, decision: Decision) -> Values:
+    """Return the designs and the decision as the page reads them, see ``decode`` in ``data.js``.
 
-    Its arguments are the attributes of :class:`~pymoo_psi.DecisionPage`, and ``live``, settings of
-    a page that a server extends; None for a file.
+    Args:
+        table: The designs.
+        prototype: Existing designs to compare with; None if there are none.
+        decision: The decision that the page opens with.
     """
     schema = table.schema
     names = [*table.names]
@@ -64,31 +56,11 @@ def payload(
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)
-    file = _file_name(title)
-    if further:
-        further += f" --decision {file}-decision.json"
-    # The commands compute the same columns from the decision files that the page writes.
-    formulation = replace(
-        decision.formulation,
-        objectives=schema.objectives,
-        maximize=[name for name in schema.objectives if name in schema.maximize],
-        ranges=table.fixed_ranges,
-    )
-    opens_with = replace(decision, formulation=formulation).to_dict()
-    # These the page reads, also where they are the defaults.
-    opens_with = {"maximize": [], "normalize": True, "page": {}, **opens_with}
     columns = _columns(tables, optimal)
     return {
-        "title": title,
-        "file": file,
-        "origin": origin,
-        "live": live,
-        "further": further,
         "normalize": decision.formulation.normalize,
         "decimal": table.decimal,
-        "opens_with": opens_with,
-        "remarks": table.remarks,
-        "confidence": confidence,
+        "opens_with": _opening(table, decision),
         "sentences": SENTENCES,
         "points": _points(len(schema.objectives) - 1),
         "label": schema.label or TEST,
@@ -99,6 +71,19 @@ def payload(
         "optimal": _base64(optimal.view(np.uint8)),
         "export": _export(table, columns),
     }
+
+
+def _opening(table: TestTable, decision: Decision) -> Values:
+    """Return a decision on designs as a file, with what the page reads where it is a default."""
+    # The commands compute the same columns from the decision files that the page writes.
+    formulation = replace(
+        decision.formulation,
+        objectives=table.schema.objectives,
+        maximize=[name for name in table.schema.objectives if name in table.schema.maximize],
+        ranges=table.fixed_ranges,
+    )
+    opening = replace(decision, formulation=formulation).to_dict()
+    return {"maximize": [], "normalize": True, "page": {}, **opening}
 
 
 def _export(table: TestTable, columns: Sequence[Values]) -> Values:
@@ -155,12 +140,6 @@ def rows_of(designs: TestTable) -> Values:
         else:
             columns.append({"values": _base64(values)})
     return {"names": designs.names, "labels": _labels(designs), "columns": columns}
-
-
-def _file_name(title: str) -> str:
-    """Return a title as a file name of letters, digits and underscores."""
-    words = re.findall(r"[^\W_]+", title)
-    return "_".join(words)[:60] or "page"
 
 
 def _labels(table: TestTable) -> list[Any]:
