@@ -259,6 +259,16 @@ def test_it_opens_with_the_best_compromise_in_words(reader, frame):
     assert set(reader.shown) == labels(frame, ranking.pareto) | {"prototype"}
 
 
+def test_a_caution_stands_where_its_proposal_does(show):
+    frame = pd.DataFrame({"a": [*range(10), 10.0], "b": [*range(10, 0, -1), -1000.0]})
+    page = decision_page(frame)
+    reader = show(page)
+    text = page.cautions[0]
+    assert text in reader.text("#verdict-words")
+    reader.type_limit("a, at most", "5")
+    assert text not in reader.text("#verdict-words")
+
+
 # Limits
 
 
@@ -424,7 +434,9 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     table = read_table(beams(), decision)
     assert positions_frame(table).set_index("name").loc["Ben", "choice"] == of_ben
     reader.until("D.resting")
-    assert reader.text("#regret") == separation_sentences(table)[0]
+    said = ["#regret", *(f"#separation li >> nth={k}" for k in range(3))]
+    reader.click("#apart summary")
+    assert [reader.text(place) for place in said] == separation_sentences(table)
     # Another choice undoes the decision.
     reader.page.locator("#table-body button").first.focus()
     reader.press("ArrowDown", "c")
@@ -435,6 +447,10 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     another.click("#messages button:text('Take those of the file')")
     taken = {"decided": decision.decided, "chosen": of_ben, "limits": {}}
     assert taken.items() <= another.state.items()
+    another.set(positions=[{"name": "Dan", "chosen": "ghost"}])
+    assert "Dan wants ghost, which is not among these designs." in another.text("#position-list")
+    another.click(another.page.get_by_label("Show: Dan"))
+    assert another.state["chosen"] is None
 
 
 @pytest.mark.slow
@@ -464,7 +480,10 @@ def test_a_saved_page_and_a_link_show_the_state(reader, visit, page_file, tmp_pa
     reader.type_limit("mass [kg], at most", "0.7")
     reader.keep_position("light")
     reader.set(
-        limits={}, chosen=reader.shown[3], reason="</script><b>So be it.</b>", hidden=["mass"]
+        limits={"cost, total": [None, 150]},
+        chosen=reader.shown[3],
+        reason="</script><b>So be it.</b>",
+        hidden=["mass"],
     )
     state, shown, address = reader.state, reader.shown, reader.page.url
     assert address.startswith(f"{page_file.as_uri()}#")
@@ -473,6 +492,7 @@ def test_a_saved_page_and_a_link_show_the_state(reader, visit, page_file, tmp_pa
         reader.page.goto("about:blank")
         reader.open(opened)
         assert (reader.state, reader.shown) == (state, shown)
+        assert reader.ask("$('certain').hidden") is False  # cautions are on other limits
     reader.click(reader.page.get_by_label("Show: light"))
     assert reader.state["limits"] == {"mass": [None, 0.7]}
     assert reader.state["chosen"] is None
@@ -751,6 +771,7 @@ def test_paper_has_one_page_with_the_decision(reader):
         pins=["prototype", *reader.shown[3:5]],
         limits={"mass": [None, 0.8]},
         reason="Light and strong.\nCheap, too.",
+        positions=[{"name": f"P{k}", "chosen": reader.shown[k]} for k in range(6)],
         fixed=True,
     )
     reader.until("D.resting")
@@ -768,7 +789,7 @@ def test_paper_has_one_page_with_the_decision(reader):
     assert reader.page.is_visible("#rows canvas >> nth=0")
     printed = "getComputedStyle(document.querySelector('.bar i')).printColorAdjust"
     assert reader.page.evaluate(printed) == "exact"  # else it is left out
-    for control in reader.page.locator("button:not(.label), input, textarea").all():
+    for control in reader.page.locator("button:not(.label, .link), input, textarea").all():
         assert not control.is_visible()
 
 

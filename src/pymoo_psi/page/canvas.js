@@ -136,10 +136,11 @@ function picture(section) {
     const {left, top, width} = one.getBoundingClientRect()
     if (width) drawShape(g, one.look, left + width / 2, top + width / 2)
   }
-  const draw = (element, text, {left, top, bottom}) => {
+  const draw = (element, text, {left, top, bottom, width}) => {
     if (!element.checkVisibility({visibilityProperty: true})) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
-    Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle"})
+    Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle", letterSpacing: "0px"})
+    if (width) g.letterSpacing = `${(width - g.measureText(text).width) / text.length}px` // digits of one width, as on the page
     g.fillText(text, left, (top + bottom) / 2)
   }
   const range = document.createRange()
@@ -153,7 +154,8 @@ function picture(section) {
     }
   }
   for (const field of section.querySelectorAll("select, input[type=text]")) {
-    draw(field, field.selectedOptions?.[0].text ?? ` ${field.value}`, field.getBoundingClientRect())
+    const {left, top, bottom} = field.getBoundingClientRect()
+    draw(field, field.selectedOptions?.[0].text ?? ` ${field.value}`, {left, top, bottom})
   }
   section.classList.remove("copied")
   return canvas

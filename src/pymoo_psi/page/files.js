@@ -20,7 +20,7 @@ function exportRows() {
 function savePage() {
   const copy = asWritten.cloneNode(true)
   const script = copy.querySelector("#payload")
-  const content = {...JSON.parse(script.textContent), opens_with: decisionNow(), more: data.more, live: null}
+  const content = {...JSON.parse(script.textContent), opens_with: decisionNow(), made, more: data.more, live: null}
   script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
   download(new Blob([`<!DOCTYPE html>\n${copy.outerHTML}\n`], {type: "text/html"}), `${data.file}.html`)
   isSaved()

@@ -10,6 +10,7 @@ let at = -1 // the present one
 let saved = "" // the state that a file has
 let left, ranking, verdict, order
 const asked = ({limits, fixed}) => JSON.stringify([limits, fixed]) // what left and ranking are made from
+const made = data.made ?? asked(initial.state) // a saved page opens with others
 let filtered = ""
 let inspected = -1 // what is looked at, which chooses nothing
 

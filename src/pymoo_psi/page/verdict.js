@@ -1,28 +1,29 @@
 // What is proposed, chosen or looked at, what others would give up, and how sure it is.
 
-// What was computed when the page was made holds for the limits and ranges that it opened with.
-const isAsOpened = () => !data.more.length && asked(state) === asked(initial.state)
+// What was computed when the page was made holds for the limits and ranges that it was made with.
+const isAsMade = () => !data.more.length && asked(state) === made
 
 // In what the proposal is the best, what it costs, and its probability.
-function leadText({row, merit, ties, costs, instead}) {
-  const sure = isAsOpened() && row === proposedRow() ? data.confidence : []
-  return instead || [`${upper(merit)}.`, ties, costs, ...sure].filter(Boolean).join(" ")
+function leadText({merit, ties, costs, instead}, confidence) {
+  return instead || [`${upper(merit)}.`, ties, costs, ...confidence].filter(Boolean).join(" ")
 }
 
 function showVerdict() {
   const chosen = chosenRow()
   const isChosen = chosen >= 0 && (inspected < 0 || inspected === chosen)
   show("reasoning", isChosen)
-  show("cautions", verdict && $("cautions").querySelector(".caution"))
+  show("cautions", verdict && $("certain").nextSibling)
   const clear = isChosen && button("Clear choice", () => choose(chosen))
   if (verdict) {
     const {row, remark} = verdict
     const beyond = namesOf(broke(row))
+    const isTested = isAsMade() && row === proposedRow()
+    const caution = isTested && $("cautions").querySelector(".caution")
     renew("verdict-title", `${upper(roleOf(row))}: `, make("em", called(row)))
     renew("verdict-words",
-      make("p.lead", tied(leadText(verdict))),
+      make("p.lead", tied(leadText(verdict, isTested ? data.confidence : []))),
       beyond.length && make("p.warning", `${called(row)} is beyond the limits on ${listed(beyond)}.`),
-      remark && make("p.caution", remark))
+      [remark, caution?.textContent].map((text) => text && make("p.caution", text)))
     renew("verdict-actions", clear || chooseButton(row), pinButton(row),
       ranking.front.length > 1 && data.points.length && button("Help me choose", openQuestions),
       inspected >= 0 && !isChosen && button("Back", () => inspect(-1)))
@@ -34,7 +35,7 @@ function showVerdict() {
     renew("verdict-actions", clear)
     renew("verdict-variables")
   }
-  show("certain", !isAsOpened())
+  show("certain", !isAsMade())
   renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`, state.reason && state.owners.reason && `, by ${state.owners.reason}`)
   if ($("reason").value !== state.reason) showText($("reason"), state.reason)
   renew("reason-printed", state.reason || "–")
