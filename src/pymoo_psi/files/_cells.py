@@ -1,7 +1,15 @@
 """From the rows that people write into files to columns, and the numbers in these.
 
-A plain number is an optional sign, digits, a decimal mark and an exponent. Points and commas have
-two meanings, which depend on the notation:
+A cell is the first of these that fits:
+
+- blank: nothing, a word for it, or an error of a spreadsheet;
+- a number: an optional sign, digits, a decimal mark and an exponent; or digits in groups of three;
+  or as Fortran writes it. In a column in which all have one, "%" may follow;
+- a date or time;
+- like a number to a reader, though it is none by these rules: a column of such cells is refused;
+- any other text.
+
+Points and commas have two meanings, which depend on the notation:
 
 - with a decimal point, commas may divide thousands: 1.5, 1,250.5;
 - with a decimal comma, points may divide thousands: 1,5, 1.250,5.
@@ -39,27 +47,35 @@ from pymoo_psi.table import free_name
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
 
+_LONGEST = 100  # the most characters in which a number or a name of rows is searched
+
+# What a cell may be, in the order of the rules above.
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
-_MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
-SWAPPED = str.maketrans(".,", ",.")
-# A number with a decimal point; with a decimal comma, both marks are swapped before.
-_NUMBER = re.compile(
-    # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
-    r"[+-]?(?:[1-9][0-9]{0,2}(?P<gap>[, \u00a0\u2009\u202f'’])[0-9]{3}(?:(?P=gap)[0-9]{3})*"
-    r"(?:\.[0-9]*)?"
-    r"|(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
-    # Fortran writes 1D+03 and 1.5D3, and 0.12+103 for an exponent of three digits.
-    r"|(?:[0-9]+d[+-]|(?:[0-9]+\.[0-9]*|\.[0-9]+)d[+-]?)[0-9]+"
-    r"|(?:0?\.[0-9]+|[1-9]\.[0-9]{3,})[+-][123][0-9]{2}"
-    r"|inf|infinity)",
-    re.IGNORECASE,
+# Numbers with a decimal point; with a decimal comma, both marks are swapped before.
+_DIGITS = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
+# The same gap divides all groups of a number; nobody groups digits in front of an exponent.
+_GROUPS = (
+    r"[1-9][0-9]{0,2}(?P<gap>[, \u00a0\u2009\u202f'’])[0-9]{3}(?:(?P=gap)[0-9]{3})*(?:\.[0-9]*)?"
 )
-_EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
-_LONGEST = 100  # the most characters in which a number is searched
+# Fortran writes 1D+03 and 1.5D3, and 0.12+103 for an exponent of three digits.
+_FORTRAN = (
+    r"(?:[0-9]+d[+-]|(?:[0-9]+\.[0-9]*|\.[0-9]+)d[+-]?)[0-9]+"
+    r"|(?:0?\.[0-9]+|[1-9]\.[0-9]{3,})[+-][123][0-9]{2}"
+)
+_NUMBER = re.compile(rf"[+-]?(?:{_GROUPS}|{_DIGITS}|{_FORTRAN}|inf|infinity)", re.IGNORECASE)
 # Signs of plain numbers with a decimal point, one on each line.
 _PLAIN = re.compile(rf"(?:[0-9.e+\-]{{1,{_LONGEST}}}(?:\n|\Z))*", re.IGNORECASE)
+_EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
+_MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
+SWAPPED = str.maketrans(".,", ",.")
+_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
+# Digits that no program writes for a number: postal codes, numbers of articles.
+_CODE = re.compile(r"0[0-9]+")
+_DATE_OR_TIME = re.compile(
+    r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
+)
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
@@ -70,13 +86,8 @@ _NUMBERLIKE = re.compile(
     r"(?!\w*[-‐‑][^\W\d]|[\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,})",
     re.IGNORECASE,
 )
-_DATE_OR_TIME = re.compile(
-    r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
-)
-# Digits that no program writes for a number: postal codes, numbers of articles.
-_CODE = re.compile(r"0[0-9]+")
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
-_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
+
 # Names of rows that hold sums of others, and of those that spreadsheets have below a table.
 _SUM = re.compile(
     r"\W*(?:(?:(?:grand|sub)[ -]?)?totals?|sums?|(?:gesamt|zwischen)?summe|(?:ins)?gesamt"
@@ -86,6 +97,11 @@ _SUM = re.compile(
 _STATISTIC = re.compile(
     r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø|(?:min|max)(?:imum)?)"
     r"\W*",
+    re.IGNORECASE,
+)
+_DEVIATION = re.compile(
+    r"\W*(?:std|(?:std|standard)[. -]*dev(?:iation)?|stdev|standardabweichung|stabw"
+    r"|écart[- ]type|σ)\W*",
     re.IGNORECASE,
 )
 
@@ -392,26 +408,29 @@ def read_columns(
     if decimal not in (None, ".", ","):
         raise invalid("decimal", "'.' or ','", decimal)
     marks = decimal or ".,"
-    readings: dict[str, dict[str, Array]] = {}
+    plain = {}
+    readings = {}
     certain: set[str] = set()
-    columns = {}
     for name, column in cells.columns.items():
-        plain = list(map(_plain, column))
-        readings[name] = _readings(plain, marks)
-        columns[name] = TextColumn(name, column)
-        if not readings[name] and all(str(cell).endswith("%") or is_blank(cell) for cell in plain):
-            plain = [str(cell).rstrip("% \u00a0\u202f") for cell in plain]
-            readings[name] = _readings(plain, marks)
-            if readings[name] and "%" not in name:
-                columns[name] = columns[name]._replace(unit="%")
-        if not readings[name]:
-            columns[name] = _checked_texts(columns[name], cells, plain, marks)
+        plain[name] = _without_per_cent(list(map(_plain, column)))
+        readings[name] = _readings(plain[name], marks)
         if len(readings[name]) == 1 and name not in labels:
             certain |= {*readings[name]}
-    for name, numbers_by_mark in readings.items():
-        if numbers_by_mark:
-            columns[name] = _read(columns[name], numbers_by_mark, cells, certain, separator)
+    columns = {}
+    for name, column in cells.columns.items():
+        columns[name] = TextColumn(name, column)
+        if readings[name]:
+            columns[name] = _read(columns[name], readings[name], cells, certain, separator)
+        else:
+            columns[name] = _checked_texts(columns[name], cells, plain[name], marks)
     return columns
+
+
+def _without_per_cent(cells: list[Any]) -> list[Any]:
+    """Return cells without the sign "%" if all have it."""
+    if all(str(cell).endswith("%") or is_blank(cell) for cell in cells):
+        return [str(cell).rstrip("% \u00a0\u202f") for cell in cells]
+    return cells
 
 
 def _readings(cells: list[Any], marks: str) -> dict[str, Array]:
@@ -485,30 +504,34 @@ def _read(
         separator: The mark between the cells of a text.
     """
     mark, *_ = readings
-    numbers = readings[mark]
-    if np.isnan(numbers).all():
-        return column
     *_, last = readings.values()
-    rows = np.flatnonzero(~np.isnan(numbers) & (numbers != last))
+    numbers = readings[mark]
+    rows = np.flatnonzero(~np.isnan(numbers))
     if len(rows) == 0:
+        return column
+    if "%" not in column.name and str(column.cells[rows[0]]).strip().endswith("%"):
+        column = column._replace(unit="%")
+    ambiguous = rows[numbers[rows] != last[rows]]
+    if len(ambiguous) == 0:
         if _are_codes(column.cells):
             return column._replace(codes=numbers)
         return column._replace(numbers=numbers, decimal=mark)
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
-    row = rows[0]
+    row = ambiguous[0]
     decimal, other = ".,"
     if "." not in column.cells[row]:
         decimal, other = ",."
-    texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+    texts = [str(column.cells[row]).strip() for row in rows]
     is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
     if certain == {decimal} or (is_printed and not certain):
         return column._replace(numbers=readings[decimal], decimal=decimal)
     either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
     marks = dict.fromkeys(argument("decimal", mark) for mark in (other, decimal))
-    remedy = f"state the decimal mark by {' or '.join(marks)}"
-    problem = f"{cells.place(column.name, row)}, either {either}"
-    return column._replace(problem=problem, remedy=remedy)
+    return column._replace(
+        problem=f"{cells.place(column.name, row)}, either {either}",
+        remedy=f"state the decimal mark by {' or '.join(marks)}",
+    )
 
 
 def _are_codes(cells: list[Any]) -> bool:
@@ -521,11 +544,13 @@ def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: st
     """Return a column that no notation can read, with what is wrong unless it is one of texts."""
     readings = [[_number(cell, mark) for cell in plain] for mark in marks]
     numbers = min(readings, key=lambda numbers: numbers.count(None))
-    has_numbers = any(number is not None and number == number for number in numbers)
     texts = {}
+    has_numbers = False
     for row, number in enumerate(numbers):
         if number is None:
             texts[row] = str(column.cells[row]).strip()
+        elif number == number:
+            has_numbers = True
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
     has_one_unit = len(units) == 1 < len({*texts.values()})
@@ -551,7 +576,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse a row that is named as a sum, and a last one that is a statistic or sum of others.
+    """Refuse rows that are named as a sum or statistic, and a last one that is a sum of others.
 
     The sum of two may be a design that has a name.
 
@@ -589,18 +614,31 @@ def require_designs(
 def _computed_rows(
     texts: Mapping[str, list[Any]], naming: str, numbers: Sequence[Array]
 ) -> Iterator[tuple[str, int]]:
-    """Yield the columns and rows of cells that name a sum, or a statistic in the last row."""
+    """Yield the columns and rows of cells that name a sum, or above or below others a statistic."""
     for name, cells in texts.items():
         for row, cell in enumerate(cells):
             # In another column it may be the name of a supplier.
             if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 yield name, row
-    *others, last = texts.get(naming, [""])
-    if others and last not in others and _STATISTIC.fullmatch(str(last)[:_LONGEST]):
-        # A design may be called max, whose numbers are greater than those of others.
-        ends = [(np.fmin.reduce(n[:-1]), n[-1], np.fmax.reduce(n[:-1])) for n in numbers]
-        if all(low <= value <= high for low, value, high in ends):
-            yield naming, len(others)
+    names = texts.get(naming, ())
+    for row in (0, len(names) - 1):
+        if len(names) < 2 or names.count(names[row]) > 1:
+            continue
+        name = str(names[row])[:_LONGEST]
+        # A design may be called max, whose numbers are greater than those of others, or std, if it
+        # is the standard one, to which others follow.
+        is_statistic = _STATISTIC.fullmatch(name) and _is_within_others(numbers, row)
+        if is_statistic or (row > 0 and _DEVIATION.fullmatch(name)):
+            yield naming, row
+
+
+def _is_within_others(columns: Sequence[Array], row: int) -> bool:
+    """Say whether the numbers of a row are within those of all others."""
+    for numbers in columns:
+        others = np.delete(numbers, row)
+        if not np.fmin.reduce(others) <= numbers[row] <= np.fmax.reduce(others):
+            return False
+    return True
 
 
 def _are_sums(columns: Sequence[Array], row: int) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from os import PathLike
@@ -74,6 +74,7 @@ from pymoo_psi.table import (
     TestTable,
     added_columns,
     decision_of,
+    entry_of,
     names_of,
     texts_of,
 )
@@ -111,6 +112,10 @@ _FAILURE = re.compile(
     r"invalid|infeasible|unfeasible|rejected|nok|not[\s_-]?ok|fehler|fehlgeschlagen|abgebrochen|"
     r"divergiert|ungültig)(?:[\s_:;,.!(].*)?",
     re.IGNORECASE | re.DOTALL,
+)
+# Marks of an objective to be maximised, in its name: "range ↑", "range [km] (max)".
+_UPWARD = re.compile(
+    r"[↑▲⬆]|[(\[](?:max\.?|maximi[sz]ed?|(?:more|higher|larger) is better)[)\]]", re.IGNORECASE
 )
 _FEW = 6  # the most words that a limit to be written lists
 _TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
@@ -672,6 +677,8 @@ def _table(
     for name, role in roles.items():
         data[name] = _values(columns[name], role)
         described[name] = _described(columns[name], role, data[name], stated, formulation)
+    if not stated.objectives:
+        remarks += _upward(described.values())
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -706,6 +713,18 @@ def _described(
     unit = stated.units.get(column.name, column.unit) or asked.units.get(column.name, "")
     maximize = column.name in {*stated.maximize, *asked.maximize} and role != VARIABLE
     return Column(column.name, role, kind_of_cells(values), unit, maximize)
+
+
+def _upward(columns: Iterable[Column]) -> list[str]:
+    """Return a remark on objectives that are minimised, though their names may ask for more."""
+    names = []
+    for column in columns:
+        if column.role == OBJECTIVE and not column.maximize and _UPWARD.search(column.name):
+            names.append(column.name)
+    if not names:
+        return []
+    option = f"--maximize '{','.join(map(entry_of, names))}', or maximize= in Python"
+    return [f"Minimised: {listed(names)}; if more is better, say {option}."]
 
 
 def _test_numbers(cells: AnyArray) -> Integers:
