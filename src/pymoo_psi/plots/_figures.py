@@ -19,7 +19,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._numbers import NumberFormat, spans_decades
+from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
@@ -184,7 +184,7 @@ def plot_table(
     histograms = [histogram(table, name) for name in tops]
     n = len(tops)
     n_columns = min(n, MATRIX)
-    with panels(n * (1 + len(rows)), n_columns, sharey="row") as (figure, axes):
+    with panels(n * (1 + len(rows)), n_columns, width=width, sharey="row") as (figure, axes):
         for ax, bars in zip(axes, histograms, strict=False):
             _draw_histogram(ax, bars, table)
             label = ""
@@ -206,7 +206,6 @@ def plot_table(
         if rows:
             sentences.append("Below, objectives against variables.")
         figure.describe(title, *sentences, points.counts(table), _outside(histograms))
-    figure.resize(width)
     return figure
 
 
@@ -301,7 +300,7 @@ def plot_objectives(
     n_columns = min(len(pairs), _PANELS)
     if len(pairs) == _PAIRS:
         n_columns = 2
-    with panels(len(pairs), n_columns) as (figure, axes):
+    with panels(len(pairs), n_columns, width=width) as (figure, axes):
         figure.is_divisible = True
         for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second, is_marked_apart=True)
@@ -319,7 +318,6 @@ def plot_objectives(
         )
         figure.fit(stack_pairs, figure, [first for first, _ in pairs])
         figure.describe(title, sentence, points.counts(table))
-    figure.resize(width)
     return figure
 
 
@@ -384,72 +382,65 @@ def plot_ranking(
     source = ranking
     ranking = with_units(rank_of_efficiency(source), units)
     best = int(ranking.salukvadze[0])
-    marks = {best: ("proposed", _SOLID)}
     marked = best
     if row is not None:
         marked = ranked_row("row", row, source, ranking)
-    if marked != best:
-        marks = {marked: ("marked", _SOLID), best: ("proposed", _DASHED)}
-    front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
-    is_few = len(front) <= NAMED
-    n_near = _NEAR
-    if is_few or width < NARROW:
-        n_near = _NEAREST
+    marks = {marked: ("marked", _SOLID), best: ("proposed", _DASHED)}
+    if marked == best:
+        marks = {best: ("proposed", _SOLID)}
+    front = ranking.by_place[: ranking.pareto.sum()]
+    n_named = NAMED
+    n_near = _NEAREST
+    if len(front) > NAMED:
+        n_named = _NEAREST
+        if width >= NARROW:
+            n_near = _NEAR
+    named = [*dict.fromkeys([*marks, *front[:n_named].tolist()])]
+    front = front[::-1]  # the best on top
     is_near = ranking.place[front] <= n_near
-    n_named = NAMED if is_few else _NEAREST
-    named = [*dict.fromkeys([*marks, *front[::-1][:n_named].tolist()])]
-    word = ""
-    if values:
-        word, _ = marks[marked]
+    is_unmarked = ~np.isin(front, [*marks])  # the marked ones are in the key already
+    places, is_log = _places_in_rows(ranking)
+    edge = min(0.0, places[front].min())
     n = len(ranking.objectives.names)
-    height = _ROW
-    if n > _FEW:
-        height = _LOW_ROW
-    with new_figure(60 + n * height) as figure:  # its height follows from the names
+    with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
         ax = figure.add_subplot()
-        places = _draw_rows(ax, ranking, marked, word)
-        edge = min(0.0, places[front].min())
-        # Of marked designs only: the others drawn are on the front.
-        is_beyond = places < edge - _TIE
-        places = np.maximum(places, edge)
-        outside = ""
+        word = ""
+        if values:
+            word, _ = marks[marked]
+        _draw_rows(ax, ranking, is_log, marked, word)
         for design, (label, style) in marks.items():
-            ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
-            ax.plot([], [], style["linestyle"], color=style["color"], label=label)
-            (beyond,) = np.nonzero(is_beyond[design])
-            if len(beyond):
-                outside = "An arrow marks a value that is worse than those of the axis."
-                arrow: Style = {"color": style["color"], "markersize": 9, "zorder": 6}
-                ax.plot(np.full(len(beyond), edge), beyond, "<", clip_on=False, **arrow)
-        names = []
-        for design in named:
-            looks: Style = {"color": "0.2" if ranking.place[design] <= n_near else "0.45"}
-            if design in marks:
-                looks = {"color": marks[design][1]["color"], "fontweight": "bold"}
-            text = literal(ranking.name_of(design), _NAME)
-            if ranking.pareto[design]:
-                text = f"{ranking.place[design]}. {text}"
-            else:
-                text += ", dominated"
-            names.append((*_name_and_pole(ax, text, looks), places[design, -1]))
-        is_unmarked = ~np.isin(front, [*marks])  # the marked ones are in the key already
+            _draw_mark(ax, places[design], edge, label, style)
+        names = _add_names(ax, ranking, named, n_near, marks)
         label = _places_in_words(ranking.place[front[is_near & is_unmarked]])
         _draw_lines(ax, places[front], is_near, label)
-        is_log = any(map(spans_decades, np.transpose([ranking.nadir, ranking.ideal])))
-        if is_log:
+        if is_log.any():
             ax.plot([], [], "|", label="log: drawn by logarithm, ranked by value", **_TICK)
-        if is_log or not is_near.all():
+        if is_log.any() or not is_near.all():
             figure.fit(add_key, figure, [ax])
-        figure.fit(_name_lines, figure, ax, names, n, height)
+        figure.fit(_name_lines, figure, ax, names, np.maximum(places[named, -1], edge), n)
         ax.set(xlim=(edge, 1))
         ax.axis("off")
-        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log), outside)
-    figure.resize(width)
+        arrows = ""
+        if np.any(places[named] < edge - _TIE):
+            arrows = "An arrow marks a value that is worse than those of the axis."
+        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log), arrows)
     return figure
 
 
-def _ranking_in_words(ranking: EfficiencyRanking, is_near: Mask, is_log: bool) -> Iterator[str]:
-    """Yield the sentences of a caption, given which lines are darker and whether an axis is log."""
+def _places_in_rows(ranking: EfficiencyRanking) -> tuple[Array, Mask]:
+    """Return ``(n, m)`` where designs are in the rows, and ``(m,)`` which rows are logarithmic."""
+    rows = []
+    for values, *ends in zip(
+        ranking.objectives.values.T, ranking.nadir, ranking.ideal, strict=True
+    ):
+        rows.append(places_between(values, *ends))
+    places, is_log = zip(*rows, strict=True)
+    # What is better than a fixed range counts as its best end.
+    return np.minimum(np.column_stack(places), 1.0), np.array(is_log)
+
+
+def _ranking_in_words(ranking: EfficiencyRanking, is_near: Mask, is_log: Mask) -> Iterator[str]:
+    """Yield the sentences of a caption, given which lines are darker and which axes are log."""
     lines = "each a line"
     if np.sum(~is_near) > _MOST:
         lines = "the first ones as lines, the others as the density of theirs"
@@ -458,31 +449,27 @@ def _ranking_in_words(ranking: EfficiencyRanking, is_near: Mask, is_log: bool) -
         measure = "in the fixed range"
     designs = counted(len(is_near), "design")
     yield f"The {designs} that no other dominates, {lines}: values {measure}."
-    if is_log:
+    if is_log.any():
         yield "Designs are ranked by the values on logarithmic axes, not by their logarithms."
 
 
-def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Array:
+def _draw_rows(ax: Axes, ranking: EfficiencyRanking, is_log: Mask, row: int, word: str) -> None:
     """Draw a row for each objective, with its worst and best value and that of a design.
 
     Args:
         ax: The axes.
         ranking: The ranking.
+        is_log: ``(m,)`` which rows are logarithmic.
         row: Row of the design.
         word: What stands above its values; empty if they are not written.
-
-    Returns:
-        ``(n, m)`` where the designs are in each row.
     """
     objectives = ranking.objectives
-    places = np.empty(objectives.values.shape)
     _write_row(ax, 0, _LIFT, ("", "worst", "best", word))
     for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
         ends = (ranking.nadir[j], ranking.ideal[j])
-        places[:, j], is_log = places_between(column, *ends)
         heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
-        if is_log:
+        if is_log[j]:
             heading += ", log"
             _draw_decades(ax, j, ends)
         front = column[ranking.pareto]
@@ -492,7 +479,6 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, row: int, word: str) -> Arr
             value = ""
         _write_row(ax, j, _BELOW, (heading, worst, best, value))
     ax.annotate("better →", (0.5, 0), (0, _LIFT), **_BESIDE_ROW | {"ha": "center"})
-    return np.minimum(places, 1.0)  # what is better than a fixed range counts as its best end
 
 
 def _draw_decades(ax: Axes, row: int, ends: tuple[float, float]) -> None:
@@ -514,36 +500,71 @@ def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]
         lift: From the row up to the lower line in points.
         texts: What stands on the left, above and below; what on the right, below and above.
     """
-    name, worst, best, value = texts
     above = lift + _LINE
-    on_right = {"ha": "left"}
-    bold = {"fontweight": "bold"}
-    ax.annotate(name, (0, row), (-_APART, above), **_BESIDE_ROW | bold | {"color": INK})
-    ax.annotate(worst, (0, row), (-_APART, lift), **_BESIDE_ROW)
-    ax.annotate(best, (1, row), (_APART, lift), **_BESIDE_ROW | on_right)
-    ax.annotate(
-        value, (1, row), (_APART, above), **_BESIDE_ROW | on_right | bold | {"color": ACCENT}
-    )
+    corners: list[tuple[int, float, Style]] = [
+        (0, above, {"fontweight": "bold", "color": INK}),
+        (0, lift, {}),
+        (1, lift, {"ha": "left"}),
+        (1, above, {"ha": "left", "fontweight": "bold", "color": ACCENT}),
+    ]
+    for text, (end, height, style) in zip(texts, corners, strict=True):
+        aside = _APART * (2 * end - 1)
+        ax.annotate(text, (end, row), (aside, height), **_BESIDE_ROW | style)
 
 
-def _name_and_pole(ax: Axes, text: str, looks: Style) -> tuple[Any, Any]:
-    """Return the name of a line and the pole on which it stands, to be placed later."""
-    name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
-    (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
-    return name, pole
+def _draw_mark(ax: Axes, places: Array, edge: float, label: str, style: Style) -> None:
+    """Draw a design with its entry in the key, and an arrow where it is beyond the axis.
+
+    Args:
+        ax: The axes.
+        places: ``(m,)`` where it is in each row.
+        edge: Where the axis begins.
+        label: What it is.
+        style: How its line is drawn.
+    """
+    rows = np.arange(len(places))
+    is_beyond = places < edge - _TIE
+    places = np.maximum(places, edge)
+    ax.plot(places, rows, "o", zorder=5, clip_on=False, **style)
+    ax.plot([], [], style["linestyle"], color=style["color"], label=label)
+    if is_beyond.any():  # markers of no points would take room in the layout
+        arrow: Style = {"color": style["color"], "markersize": 9, "zorder": 6}
+        ax.plot(places[is_beyond], rows[is_beyond], "<", clip_on=False, **arrow)
+
+
+def _add_names(
+    ax: Axes,
+    ranking: EfficiencyRanking,
+    designs: Sequence[int],
+    n_near: int,
+    marks: Mapping[int, tuple[str, Style]],
+) -> list[tuple[Any, Any]]:
+    """Return the names of lines and the poles on which they stand, to be placed later."""
+    names = []
+    for design in designs:
+        place = ranking.place[design]
+        text = literal(ranking.name_of(design), _NAME)
+        if ranking.pareto[design]:
+            text = f"{place}. {text}"
+        else:
+            text += ", dominated"
+        looks: Style = {"color": "0.2" if place <= n_near else "0.45"}
+        if design in marks:
+            looks = {"color": marks[design][1]["color"], "fontweight": "bold"}
+        name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
+        (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
+        names.append((name, pole))
+    return names
 
 
 def _places_in_words(places: Array) -> str:
     """Return places as a text; empty if there are none."""
-    numbers = np.unique(places)
-    if len(numbers) == 0:
-        return ""
-    if len(numbers) == 1:
-        return f"place {numbers[0]}"
-    link = "to"
+    numbers = np.unique(places).tolist()
+    if len(numbers) > 2:
+        return f"places {numbers[0]} to {numbers[-1]}"
     if len(numbers) == 2:
-        link = "and"
-    return f"places {numbers[0]} {link} {numbers[-1]}"
+        return f"places {numbers[0]} and {numbers[1]}"
+    return "".join(f"place {number}" for number in numbers)
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
@@ -556,22 +577,22 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
         label: The places of those in the key; empty if all have marks of their own.
     """
     n, m = places.shape
-    drawn = np.full(n, True)
     n_others = np.sum(~is_near)
     others = f"{n_others} more not dominated"
     mark = "-"
+    is_line = np.full(n, True)
     if n_others > _MOST:
-        mark = "s"
         others += ", as a density"
+        mark = "s"
+        is_line = is_near
         _draw_density(ax, places[~is_near])
-        drawn = is_near
-    faint = min(1.0, _MANY / n)
     shades = np.where(is_near, *_SHADES)
+    faint = min(1.0, _MANY / n)
     lines = LineCollection(
-        list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])[drawn]),
-        colors=shades.astype(float)[drawn, None].repeat(3, axis=1),  # texts take longer
-        linewidths=np.where(is_near, 0.8, 0.5)[drawn],
-        alpha=np.where(is_near, 1.0, faint)[drawn],
+        list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])[is_line]),
+        colors=shades.astype(float)[is_line, None].repeat(3, axis=1),  # texts take longer
+        linewidths=np.where(is_near, 0.8, 0.5)[is_line],
+        alpha=np.where(is_near, 1.0, faint)[is_line],
         rasterized=n > _MANY,
         clip_on=False,
     )
@@ -613,40 +634,41 @@ def _draw_density(ax: Axes, places: Array) -> None:
 
 
 def _name_lines(
-    figure: Drawing,
-    ax: Axes,
-    names: Sequence[Any],
-    n: int,
-    height: float,
+    figure: Drawing, ax: Axes, names: Sequence[tuple[Any, Any]], places: Array, n: int
 ) -> None:
     """Write names on poles at the ends of their lines, and give the figure its height.
 
-    They are below ``n`` rows of a ``height`` in mm. Of names without room the last ones are not
-    shown.
+    Args:
+        figure: The figure.
+        ax: Its axes.
+        names: Names and poles; those without room, which are the last, are not shown.
+        places: Where the lines end.
+        n: Number of rows, below which the names are.
     """
     layout: Any = figure.get_layout_engine()
     layout.execute(figure)
+    widths = []
+    for name, _ in names:
+        name.set_visible(True)  # an invisible one has no size
+        widths.append(extent(name).width + 2 * _POLE * figure.dpi / 72)
+    # In shares of the width of the axes, as the places are.
     left = -ax.bbox.x0 / ax.bbox.width
     right = left + figure.bbox.width / ax.bbox.width
-    places = np.array([place for *_, place in names])
-    widths = []
-    for name, pole, _ in names:
-        name.set_visible(True)  # an invisible one has no size
-        width = extent(name).width + 2 * _POLE * figure.dpi / 72
-        widths.append(width / ax.bbox.width)
-        pole.set_data([], [])
-    for n_shown in range(len(names), -1, -1):
-        levels, is_right = _flags(places[:n_shown], np.array(widths[:n_shown]), left, right)
-        if len(levels) == n_shown:
-            break
-        names[n_shown - 1][0].set_visible(False)
-    for (name, pole, place), level, on_right in zip(names, levels, is_right, strict=False):
-        y = n - 1 + (_FIRST + level * _LEVEL) / height
-        pole.set_data([place, place], [n - 1, y])
-        name.xy = (place, y)
-        name.set(ha="left", position=(_POLE, 0))
-        if not on_right:
-            name.set(ha="right", position=(-_POLE, 0))
+    levels, is_right = _flags(places, np.array(widths) / ax.bbox.width, left, right)
+    height = _ROW
+    if n > _FEW:
+        height = _LOW_ROW
+    for k, (name, pole) in enumerate(names):
+        is_shown = k < len(levels)
+        name.set_visible(is_shown)
+        pole.set_visible(is_shown)
+        if is_shown:
+            y = n - 1 + (_FIRST + levels[k] * _LEVEL) / height
+            pole.set_data([places[k], places[k]], [n - 1, y])
+            name.xy = (places[k], y)
+            name.set(ha="left", position=(_POLE, 0))
+            if not is_right[k]:
+                name.set(ha="right", position=(-_POLE, 0))
     below = _FIRST + (levels.max(initial=0) + 1) * _LEVEL
     ax.set_ylim(n - 1 + below / height, -_ABOVE / height)
     total = _ABOVE + (n - 1) * height + below + _PADS
@@ -657,7 +679,8 @@ def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Arr
     """Place names beside poles, none over another name or a pole.
 
     As many names as possible are on the right of their poles, those of the last poles on the left.
-    The first name is the nearest if no pole is in its way.
+    The first name is the nearest if no pole is in its way. Without room for all of them the last
+    names are left out.
 
     Args:
         places: ``(n,)`` places of the poles.
@@ -666,8 +689,8 @@ def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Arr
         right: Where they may end.
 
     Returns:
-        The level of each name, the nearest 0, and whether it is on the right of its pole; empty if
-        there is no room.
+        The level of each name, the nearest 0, and whether it is on the right of its pole, for the
+        names that have room.
     """
     numbers = np.arange(len(places))
     order = np.argsort(places, kind="stable")[::-1]
@@ -685,7 +708,7 @@ def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Arr
                 levels[k] = levels[is_beside].max() + 1
         if np.all((lows >= left) & (highs <= right) & (levels >= 0)):
             return levels, is_right
-    return np.array([]), np.array([], dtype=bool)
+    return _flags(places[:-1], widths[:-1], left, right)
 
 
 # Sensitivities
@@ -770,7 +793,6 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
             "Sections through a design (dashed): what surrogates of the tests expect where one "
             "variable changes, with a band of two standard deviations. Nothing was evaluated.",
         )
-    figure.resize(WIDTH)
     return figure
 
 

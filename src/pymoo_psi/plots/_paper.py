@@ -23,7 +23,6 @@ from pymoo_psi.plots._points import Column, Points, groups_in_words
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
-    WIDTH,
     Drawing,
     Style,
     add_key,
@@ -242,7 +241,6 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
             f"{groups_in_words(groups)}.",
             _UNITS,
         )
-    figure.resize(WIDTH)
     return figure
 
 

@@ -228,12 +228,13 @@ def _require_width(width: float) -> None:
 
 
 @contextmanager
-def new_figure(height: float) -> Iterator[Drawing]:
-    """Yield an empty figure of a height in mm, under the settings of this module."""
+def new_figure(height: float, width: float = WIDTH) -> Iterator[Drawing]:
+    """Yield an empty figure of a height in mm, and give it its width in mm when it is complete."""
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_SETTINGS):
         figure = Drawing(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")
         yield figure
+    figure.resize(width)
 
 
 def add_letters(figure: Figure) -> None:
@@ -252,6 +253,7 @@ def panels(
     *,
     head: float = 14.0,
     height: float | None = None,
+    width: float = WIDTH,
     **shared: Any,
 ) -> Iterator[tuple[Drawing, list[Any]]]:
     """Yield a figure and its ``n`` axes, filled row by row.
@@ -261,12 +263,13 @@ def panels(
         n_columns: Number of axes in a row.
         head: Height in mm for what is above and below all axes.
         height: Height of a row in mm; by default fewer axes in a row are higher.
+        width: Width in mm.
         **shared: ``sharex`` and ``sharey`` of :meth:`matplotlib.figure.Figure.subplots`.
     """
     if height is None:
         height = {1: 60.0, 2: 46.0, 3: 40.0}.get(n_columns, 33.0)
     n_rows = -(-n // n_columns)  # rounded up
-    with new_figure(head + n_rows * height) as figure:
+    with new_figure(head + n_rows * height, width) as figure:
         axes = figure.subplots(n_rows, n_columns, squeeze=False, **shared).ravel().tolist()
         for ax in axes[n:]:
             ax.remove()
