@@ -9,6 +9,7 @@ import re
 
 import numpy as np
 import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.variable import Choice, Real
@@ -267,3 +268,14 @@ def test_an_output_called_failure_is_left_out_with_a_warning():
             out = evaluate_designs(problem, designs)
         assert set(out["failure"]) == {""}
     assert "mass" in out
+
+
+@pytest.mark.parametrize("name", ["f", "x", "data", "copy"])
+def test_an_output_with_a_name_of_pymoos_individuals_is_left_out_with_a_warning(name):
+    """A table keeps it."""
+    problem = OfFunction(lambda x: {"F": right(x), name: x[0], "mass": x[1]}, n_var=2)
+    with pytest.warns(UserWarning, match=f"'{name}'.* is left out: pymoo's individuals have"):
+        result = minimize(FailureTolerant(problem), NSGA2(4), ("n_gen", 2), seed=1)
+    np.testing.assert_array_equal(result.pop.get("mass"), result.pop.get("X")[:, 1])
+    table = minimize(problem, PSI(4)).algorithm.table
+    np.testing.assert_array_equal(table[name], table.X[:, 0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import warnings
 from collections.abc import Callable, Collection
 from functools import partial
 from typing import Any
@@ -11,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.individual import Individual
 from pymoo.core.problem import Problem
 
 from pymoo_psi._modules import require_unchanged
-from pymoo_psi._validation import Entries, invalid, wrong_type
+from pymoo_psi._validation import Entries, Values, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 # Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
@@ -34,6 +36,8 @@ NO_OUTPUTS = {
     *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
     "failure",
 }
+# What pymoo's individuals have besides: such an output would take its place, or could not be set.
+_OF_INDIVIDUALS = {*dir(Individual())} - NO_OUTPUTS
 
 
 def require_known_keywords(
@@ -90,6 +94,18 @@ def problem_name(problem: Any) -> str:
     if callable(name):
         name = name()
     return str(name or type(problem).__name__)
+
+
+def for_individuals(out: Entries) -> Values:
+    """Return values of designs without outputs that pymoo's individuals cannot have."""
+    names = _OF_INDIVIDUALS.intersection(out)
+    for name in names:
+        warnings.warn(
+            f"out[{name!r}] is left out: pymoo's individuals have an attribute of this name; give "
+            "it another one",
+            stacklevel=3,
+        )
+    return {name: values for name, values in out.items() if name not in names}
 
 
 def seed_ties(algorithm: Any) -> None:

@@ -9,7 +9,12 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import Received, Values, invalid
 from pymoo_psi.errors import PsiError
-from pymoo_psi.problems._pymoo import leave_failed_out, problem_name, require_inequalities
+from pymoo_psi.problems._pymoo import (
+    for_individuals,
+    leave_failed_out,
+    problem_name,
+    require_inequalities,
+)
 
 Evaluate = Callable[[Any], Values]
 
@@ -150,7 +155,7 @@ class WrappedProblem(Problem):
 
     def formatted(self, X: Any, out: Values, return_values_of: Any) -> Values:
         """Return values of designs as pymoo's ``do`` returns them."""
-        out = dict.fromkeys(return_values_of) | out
+        out = dict.fromkeys(return_values_of) | for_individuals(out)
         return dict(self._format_dict(out, len(X), return_values_of))
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
