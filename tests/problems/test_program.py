@@ -10,7 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymoo_psi import ProcessRunner, ProgramProblem, compare, investigate, read_table
+from pymoo_psi import (
+    ProcessRunner,
+    ProgramProblem,
+    Recorded,
+    compare,
+    investigate,
+    read_table,
+)
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import LogScaled, Output, Robust
 from tests.helpers.draws import rarely
@@ -96,6 +103,17 @@ def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
     assert table.schema.units == {"width": "mm", "mass": "kg", "stress": "MPa"}
     assert table.schema.maximize == ("load",)
     assert runs(tmp_path) == []
+
+
+def test_the_limits_of_a_program_hold_in_the_table_of_any_algorithm(beam, study_file):
+    problem = beam()
+    expected = investigate(problem, 5)
+    recorded = Recorded(problem, study_file)
+    assert recorded.table.limits == expected.limits
+    designs = [dict(zip(problem.variables, row, strict=True)) for row in expected.X.tolist()]
+    recorded.evaluate(np.array(designs))
+    assert recorded.table.status.tolist() == expected.status.tolist()
+    assert set(expected.status) == {"ok", "infeasible"}
 
 
 @pytest.mark.parametrize(

@@ -171,7 +171,7 @@ class Recorded(WithTable, WrappedProblem):
             >>> len(Recorded(SphereChute(), study=tempfile.mkdtemp() + "/run.db").table)
             0
         """
-        return self._store.whole()
+        return self._model.under_so_far(self._store.whole())
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
