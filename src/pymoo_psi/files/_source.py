@@ -192,6 +192,8 @@ def read_table(
     try:
         content = _content(source, asked.formulation.units, encoding, frozenset(skip_rows), sheet)
         is_study = path is not None and isinstance(content, TestTable)
+        if not isinstance(content, TestTable) and MARK in content[1]:
+            content = tests_of_cells(path, content[1], content[0].columns)
         if isinstance(content, TestTable):
             table = content
             rule = "left out for a table of tests, which has its own columns and rows"
@@ -247,7 +249,7 @@ def _content(
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
 ) -> TestTable | tuple[Cells, Head]:
-    """Return what a source holds: a table, or cells under names without units, and their head."""
+    """Return what a source holds: a table, or cells and their head, names without units."""
     kind = source_type(source)
     if kind == "file":
         path = Path(source)
@@ -259,7 +261,7 @@ def _content(
         rule = "left out for a source that is no file"
         _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
         content = _content_of_object(source, kind)
-    if isinstance(content, TestTable):
+    if isinstance(content, TestTable) or MARK in content[1]:  # the head of one has all names
         return content
     cells, head = content
     stated, _ = stated_by_designs(head)
@@ -277,8 +279,6 @@ def _content_of_file(file: SourceFile) -> TestTable | tuple[Cells, Head]:
         import pandas as pd
 
         cells, _ = cells_of_frame(pd.DataFrame(dict(cells), dtype=object))
-    if MARK in head:
-        return tests_of_cells(file.path, head, cells.columns)
     return cells, head
 
 
@@ -335,7 +335,7 @@ def source_columns(
         UnfitError: It is no table of named columns.
     """
     content = _content(source, units, sheet=sheet)
-    if isinstance(content, TestTable):
+    if isinstance(content, TestTable) or MARK in content[1]:
         raise UnfitError("it is a table of tests, and not one of numbers alone")
     cells, head = content
     columns = read_columns(cells, decimal, separator=head.get("separator", ""))

@@ -133,8 +133,15 @@ class Limit(NamedTuple):
             remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
         free = [name for name in schema.values if name not in schema.constraints]
         known_name("a name in limits", name, free, remedy)
+        upper = self.plain
+        if self.is_bare and schema[name].kind is Kind.BINARY:
+            raise invalid(
+                f"{name!r}, which is true or false, in limits",
+                "True, False or a pair (lower, upper)",
+                upper,
+                f"say {bool(upper)} for this value alone or (None, {upper}) for at most",
+            )
         if self.is_bare and schema[name].maximize:
-            upper = self.plain
             raise invalid(
                 f"{name!r}, which is maximised, in limits",
                 "a pair (lower, upper)",
