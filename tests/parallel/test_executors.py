@@ -216,9 +216,13 @@ def test_tasks_not_begun_are_given_up():
 def test_copies_have_the_executor_and_pickles_none(processes):
     problem, X = sum_on(processes, wait), np.array([[0.5, 0.25]])
     np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))
-    refused(
-        "takes no more work", pickle.loads(pickle.dumps(problem)).evaluate, X, error=WorkerError
-    )
+    algorithm = PSI(32, block_size=16)
+    algorithm.setup(problem).next()
+    algorithm = pickle.loads(pickle.dumps(algorithm))
+    refused("a pickle has no executor; give it one", algorithm.next, error=WorkerError)
+    algorithm.problem.elementwise_runner.executor = processes
+    algorithm.run()
+    assert algorithm.table.equals(investigate(Sum(), 32))
 
 
 @pytest.mark.parametrize(

@@ -176,7 +176,7 @@ class Run:
 
     def __del__(self) -> None:
         """Keep what is evaluated if nobody has closed the run."""
-        self.close()
+        self._end_testing()
 
     @property
     def n_left(self) -> int:

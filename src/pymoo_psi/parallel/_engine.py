@@ -412,6 +412,11 @@ class ExecutorRunner(FutureRunner):
 
     def submit(self, job: Job) -> Any:
         """Return the future of a job."""
+        if type(self.executor) is Executor:  # that of a pickle
+            raise WorkerError(
+                "the runner was pickled, and a pickle has no executor; give it one, such as by "
+                "algorithm.problem.elementwise_runner.executor = executor"
+            )
         name = secrets.token_hex(8)  # engines that know a task by its content repeat none
         try:
             return self.executor.submit(evaluate_packed, _VERSIONS, name, cloudpickle.dumps(job))
@@ -454,7 +459,8 @@ class ExecutorRunner(FutureRunner):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles have the settings, and an executor that can do nothing."""
-        return partial(type(self), Executor(), workers=1, timeout=self.timeout), ()
+        n_workers = max(1, self._n_workers)
+        return partial(type(self), Executor(), workers=n_workers, timeout=self.timeout), ()
 
 
 def _answer(job: Job, future: Future[Answer]) -> None:
